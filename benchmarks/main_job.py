@@ -86,7 +86,7 @@ with tempfile.TemporaryDirectory() as folder:
 """
 TRAINING = """
 import hashlib, json, sys, time
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 
 ticks, _ = json.loads(sys.argv[1])
 pretrain("predator-prey", 1, 130)  # reads the kernels

@@ -42,7 +42,7 @@ def sea(plankton: int) -> WorldConfig:
 def lifetime() -> None:
     """Time a training from random weights, and the run that follows, each in whole: once,
     with compiled kernels."""
-    from ecs_eco.experiments.pretraining import pretrain
+    from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.record import run_to_folder
 
     config = load("diel-migration")

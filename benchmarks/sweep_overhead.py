@@ -21,10 +21,10 @@ import _bench
 _bench.pin_threads()
 
 from ecs_eco.config import load
-from ecs_eco.experiments.engines import completed, engine
-from ecs_eco.sweeps import run_sweep
-from ecs_eco.sweeps.folder import read_sweep
-from ecs_eco.sweeps.table import rows_of
+from ecs_eco.lab import run_sweep
+from ecs_eco.lab.executors import completed, engine
+from ecs_eco.lab.folder import read_sweep
+from ecs_eco.lab.table import rows_of
 
 SMALL = {
     "space.size": [120.0, 120.0],

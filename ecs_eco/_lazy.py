@@ -7,19 +7,25 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-FORMER = {  # what the documentation of version 0.1 imported from
+FORMER = {  # what the documentation of former versions imported from; of a package also what is in it
     "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
+    "ecs_eco.archipelago": "ecs_eco.lab",
+    "ecs_eco.experiments": "ecs_eco.lab",
+    "ecs_eco.experiments.compare": "ecs_eco.lab.comparing",
     "ecs_eco.random": "ecs_eco.engine.random",
     "ecs_eco.record.arrow": "ecs_eco.record.parquet",
     "ecs_eco.record.repeat": "ecs_eco.runs.repeat",
     "ecs_eco.record.run": "ecs_eco.runs.run",
-    "ecs_eco.worlds.pretrain": "ecs_eco.experiments.pretraining",
+    "ecs_eco.search": "ecs_eco.lab.searching",
+    "ecs_eco.sweeps": "ecs_eco.lab",
+    "ecs_eco.worlds.pretrain": "ecs_eco.lab.pretraining",
     "ecs_eco.worlds.retune": "ecs_eco.life.reconfigure",
 }
 
@@ -29,13 +35,21 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
     packages within it."""
 
     def find(name: str) -> Any:
-        if name in rooms:
+        if name in rooms or present_name(f"{package}.{name}"):
             return import_module(f"{package}.{name}")
         if name not in modules:
             raise AttributeError(f"{package} has no {name!r}; it has {', '.join((*modules, *rooms))}")
         return getattr(import_module(modules[name]), name)
 
     return find
+
+
+def present_name(name: str) -> str | None:
+    """Return the present name of a module that is called by its former one, None for all others."""
+    package, _, module = name.rpartition(".")
+    if name in FORMER or package not in FORMER:
+        return FORMER.get(name)
+    return f"{FORMER[package]}.{module}"
 
 
 def file_of(name: str) -> str:
@@ -55,16 +69,21 @@ class Former(MetaPathFinder, Loader):
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return a spec for a former name, None for all others."""
-        return ModuleSpec(name, self) if name in FORMER else None
+        return ModuleSpec(name, self) if present_name(name) else None
 
     def exec_module(self, module: ModuleType) -> None:
         """Let the former name stand for the module that has its content now."""
         name = module.__name__
-        warnings.warn(f"{name} is {FORMER[name]} now", DeprecationWarning, stacklevel=2)
-        sys.modules[name] = import_module(FORMER[name])
+        present = str(present_name(name))
+        warnings.warn(f"{name} is {present} now", DeprecationWarning, stacklevel=2)
+        there = import_module(present)
+        if hasattr(there, "__path__"):  # a stand-in, since importing what is in a package sets its names
+            module.__dict__.update(__path__=[], __getattr__=partial(getattr, there))
+        else:
+            sys.modules[name] = there
 
 
 def find_former_names() -> None:
-    """Let imports find former names, after all else."""
+    """Let imports find former names, before anything that has a file of such a name."""
     if not any(isinstance(finder, Former) for finder in sys.meta_path):
-        sys.meta_path.append(Former())
+        sys.meta_path.insert(0, Former())

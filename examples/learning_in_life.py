@@ -5,7 +5,7 @@ import tempfile
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 
 SMALL = {
     "space.size": [64.0, 64.0],

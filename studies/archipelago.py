@@ -36,15 +36,14 @@ WAYS = (
 )
 ISLANDS: dict[str, Any] = {f"island_{i}": {} for i in range(1, 8)} | {"steep": {"species.goat.count": 8}}
 CODE = (
-    "import sys; from ecs_eco.archipelago import Archipelago; "
-    "Archipelago(sys.argv[1]).run(workers=2, report=False)"
+    "import sys; from ecs_eco.lab import Archipelago; Archipelago(sys.argv[1]).run(workers=2, report=False)"
 )
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run the archipelago in one way; return its digest, seconds, barriers, and how many were killed."""
-    from ecs_eco.archipelago import Archipelago
     from ecs_eco.config import load
+    from ecs_eco.lab import Archipelago
 
     world = load(config["world"], config["changes"] | {"archipelago": config["archipelago"]})
     with tempfile.TemporaryDirectory(prefix="ecs-eco-islands-") as place:
@@ -95,7 +94,7 @@ def on_ray(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
 
 def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
     """Let two workers run them, and kill one now and then."""
-    from ecs_eco.experiments.pool import Pool
+    from ecs_eco.lab.pool import Pool
 
     pool, done, over = Pool(2), [0], threading.Event()
     chance = random.Random(case["seed"])

@@ -180,10 +180,10 @@ def _typed(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _model(kind: str) -> Any:
-    from ecs_eco.experiments.plan import Planned as Comparison
+    from ecs_eco.lab.comparison_plan import Planned as Comparison
+    from ecs_eco.lab.folder import Manifest as Sweep
+    from ecs_eco.lab.searching.journal import Planned as Search
     from ecs_eco.record.archipelago import Manifest as Archipelago
-    from ecs_eco.search.journal import Planned as Search
-    from ecs_eco.sweeps.folder import Manifest as Sweep
 
     return dict(zip(KINDS, (Sweep, Search, Archipelago, Comparison), strict=True))[kind]
 
@@ -218,7 +218,7 @@ def _linked(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 def _line(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
     """Change a line of a journal, and seal all of it again."""
-    from ecs_eco.search.journal import NAME, WORD, Journal, read
+    from ecs_eco.lab.searching.journal import NAME, WORD, Journal, read
     from studies.common.malicious.worlds import mutate
 
     lines = [{k: v for k, v in line.items() if k != WORD} for line in read(folder / NAME)]

@@ -75,7 +75,7 @@ def searched(
 ) -> dict[str, Any]:
     """Search the numbers of an arm's world; return the best with its score and the candidates that lived."""
     from ecs_eco.config import load
-    from ecs_eco.search import search
+    from ecs_eco.lab import search
 
     plan, random = config["search"], of["deer"] == "random"
     settings = {

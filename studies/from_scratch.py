@@ -59,7 +59,7 @@ def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed:
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Train one seed from random weights and evaluate it."""
     from ecs_eco.config import load
-    from ecs_eco.experiments.pretraining import pretrain
+    from ecs_eco.lab.pretraining import pretrain
 
     world = load(config["world"])
     start, cpu = time.perf_counter(), time.process_time()

@@ -32,7 +32,7 @@ SEARCH = {
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """One search; return the winner's numbers and the confirmation."""
     from ecs_eco.config import load
-    from ecs_eco.search import search
+    from ecs_eco.lab import search
 
     asked = canonical(config) + load("reflexes").config_hash  # a search goes on in the same world only
     name = hashlib.sha256(asked.encode()).hexdigest()[:12]

@@ -120,7 +120,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one arm; return what was measured every `sample` ticks, and the length of a generation [ticks]."""
     from ecs_eco import World
     from ecs_eco.analysis.lineage import Lineage
-    from ecs_eco.archipelago import Archipelago
+    from ecs_eco.lab import Archipelago
 
     arm, ticks = case["arm"], range(0, config["ticks"] + 1, config["sample"])
     if arm == "panmictic":

@@ -47,7 +47,7 @@ def live(p, ticks, seed):
 
 
 def parameters() -> Any:
-    from ecs_eco.search.plan import Parameter
+    from ecs_eco.lab.searching.plan import Parameter
 
     return [
         Parameter(n, c / 30**0.5, c * 30**0.5, log=True, whole=False, start=c)
@@ -56,7 +56,7 @@ def parameters() -> Any:
 
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
-    """As ecs_eco.search.evaluate, with the chain in the place of a world."""
+    """As ecs_eco.lab.searching.evaluate, with the chain in the place of a world."""
     p, spent, scores = np.array([values[n] for n in NAMES]), 0, []
     for stage, (ticks, n) in enumerate(STAGES):
         runs = [live(p, ticks, seed) for seed in range(n)]
@@ -72,7 +72,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Let one optimiser look for a chain; return what its best is worth after some numbers of candidates."""
     import time
 
-    from ecs_eco.search.optimise import Optimiser, merit
+    from ecs_eco.lab.searching.optimise import Optimiser, merit
 
     optimiser, entries, asking, out = (
         Optimiser(parameters(), case["optimiser"], case["seed"]),

@@ -25,8 +25,8 @@ MOST = 50  # draws of a truth that lives
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """A block of candidates, or a world whose numbers are to be found again: numbers and statistics."""
-    from ecs_eco.search.evaluate import Job, evaluate
-    from ecs_eco.search.sampler import statistics_of
+    from ecs_eco.lab.searching.evaluate import Job, evaluate
+    from ecs_eco.lab.searching.sampler import statistics_of
 
     plan = plan_of(config)
     with tempfile.TemporaryDirectory() as folder:
@@ -65,7 +65,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def plan_of(config: dict[str, Any]) -> Any:
     """The plan of the search of the world."""
     from ecs_eco.config import load
-    from ecs_eco.search import plan
+    from ecs_eco.lab.searching import plan
 
     of = {"search.ticks": config["ticks"], "data.ticks": config["year"]}
     return plan.plan_of(load(WORLD, of)).sampling()
@@ -73,8 +73,8 @@ def plan_of(config: dict[str, Any]) -> Any:
 
 def sampler_of(plan: Any, candidates: list[dict[str, Any]], folder: str) -> Any:
     """A sampler that knows these candidates."""
-    from ecs_eco.search.journal import Journal
-    from ecs_eco.search.sampler import Sampler
+    from ecs_eco.lab.searching.journal import Journal
+    from ecs_eco.lab.searching.sampler import Sampler
 
     journal = Journal(Path(folder), {})
     journal.entries += [
@@ -94,7 +94,7 @@ def posterior(
 ) -> tuple[dict[str, Any], Any]:
     """What search.json says of the posterior of observed statistics, or of those of the pelts, and the
     posterior itself."""
-    from ecs_eco.search.posterior import summary
+    from ecs_eco.lab.searching.posterior import summary
 
     plan = plan_of(config)
     if observed is not None:

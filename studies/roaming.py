@@ -17,7 +17,7 @@ import numpy as np
 from ecs_eco import World
 from ecs_eco.components import Motor
 from ecs_eco.config import load
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 from studies.common.study import Study, verdict
 
 WORLD = Path(__file__).parents[1] / "examples" / "roaming.toml"

@@ -32,7 +32,7 @@ def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """One search; return what it found, and the load of the machine."""
-    from ecs_eco.search import search
+    from ecs_eco.lab import search
 
     before = os.getloadavg()[0]
     result = search(

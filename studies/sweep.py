@@ -67,9 +67,9 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
     """Run the same worlds one after the other, without a sweep."""
     from ecs_eco.config import load
+    from ecs_eco.lab.design import design_of
+    from ecs_eco.lab.plan import read_plan
     from ecs_eco.record import run_to_folder
-    from ecs_eco.sweeps.design import design_of
-    from ecs_eco.sweeps.plan import read_plan
 
     design, digests = design_of(read_plan(plan)), []
     for job in design.jobs:
@@ -87,16 +87,16 @@ def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str
 
 def collected(folder: Path) -> list[str]:
     """Return the digests in the table of a sweep."""
-    from ecs_eco.sweeps.folder import read_sweep
-    from ecs_eco.sweeps.table import rows_of
+    from ecs_eco.lab.folder import read_sweep
+    from ecs_eco.lab.table import rows_of
 
     return [row["digest"] for row in rows_of(read_sweep(folder))]
 
 
 def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
     """On two processes, one of which is killed at a third of the jobs."""
-    from ecs_eco.experiments.pool import Pool
-    from ecs_eco.sweeps import run_sweep
+    from ecs_eco.lab import run_sweep
+    from ecs_eco.lab.pool import Pool
 
     killed: list[int] = []
 
@@ -116,7 +116,7 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
     """On a Ray cluster of two nodes: a worker is killed, then a node."""
     from ray.cluster_utils import Cluster
 
-    from ecs_eco.sweeps import run_sweep
+    from ecs_eco.lab import run_sweep
 
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "_system_config": SOON})
     second = cluster.add_node(num_cpus=1)
@@ -144,10 +144,10 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
 
 def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
     """As a job array of the stand-in: twice those that run are preempted, and once told to stop."""
-    from ecs_eco.sweeps.design import design_of
-    from ecs_eco.sweeps.folder import begin
-    from ecs_eco.sweeps.plan import read_plan
-    from ecs_eco.sweeps.slurm import Options, submit
+    from ecs_eco.lab.design import design_of
+    from ecs_eco.lab.folder import begin
+    from ecs_eco.lab.plan import read_plan
+    from ecs_eco.lab.slurm import Options, submit
 
     sweep = begin(folder, design_of(read_plan(plan)))
     with stand_in(folder.parent / "slurm") as state:

@@ -26,7 +26,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 
 from ecs_eco.config import for_training, load
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 from studies.common.networks import Plain, Remembering
 from studies.common.study import Study, verdict
 

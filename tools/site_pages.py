@@ -67,11 +67,11 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         "Numbers with which a world lives, or is like measurements; see "
         "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
         (
-            "ecs_eco.search:search",
-            "ecs_eco.search.fit:Fit",
-            "ecs_eco.search.sampler:Sampler",
-            "ecs_eco.search.sampler:Population",
-            "ecs_eco.search.sampler:weighted_quantiles",
+            "ecs_eco.lab:search",
+            "ecs_eco.lab.searching.fit:Fit",
+            "ecs_eco.lab.searching.sampler:Sampler",
+            "ecs_eco.lab.searching.sampler:Population",
+            "ecs_eco.lab.searching.sampler:weighted_quantiles",
         ),
     ),
     "genomes": (

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import typer
 
-from ecs_eco.archipelago.run import Archipelago
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import INTERRUPTED, Progress, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig
+from ecs_eco.lab.archipelago import Archipelago
 from ecs_eco.record.claim import Claim
 
 UNIT = "ticks of islands"

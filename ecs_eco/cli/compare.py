@@ -27,13 +27,13 @@ from ecs_eco.cli.terminal import (
     whole,
 )
 from ecs_eco.cli.trust import allow
-from ecs_eco.experiments.arm import arms_of, check_training
-from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
-from ecs_eco.experiments.engines import LOCAL, check_engine, engine, prepare
-from ecs_eco.experiments.plan import Planned, plan_of, write_plan
-from ecs_eco.experiments.runs import run_arm
-from ecs_eco.experiments.trained import train_or_find
-from ecs_eco.experiments.treatments import refusal
+from ecs_eco.lab.arm import arms_of, check_training
+from ecs_eco.lab.comparison import Comparison, Key, run_jobs
+from ecs_eco.lab.comparison_plan import Planned, plan_of, write_plan
+from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
+from ecs_eco.lab.runs import run_arm
+from ecs_eco.lab.trained import train_or_find
+from ecs_eco.lab.treatments import refusal
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 

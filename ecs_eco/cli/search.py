@@ -16,12 +16,12 @@ from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.experiments.engines import LOCAL, check_engine
-from ecs_eco.experiments.ray_executor import WorkerLost
+from ecs_eco.lab import search as search_values
+from ecs_eco.lab.executors import LOCAL, check_engine
+from ecs_eco.lab.ray_executor import WorkerLost
+from ecs_eco.lab.searching.journal import has_search
+from ecs_eco.lab.searching.run import Search
 from ecs_eco.record.claim import Claim
-from ecs_eco.search import search as search_values
-from ecs_eco.search.journal import has_search
-from ecs_eco.search.run import Search
 
 SECTION = {  # options, and the keys of [search] that they set
     **{

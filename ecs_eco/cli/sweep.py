@@ -16,19 +16,19 @@ from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say, shown
 from ecs_eco.cli.trust import allow
 from ecs_eco.config.shipped import named
-from ecs_eco.experiments.engines import SLURM, check_engine, engine
 from ecs_eco.inputs import trust
 from ecs_eco.inputs.code import read
+from ecs_eco.lab.design import design_of
+from ecs_eco.lab.executors import SLURM, check_engine, engine
+from ecs_eco.lab.folder import Sweep, begin, check_plan, has_sweep, read_sweep
+from ecs_eco.lab.jobs import UNFINISHED, run_job
+from ecs_eco.lab.plan import read_plan
+from ecs_eco.lab.slurm import Options, resume
+from ecs_eco.lab.status import Status, Survey
+from ecs_eco.lab.sweep import Outcome, do_jobs, unfinished
+from ecs_eco.lab.table import collect
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
-from ecs_eco.sweeps.design import design_of
-from ecs_eco.sweeps.folder import Sweep, begin, check_plan, has_sweep, read_sweep
-from ecs_eco.sweeps.jobs import UNFINISHED, run_job
-from ecs_eco.sweeps.plan import read_plan
-from ecs_eco.sweeps.run import Outcome, do_jobs, unfinished
-from ecs_eco.sweeps.slurm import Options, resume
-from ecs_eco.sweeps.status import Status, Survey
-from ecs_eco.sweeps.table import collect
 
 PACE = 1.0  # [s] between two looks at the folder
 

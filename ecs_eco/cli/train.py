@@ -11,8 +11,8 @@ from ecs_eco.cli.options import On, Out, Quiet, Seed, Set, Ticks, Trust, World
 from ecs_eco.cli.terminal import exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
-from ecs_eco.experiments.engines import LOCAL, check_engine, engine
-from ecs_eco.experiments.pretraining import train_and_evaluate
+from ecs_eco.lab.executors import LOCAL, check_engine, engine
+from ecs_eco.lab.pretraining import train_and_evaluate
 
 
 @exits

@@ -102,7 +102,7 @@ def enter(world: LivingWorld) -> bool:
             raise RuntimeError(
                 f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
                 "and worlds of several threads would mix: esper has one state per process. "
-                "Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
+                "Run worlds in processes, as ecs_eco.lab.search and `ecs-eco compare` "
                 'do (multiprocessing with the context "spawn"), or one after the other in one thread'
             )
     if not (allowed := bool(getattr(_apart, "allowed", False))):

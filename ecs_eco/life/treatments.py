@@ -1,7 +1,7 @@
 """Treatments that are applied as a world is built: something is removed, to measure what it contributes.
 
 Their names are what `controls=` of a world and "controls" in manifests and checkpoints list;
-`ecs_eco.experiments.treatments` has these and all others.
+`ecs_eco.lab.treatments` has these and all others.
 """
 
 from __future__ import annotations

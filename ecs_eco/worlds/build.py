@@ -146,7 +146,7 @@ def _require_one(config: WorldConfig, training: bool) -> None:
                     ("archipelago",),
                     "several worlds where one is to be made",
                     ", ".join(config.archipelago.names),
-                    "islands run by `ecs-eco run` or ecs_eco.archipelago.Archipelago",
+                    "islands run by `ecs-eco run` or ecs_eco.lab.Archipelago",
                 )
             ]
         )

@@ -16,7 +16,7 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
 
     They are kept by configuration, seed, length and the sources of ecs_eco, so that they are never stale.
     """
-    from ecs_eco.experiments.trained import train_or_find
+    from ecs_eco.lab.trained import train_or_find
 
     text = json.dumps([_sources(), without_policies(config), seed, ticks], sort_keys=True)
     name = hashlib.sha256(text.encode()).hexdigest()[:24]

@@ -290,7 +290,7 @@ def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> Non
 
 
 def test_train_hands_on_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
-    catch(monkeypatch, "ecs_eco.experiments.pretraining.pretrain")
+    catch(monkeypatch, "ecs_eco.lab.pretraining.pretrain")
     args, _ = caught("train", "predator-prey", "--seed", "3", "--out", "x")
     assert (args[0].name, *args[1:4]) == ("predator-prey", 3, load("predator-prey").training.ticks, Path("x"))
     args, _ = caught("train", "predator-prey", "--ticks", "5")

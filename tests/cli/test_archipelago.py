@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.record.archipelago import read
-from tests.archipelago.newts import written
+from tests.lab.newts import written
 
 
 @pytest.fixture

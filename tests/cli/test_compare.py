@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 from ecs_eco.cli import app
 from ecs_eco.cli.compare import claim_folder
 from ecs_eco.engine.errors import FolderInUse
-from ecs_eco.experiments.arm import Arm, arms_of
-from ecs_eco.experiments.plan import plan_of, write_plan
+from ecs_eco.lab.arm import Arm, arms_of
+from ecs_eco.lab.comparison_plan import plan_of, write_plan
 
 FEW = [
     "species.grass.count=60",
@@ -136,7 +136,7 @@ def test_options_that_contradict_each_other_are_refused(words: list[str], expect
 
 def test_policies_of_a_folder_are_those_of_all_arms_but_the_random_one(here: Path) -> None:
     from ecs_eco import World
-    from ecs_eco.experiments.comparison import Comparison
+    from ecs_eco.lab.comparison import Comparison
     from ecs_eco.learning.weights import save
 
     (here / "mine").mkdir()

@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.cli.sweep import duration
-from ecs_eco.sweeps import run as running
-from ecs_eco.sweeps.jobs import UNFINISHED
-from tests.sweeps.moss import PLAN, written
+from ecs_eco.lab import sweep as running
+from ecs_eco.lab.jobs import UNFINISHED
+from tests.lab.moss import PLAN, written
 
 
 @pytest.fixture(autouse=True)

@@ -190,7 +190,7 @@ def test_it_may_be_handed_over_in_python(burrow):
 
 
 def test_a_run_goes_on_and_a_sweep_takes_its_keys(burrow, tmp_path):
-    from ecs_eco.sweeps import run_sweep
+    from ecs_eco.lab import run_sweep
 
     run_to_folder(
         load(burrow, {"species.rat.teeth.wear": 0.25}, trust=True),

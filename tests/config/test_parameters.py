@@ -185,7 +185,7 @@ def test_runs_forks_and_resumed_runs_have_the_parameters(garden: Path, tmp_path:
 
 
 def test_a_range_of_a_parameter_is_searched(garden: Path, tmp_path: Path) -> None:
-    from ecs_eco.search import search
+    from ecs_eco.lab import search
 
     found = search(
         load(garden),

@@ -8,10 +8,10 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.experiments.compare import compare
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab import search
+from ecs_eco.lab.comparing import compare
+from ecs_eco.lab.pretraining import pretrain
 from ecs_eco.runs.run import fork, resume, run_to_folder
-from ecs_eco.search import search
 
 
 @pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])

@@ -8,9 +8,9 @@ import pytest
 
 from ecs_eco.analysis.archipelago import load_islands, places
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.archipelago.run import Archipelago
 from ecs_eco.config import load
-from tests.archipelago.newts import written
+from ecs_eco.lab.archipelago import Archipelago
+from tests.lab.newts import written
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from ecs_eco.components import Body, Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.lab.searching.evaluate import objective, score
 from ecs_eco.record import Recorder, resume, run_to_folder
-from ecs_eco.search.evaluate import objective, score
 
 PLANT = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.01}}
 GARDEN = {

@@ -7,12 +7,12 @@ import shutil
 import pytest
 
 from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.lab.searching.journal import read as read_journal
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.belonging import mark_of
 from ecs_eco.record.checkpoint import describe, latest, read
 from ecs_eco.record.parquet import read_metadata, read_part
 from ecs_eco.record.seal import read_manifest
-from ecs_eco.search.journal import read as read_journal
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
 KINDS = {

@@ -11,10 +11,10 @@ import pytest
 from ecs_eco.analysis.report import write_report
 from ecs_eco.analysis.why.page import write_why
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.lab.searching import journal
 from ecs_eco.learning import weights
 from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.parquet import read_part
-from ecs_eco.search import journal
 from studies.common.malicious.files import _pickled_type
 from studies.common.malicious.ground import Ground, cli, ground
 

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from ecs_eco.archipelago import Archipelago
 from ecs_eco.config import load
+from ecs_eco.lab import Archipelago
 from ecs_eco.testing.browser import launched, served, until
 from ecs_eco.view.islands import Map, Opened, describe
-from tests.archipelago.newts import written
+from tests.lab.newts import written
 from tests.view.pages import IN_A_BROWSER
 
 

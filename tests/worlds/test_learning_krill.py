@@ -6,7 +6,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 from ecs_eco.testing import check_world
 
 SMALL = {

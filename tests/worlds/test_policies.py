@@ -7,7 +7,7 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.experiments.pretraining import pretrain
+from ecs_eco.lab.pretraining import pretrain
 from ecs_eco.learning import weights
 from ecs_eco.worlds.policies import name_weights
 

@@ -18,9 +18,9 @@ POLICIES = ("deer", "wolf")
 def make(place: Path) -> None:
     """Make what foreign files are made of: runs, a fork, a comparison, trainings and searches."""
     from ecs_eco.config import load
-    from ecs_eco.experiments.pretraining import pretrain
+    from ecs_eco.lab.pretraining import pretrain
+    from ecs_eco.lab.searching.journal import Journal
     from ecs_eco.record import fork, run_to_folder
-    from ecs_eco.search.journal import Journal
 
     config = load("predator-prey", LIVES)
 

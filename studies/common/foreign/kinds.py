@@ -230,7 +230,7 @@ def _trained_policy(place: Path) -> tuple[str, Read]:
 
 def _trained_already(folder: Path, seed: int) -> bool:
     from ecs_eco.config import load
-    from ecs_eco.experiments.trained import is_trained
+    from ecs_eco.lab.trained import is_trained
 
     return is_trained(folder, load(config(), {"training.ticks": 3}), seed)
 
@@ -240,7 +240,7 @@ def _trained_already(folder: Path, seed: int) -> bool:
 
 def _journal(change: Callable[[list[str], list[str]], list[str]]) -> Kind:
     def put(place: Path) -> tuple[str, Read]:
-        from ecs_eco.search.journal import NAME, read
+        from ecs_eco.lab.searching.journal import NAME, read
 
         path, other = (place / f"search-{n}" / NAME for n in (1, 2))
         lines = change(*(p.read_text(encoding="utf-8").splitlines() for p in (path, other)))

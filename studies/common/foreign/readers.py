@@ -34,8 +34,8 @@ def repeating(run: Path) -> Read:
 
 def comparing(run: Path, seed: int, **arm: Any) -> Read:
     """A comparison that looks for what is there already."""
-    from ecs_eco.experiments.arm import Arm
-    from ecs_eco.experiments.runs import has_run
+    from ecs_eco.lab.arm import Arm
+    from ecs_eco.lab.runs import has_run
 
     return lambda: has_run(run, TICKS, Arm("world", config(), **arm), seed)
 

@@ -383,7 +383,7 @@ SEARCH = (
 def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
     """A search of the garden: its folder, and the lines of its journal without their seals."""
     from ecs_eco.config.edit import as_toml
-    from ecs_eco.search.journal import NAME, WORD, read
+    from ecs_eco.lab.searching.journal import NAME, WORD, read
 
     folder = ground.new()
     folder.mkdir()
@@ -394,7 +394,7 @@ def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
 
 
 def _journal(ground: Ground, label: str, content: Any) -> Attack:
-    from ecs_eco.search.journal import NAME, Journal
+    from ecs_eco.lab.searching.journal import NAME, Journal
 
     whole, folder = _searched(ground)[0] / "world.toml", ground.new()
     folder.mkdir()

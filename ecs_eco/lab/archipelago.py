@@ -1,0 +1,210 @@
+"""The run of an archipelago: all islands to the next barrier, then one manifest, and so on."""
+
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, Executor
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, Self
+
+from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.models.archipelago import Archipelago as Plan
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.arguments import called_with, whole_number
+from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
+from ecs_eco.lab import island
+from ecs_eco.lab.executors import LOCAL, completed, engine, prepare
+from ecs_eco.lab.pool import Pool
+from ecs_eco.record import container
+from ecs_eco.record.archipelago import ISLANDS, Manifest, digest_of, read, write
+from ecs_eco.record.checkpoint import name_of
+from ecs_eco.record.claim import Claim, claimed
+from ecs_eco.record.code import keep_copies, noted, sources
+from ecs_eco.record.folder import check_content, git_commit
+from ecs_eco.record.seal import read_manifest
+from ecs_eco.runs.begin import policies_as_json
+from ecs_eco.runs.run import Stopped
+
+Progress = Callable[[int, int], None]
+MOST_LOSSES = 100  # of workers in one stretch, before the run gives up
+
+
+class Archipelago:
+    """Islands in a folder: `islands` are their run folders by name, `tick` is where all of them are.
+    `from_config` makes the folder, `Archipelago(folder)` opens one; `world(name)` restores one world."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        self.manifest = read(self.folder)
+        self.islands = {
+            name: self.folder / ISLANDS / name for name in self.manifest["config"]["archipelago"]["islands"]
+        }
+
+    @classmethod
+    def from_config(
+        cls,
+        config: Any,
+        seed: int | None = None,
+        ticks: int | None = None,
+        out: str | Path | Claim = "archipelago",
+        policies: str | dict[str, str] = "trained",
+        learn: bool | Mapping[str, bool] | None = None,
+        *,
+        snapshot_every: int | None = None,
+        record: str | None = None,
+        command: str | None = None,
+        trust: bool = False,
+    ) -> Self:
+        """Make the folder of an archipelago, at tick 0; arguments as those of `run_to_folder`. Raises
+        ConfigError for a world without islands, FileExistsError where `out` is not empty."""
+        config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
+        if config.archipelago is None or config.archipelago.here is not None:
+            raise ConfigError(
+                [
+                    Problem(
+                        ("archipelago",),
+                        "is missing: this world has no islands",
+                        allowed="a table with islands, every and emigration",
+                    )
+                ]
+            )
+        manifest = {
+            "world": config.name,
+            "title": config.title,
+            "config": config.resolved(),
+            "config_hash": config.config_hash,
+            "folder": str(config.folder.absolute()),
+            "code": noted(sources(config)),
+            "seed": config.seed if seed is None else seed,
+            "ticks": config.ticks if ticks is None else whole_number("ticks", ticks, 1),
+            "policies": policies_as_json(policies),
+            "learn": learn,
+            "snapshot_every": snapshot_every,
+            "record": record,
+            "command": command,
+            "git_commit": git_commit(),
+            "tick": 0,
+            "islands": {},
+            "digest": None,
+            "finished": False,
+            "wall_seconds": 0.0,
+        }
+        with claimed(out) as claim:
+            (claim.path / ISLANDS).mkdir(exist_ok=True)
+            keep_copies(sources(config), claim.path)
+            container.begin(claim.path, Manifest, manifest)
+            return cls(claim.path)
+
+    @property
+    def tick(self) -> int:
+        """The tick at which all islands are."""
+        return int(self.manifest["tick"])
+
+    @property
+    def digest(self) -> str | None:
+        """The hash of all islands' digests at that tick; None before the first barrier."""
+        digest: str | None = self.manifest["digest"]
+        return digest
+
+    def world(self, name: str, trust: bool = False) -> Any:
+        """Return the world of one island as it is in its checkpoint of this tick."""
+        return World.restore(
+            self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
+        )
+
+    def run(
+        self,
+        until: int | None = None,
+        workers: int | None = 1,
+        on: str | Executor = LOCAL,
+        progress: Progress | None = None,
+        *,
+        threads: int = 1,
+        report: bool = True,
+        trust: bool = False,
+        claim: Claim | None = None,
+    ) -> dict[str, Any]:
+        """Let the islands live on until a tick (None: the planned end); return the manifest.
+
+        Islands are run between barriers by `workers` on an engine, "local" or "ray", or on any executor of
+        concurrent.futures whose workers see the folder under the same name. Whoever is killed, the work is
+        done again, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
+        Stopped; `run` goes on from the last barrier. Raises RecordingError where `until` lies before that.
+        """
+        called_with("progress", progress, "done", "total")
+        until = self.manifest["ticks"] if until is None else until
+        if until < self.tick:
+            raise RecordingError(
+                f"{self.folder}: is at tick {self.tick} already; until {until} lies before that"
+            )
+        self.manifest |= {"ticks": until, "finished": self.tick >= until}
+        start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
+        with Claim(self.folder) if claim is None else nullcontext(), engine(on, workers) as pool:
+            container.may_continue(self.folder, self.manifest, Manifest)
+            for path in self.islands.values():
+                if (path / "manifest.json").is_file():
+                    check_content(path, read_manifest(path)["parts"])
+            write(self.folder, self.manifest)
+            if self.tick < until:
+                one = next(iter(self.islands))
+                prepare(pool, self.folder, island.config_of(self.folder, self.manifest, trust, one))
+            try:
+                while self.tick < until:
+                    self._stretch(pool, until, threads, trust, progress)
+                    self.manifest["wall_seconds"] = spent + time.perf_counter() - start
+                    write(self.folder, self.manifest)
+            except KeyboardInterrupt:
+                raise Stopped(self.tick, self.folder) from None
+            finally:
+                island.forget(self.folder.absolute())
+            if report:
+                self._report(pool)
+        return self.manifest
+
+    def _stretch(
+        self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
+    ) -> None:
+        """Run all islands to the next barrier; note where they are then."""
+        every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
+        start = self.tick
+        goal = min(until, (start // every + 1) * every)
+        root = str(self.folder.absolute())
+        jobs = {name: (root, name, start, goal, threads, trust) for name in self.islands}
+
+        def note(done: int) -> None:
+            if progress is not None:
+                progress(start * len(jobs) + done * (goal - start), until * len(jobs))
+
+        done = _all(pool, island.advance, jobs, note)
+        self.manifest |= {
+            "tick": goal,
+            "finished": goal >= until,
+            "islands": {name: done[name] for name in jobs},
+        }
+        self.manifest["digest"] = digest_of(self.manifest["islands"])
+
+    def _report(self, pool: Executor) -> None:
+        jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
+        _all(pool, island.report, jobs, lambda done: None)
+        write_archipelago(self.folder)
+
+
+def _all(
+    pool: Executor, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
+) -> dict[str, Any]:
+    """Do all jobs on an executor; those whose worker was killed again. Return the results by name."""
+    done: dict[str, Any] = {}
+    for _ in range(MOST_LOSSES):
+        lost: BaseException | None = None
+        for name, future in completed(pool, work, {name: jobs[name] for name in jobs if name not in done}):
+            try:
+                done[name] = future.result()
+                note(len(done))
+            except BrokenExecutor as error:
+                lost = error
+        if lost is None:
+            return done
+        if isinstance(own := getattr(pool, "of", pool), Pool):
+            own.shutdown()  # of what is left; `submit` starts others
+    raise RecordingError(f"{MOST_LOSSES} workers were lost one after the other: {lost}") from lost

@@ -1,0 +1,110 @@
+"""Arms of a comparison: the world as it is, and under each treatment; which policies they run with."""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.lab.treatments import NotApplicable, Policies, Treatment, find, refusal, species_with_policy
+
+# bytes; the names of files in these folders come on top, and file systems allow 255 for one name
+LONGEST_NAME = 100
+UNTREATED = "world"  # the name of the first arm
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One side of a comparison."""
+
+    name: str
+    config: WorldConfig
+    policies: Policies = "trained"  # or a dict: species → policies
+    learn: bool | None = None  # None: as the world says
+    controls: tuple[str, ...] = ()  # of ecs_eco.life.treatments
+    treatment: Treatment | None = None  # None: the world as it is
+
+    @property
+    def trained_species(self) -> list[str]:
+        """Species that run with trained policies: only these depend on the training seed."""
+        names = species_with_policy(self.config)
+        chosen = self.policies if isinstance(self.policies, dict) else dict.fromkeys(names, self.policies)
+        return [name for name in names if chosen.get(name, "trained") == "trained"]
+
+    @property
+    def learns(self) -> bool:
+        """Whether any policy learns in its runs."""
+        if self.learn is not None:
+            return self.learn
+        return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
+
+    def with_policies(self, folder: Path) -> Self:
+        """Return the arm with the trained policies of a folder, where its treatment names no others."""
+        if isinstance(self.policies, str):
+            return replace(self, policies=str(folder)) if self.policies == "trained" else self
+        by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}
+        return replace(self, policies=by_species)
+
+
+def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
+    """Return the world as it is and an arm for each treatment, a name or KEY=VALUE. Raises ConfigError."""
+    arms = [Arm(UNTREATED, load(world, changes))]
+    for name in treatments:
+        arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
+        if any(other.name == arm.name for other in arms):
+            raise refusal("named twice", name, "each control once")
+        arms.append(arm)
+    return arms
+
+
+def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
+    """Return the arm of one treatment; ConfigError if it does not apply to the world."""
+    try:
+        if treatment.assignment:  # beside the other changes, so that errors name the file and the line
+            config = load(world, [*changes, treatment.assignment])
+        else:
+            config = treatment.apply_to(config)
+    except NotApplicable as error:
+        raise refusal(error.what, treatment.name, error.allowed) from None
+    return arm_of(config, treatment)
+
+
+def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
+    """Return the arm of a treatment that has made this configuration."""
+    controls = (treatment.name,) if treatment.at_build else ()
+    return Arm(folder_name(treatment.name), config, treatment.policies, treatment.learn, controls, treatment)
+
+
+def folder_name(treatment: str) -> str:
+    """Return the folder of a treatment's runs: its letters, digits, dots and hyphens; a long name is cut."""
+    name = re.sub(r"[^\w.-]+", "-", treatment.strip()).strip("-.")
+    if len(name.encode()) <= LONGEST_NAME:
+        return name
+    digest = hashlib.sha256(treatment.encode()).hexdigest()[:8]
+    return f"{name.encode()[: LONGEST_NAME - 9].decode(errors='ignore')}-{digest}"
+
+
+def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:
+    """Raise ConfigError if options for training contradict each other or have no effect."""
+    treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
+    for arm, treatment in treated:
+        if treatment.needs_learning and not retrain and not arm.learns:
+            fault = "changes only learning, and nothing learns here"
+            raise refusal(fault, treatment.name, "--retrain --training-seeds N with it")
+    if retrain and training_seeds is None:
+        raise refusal("nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
+    if training_seeds is None:
+        return
+    if not species_with_policy(arms[0].config):
+        allowed = 'a world with policy.kind = "shared"'
+        raise refusal("no species has a policy to train", training_seeds, allowed, source="--training-seeds")
+    changed = [treatment for _, treatment in treated if treatment.changes_config]
+    if retrain and not changed:
+        allowed = "--retrain with a --control that changes one, such as KEY=VALUE"
+        raise refusal("no treatment changes a value", "", allowed, source="--retrain")
+    for treatment in changed:
+        if not retrain and treatment.name.strip().startswith("training."):
+            fault = "changes only the training, and all arms run with the same policies"
+            raise refusal(fault, treatment.name, "--retrain with it")

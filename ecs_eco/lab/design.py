@@ -1,0 +1,310 @@
+"""The design of a sweep: its plan checked in full, every world loaded once, and its jobs and trainings."""
+
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.document import read_document
+from ecs_eco.config.ranges import key_of
+from ecs_eco.config.shipped import named, shipped
+from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
+from ecs_eco.inputs.section import Section
+from ecs_eco.lab.arm import Arm, arm_of
+from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
+from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.manifest import Seed, Sha
+from ecs_eco.worlds.policies import POLICIES
+
+Place = tuple[str | int, ...]
+
+
+NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # of a training: the world that it is in, and its seed
+
+
+class Settings(Section):
+    """What is read of the settings of a plan; the others only tell plans apart."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    policies: Literal["trained", "random", "untrained"] | dict[str, Sha]
+    world_seeds: list[Seed]
+    training_seeds: list[Seed]
+
+
+@dataclass(frozen=True)
+class Training:
+    """Policies that are trained once: in the world with these values, under this treatment."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = Section.model_config
+
+    name: Annotated[str, Field(pattern=NAME)]  # its folder in the sweep's policies/
+    seed: Seed
+    values: dict[str, Any]
+    treatment: str
+    config_hash: Sha
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of a sweep."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = Section.model_config
+
+    number: int
+    point: int
+    values: dict[str, Any]
+    treatment: str  # "": the world as it is
+    training_seed: Seed | None
+    world_seed: Seed
+    training: str | None  # its name
+    config_hash: Sha
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.values.items())
+        seeds = "" if self.training_seed is None else f", training seed {self.training_seed}"
+        parts = [values, self.treatment, f"seed {self.world_seed}{seeds}"]
+        return f"job {self.number} ({'; '.join(part for part in parts if part)})"
+
+
+@dataclass(frozen=True)
+class Design:
+    """A plan that was checked: the world before values vary, jobs, and the trainings that they need."""
+
+    file: PlanFile
+    base: WorldConfig
+    ticks: int
+    jobs: tuple[Job, ...]
+    trainings: tuple[Training, ...]
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All that decides the results, as JSON; the same for the same plan, wherever its files lie."""
+        plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
+        seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
+        if (given := plan_folder(self.file)) is not None:
+            plan["policies"] = {
+                name: hash_of(given / f"{name}.safetensors") for name in species_with_policy(self.base)
+            }
+        return (
+            plan | seeds | {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
+        )
+
+
+def design_of(file: PlanFile, *, trust: bool = False) -> Design:
+    """Return the design of a plan; `trust` allows the code that its world lists to run in this process.
+    Raises ConfigError with all problems found, each with its line."""
+    plan = file.plan
+    base = _base(file, trust)
+    if (
+        n := number_of_points(file)
+        * (1 + len(plan.treatments))
+        * len(plan.seeds("world"))
+        * max(1, len(plan.seeds("training")))
+    ) > MOST_JOBS:
+        raise file.document.refused(
+            [Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")]
+        )
+    if problems := [*_of_policies(file, base), *problems_of_ranges(file, base)]:
+        raise file.document.refused(problems)
+    arms: list[tuple[dict[str, Any], str, Arm]] = []
+    problems = list(islice(_arms(file, base, arms), MOST))
+    if problems:
+        raise file.document.refused(list({(p.key, p.what): p for p in problems}.values()))
+    jobs, trainings = _jobs(file, base, arms)
+    return Design(file, base, plan.ticks or base.ticks, tuple(jobs), tuple(trainings.values()))
+
+
+def _base(file: PlanFile, trust: bool) -> WorldConfig:
+    """Return the world of a plan with the values and reporters that all runs share."""
+    plan = file.plan
+    world = plan.world if named(plan.world) is not None else str(file.folder / plan.world)
+    document = read_document(_there(file, world))
+    document.set_by = file.document.source
+    values = plan.set | {f'reporters."{name}"': what for name, what in plan.reporters.items()}
+    try:
+        return load(document, values, trust=trust)
+    except ConfigError as error:
+        raise _as_plan(
+            error,
+            file,
+            {key_of(name): file.place("set", name) for name in plan.set}
+            | {("reporters", name): ("reporters", name) for name in plan.reporters},
+        ) from None
+
+
+def _there(file: PlanFile, world: str) -> str:
+    """Return the name or file of a world, if there is one."""
+    try:
+        read_document(world)
+    except ConfigError as error:
+        first = error.problems[0]
+        if first.source != "WORLD":
+            raise
+        near = nearest(file.plan.world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
+        raise file.document.refused(
+            [first.moved(key=("world",), value=file.plan.world, source="", nearest=near)]
+        ) from None
+    return world
+
+
+def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
+    """The error of a world with a plan's values: problems of these at their lines, others as they are."""
+    problems = []
+    for problem in error.problems:
+        if problem.source != file.document.source:
+            problems.append(problem)
+            continue
+        key = _known_part(problem.key, places)
+        problems.append(
+            problem.moved(key=(), source="") if key is None else problem.moved(key=places[key], source="")
+        )
+    return file.document.refused(problems)
+
+
+def _known_part(key: Place, known: Container[Place]) -> Place | None:
+    """Return the longest beginning of a key that is known."""
+    return next((key[:n] for n in range(len(key), 0, -1) if key[:n] in known), None)
+
+
+def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
+    """Yield what is wrong with a plan's policies and training."""
+    plan, known = file.plan, species_with_policy(base)
+    if plan.retrain and plan.training_seeds is None:
+        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N beside it")
+    if plan.training_seeds is not None and not known:
+        yield Problem(
+            ("training_seeds",),
+            "no species has a policy to train",
+            plan.training_seeds,
+            'a world with policy.kind = "shared"',
+        )
+    if plan.policies == "trained":
+        return
+    if plan.training_seeds is not None:
+        yield Problem(
+            ("policies",), "policies are trained for this sweep", plan.policies, "policies, or training_seeds"
+        )
+    elif plan.policies not in POLICIES:
+        folder = file.folder / plan.policies
+        allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
+        if not folder.is_dir():
+            yield Problem(
+                ("policies",), "no such folder", plan.policies, allowed, nearest(plan.policies, POLICIES)
+            )
+        for name in known if folder.is_dir() else ():
+            if not (folder / f"{name}.safetensors").is_file():
+                yield Problem(
+                    ("policies",), f"{name}.safetensors is missing in the folder", plan.policies, allowed
+                )
+
+
+def _arms(
+    file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
+) -> Iterator[Problem]:
+    """Load the worlds of all points and treatments into `arms`, in their order; yield what is refused."""
+    for point in points_of(file, base):
+        values = {name: entry.value for name, entry in point.items()}
+        try:
+            config = load(base, values)
+        except ConfigError as error:
+            yield from (_at_value(problem, point) for problem in error.problems)
+            continue
+        if (vain := _vain(file, point)) is not None:
+            yield vain
+        for treatment in ("", *file.plan.treatments):
+            try:
+                arms.append((values, treatment, treated(config, treatment)))
+            except NotApplicable as error:
+                at = ("treatments", file.plan.treatments.index(treatment))
+                yield Problem(at, error.what, treatment, error.allowed)
+            except ConfigError as error:
+                at = ("treatments", file.plan.treatments.index(treatment))
+                yield error.problems[0].moved(key=at, value=treatment, source="", line=None)
+
+
+def treated(config: WorldConfig, treatment: str) -> Arm:
+    """Return the arm of a treatment, "" for the world as it is. Raises NotApplicable, ConfigError."""
+    if not treatment:
+        return Arm("world", config)
+    what = find(treatment, config)
+    return arm_of(what.apply_to(config), what)
+
+
+def _at_value(problem: Problem, point: Point) -> Problem:
+    """The problem of a world at the value of a point that it comes from."""
+    names = {key_of(name): name for name in point}
+    if (key := _known_part(problem.key, names)) is not None:
+        own = names[key]
+        deeper = "" if key_of(own) == problem.key else f"{problem.path}: "
+        return problem.moved(
+            key=point[own].place, value=point[own].value, source="", line=None, what=deeper + problem.what
+        )
+    words = ", ".join(f"{name} = {entry.value}" for name, entry in point.items())
+    place = next(iter(point.values())).place if point else ("world",)
+    return problem.moved(
+        key=place,
+        source="",
+        line=None,
+        what=f"with {words}: {problem.path}: {problem.what}" if words else problem.what,
+    )
+
+
+def _vain(file: PlanFile, point: Point) -> Problem | None:
+    """The problem of a value of [training] where no policies are trained under a point's values."""
+    for name, entry in point.items():
+        if key_of(name)[0] == "training" and not file.plan.retrain:
+            return Problem(
+                entry.place,
+                "changes only the training, and all jobs run with the same policies",
+                entry.value,
+                "retrain = true with it",
+            )
+    return None
+
+
+def _jobs(
+    file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
+) -> tuple[list[Job], dict[str, Training]]:
+    """Return all jobs, by points, treatments, training seeds and world seeds, and what they need trained."""
+    plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
+    per_point = 1 + len(plan.treatments)
+    for at, (values, treatment, arm) in enumerate(arms):
+        own = plan.retrain and arm.config.config_hash != base.config_hash
+        trained_in = arm.config.config_hash if own else base.config_hash
+        for seed in plan.seeds("training") if arm.trained_species else ():
+            name = f"{trained_in[:16]}/seed-{seed}"
+            trainings.setdefault(
+                name, Training(name, seed, values if own else {}, treatment if own else "", trained_in)
+            )
+        for training_seed in (plan.seeds("training") if arm.trained_species else ()) or (None,):
+            training = None if training_seed is None else f"{trained_in[:16]}/seed-{training_seed}"
+            jobs += [
+                Job(
+                    len(jobs) + i,
+                    at // per_point,
+                    values,
+                    treatment,
+                    training_seed,
+                    seed,
+                    training,
+                    arm.config.config_hash,
+                )
+                for i, seed in enumerate(plan.seeds("world"))
+            ]
+    return jobs, trainings
+
+
+def as_json(thing: Job | Training) -> dict[str, Any]:
+    """Return a job or a training as it is in sweep.json."""
+    return asdict(thing)
+
+
+def plan_folder(file: PlanFile) -> Path | None:
+    """Return the folder of policies that a plan names, if any."""
+    return None if file.plan.policies in POLICIES else file.folder / file.plan.policies

@@ -1,0 +1,222 @@
+"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It holds all
+that a job needs, so it may be moved, or lie on a shared disk."""
+
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.document import Document
+from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
+from ecs_eco.lab.arm import Arm
+from ecs_eco.lab.design import Design, Job, Settings, Training, as_json, plan_folder, treated
+from ecs_eco.lab.treatments import NotApplicable, species_with_policy
+from ecs_eco.record import container
+from ecs_eco.record.code import FOLDER as CODE
+from ecs_eco.record.code import check_code, keep_copies, noted, sources
+from ecs_eco.record.container import Container, inside
+from ecs_eco.record.manifest import Config, Tick
+
+SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"
+RUN = "run"  # the run's folder within that of its job
+GIVEN = "given"  # folder of the policies that a plan names
+
+
+class Manifest(Container):
+    """The manifest of a sweep."""
+
+    FILE: ClassVar = SWEEP
+    KIND: ClassVar = "sweep"
+    COMMAND: ClassVar = "sweep"
+    OTHER: ClassVar = "holds the sweep of another plan"
+    DECIDES: ClassVar = ("plan", "jobs")
+
+    kind: Literal["sweep"]
+    world: str
+    title: str
+    source: str
+    ticks: Tick
+    checkpoint_every: Tick | None
+    plan: Settings
+    home: Annotated[str, Field(pattern=r"^world(/below)*$")]
+    config: Config
+    code: list[dict[str, str]]
+    trainings: list[Training]
+    jobs: Annotated[list[Job], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _refers(self) -> Self:
+        known = {None, *(training.name for training in self.trainings)}
+        for number, job in enumerate(self.jobs):
+            if job.number != number or job.training not in known:
+                raise ValueError(f"jobs.{number}: has another number, or a training that is not listed")
+        return self
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a plan by their keys, and its worlds."""
+        return {**content["plan"], "worlds": sorted({job["config_hash"] for job in content["jobs"]})}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep as its folder holds it."""
+
+    folder: Path
+    content: dict[str, Any]
+
+    @property
+    def hash(self) -> str:
+        """The hash of its plan."""
+        return str(self.content["hash"])
+
+    @property
+    def ticks(self) -> int:
+        """Length of each run."""
+        return int(self.content["ticks"])
+
+    def may_continue(self) -> None:
+        """Raise ForeignFile where the sweep was begun in another mode, or has a link out of its folder."""
+        container.may_continue(self.folder, self.content, Manifest)
+
+    @cached_property
+    def jobs(self) -> tuple[Job, ...]:
+        """All jobs."""
+        return tuple(Job(**job) for job in self.content["jobs"])
+
+    @cached_property
+    def trainings(self) -> dict[str, Training]:
+        """All trainings, by name."""
+        return {one["name"]: Training(**one) for one in self.content["trainings"]}
+
+    def job_folder(self, number: int) -> Path:
+        """Return the folder of a job. Raises ConfigError for a number that no job has."""
+        if not 0 <= number < len(self.content["jobs"]):
+            allowed = f"a number from 0 to {len(self.content['jobs']) - 1}"
+            raise ConfigError([Problem((), "no such job", number, allowed, source="NUMBER")])
+        return self.folder / JOBS / f"{number:04d}"
+
+    def policies_folder(self, training: str) -> Path:
+        """Return the folder of policies that a training leaves."""
+        return inside(self.folder, self.folder / "policies" / training)
+
+    def world(self, values: dict[str, Any], treatment: str) -> Arm:
+        """Return the world with these values under a treatment. Raises ConfigError, ForeignFile."""
+        try:
+            return treated(load(self.base, values), treatment)
+        except NotApplicable as error:
+            raise ForeignFile(
+                f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; allowed: {error.allowed}"
+            ) from None
+
+    def arm(self, job: Job) -> Arm:
+        """Return the arm of a job with its policies. Raises ForeignFile where its world is another now."""
+        arm = self.world(job.values, job.treatment)
+        if arm.config.config_hash != job.config_hash:
+            raise ForeignFile(
+                f"{self.folder / SWEEP}: {job} has another configuration than when the sweep "
+                "began: another version of ecs-eco reads it, or its code has changed"
+            )
+        if job.training is not None:
+            return arm.with_policies(self.policies_folder(job.training))
+        given = self.content["plan"]["policies"]
+        if given == "trained":
+            return arm
+        return arm.with_policies(Path(given) if isinstance(given, str) else self.folder / "policies" / GIVEN)
+
+    @cached_property
+    def base(self) -> WorldConfig:
+        """The world before values vary."""
+        check_code(self.content["code"], [self.folder / CODE], str(self.folder / SWEEP))
+        home = self.folder / self.content["home"]
+        return load(Document(self.content["config"], SWEEP, home, places=[self.folder / CODE]))
+
+
+def read_sweep(folder: str | Path) -> Sweep:
+    """Return the sweep in a folder. Raises RecordingError where there is none, or it is damaged."""
+    path = Path(os.path.abspath(folder))
+    try:
+        status = (path / SWEEP).stat()
+    except OSError:
+        container.read(folder, Manifest)
+        raise
+    return _read(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=4)
+def _read(folder: Path, written: int, size: int) -> Sweep:
+    return Sweep(folder, container.read(folder, Manifest))
+
+
+def has_sweep(folder: Path) -> bool:
+    """Return whether a sweep was begun in a folder."""
+    return container.has(folder, Manifest)
+
+
+def begin(folder: Path, design: Design) -> Sweep:
+    """Write the sweep of a design into a folder, or find it there; return it.
+
+    Raises ForeignFile where the folder holds the sweep of another plan.
+    """
+    if has_sweep(folder):
+        check_plan(folder, design)
+        return read_sweep(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    keep_copies(sources(design.base), folder)
+    home = _keep_policies(folder, design)
+    container.begin(
+        folder,
+        Manifest,
+        _planned(design)
+        | {
+            "world": design.base.name,
+            "title": design.file.plan.title or design.base.title,
+            "source": design.file.document.source,
+            "ticks": design.ticks,
+            "checkpoint_every": design.file.plan.checkpoint_every,
+            "home": home.as_posix(),
+            "config": design.base.resolved(),
+            "code": noted(sources(design.base)),
+            "trainings": [as_json(one) for one in design.trainings],
+        },
+    )
+    return read_sweep(folder)
+
+
+def check_plan(folder: Path, design: Design) -> None:
+    """Raise ForeignFile where a sweep is that of another plan, or of the other mode."""
+    container.check(folder, Manifest, _planned(design))
+
+
+def _planned(design: Design) -> dict[str, Any]:
+    return {"plan": design.settings, "jobs": [as_json(job) for job in design.jobs]}
+
+
+def _keep_policies(folder: Path, design: Design) -> Path:
+    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that stands
+    for the world's own."""
+    config = design.base
+    files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
+    inside = [file for file in files if not os.path.isabs(file)]
+    ups = max([Path(os.path.normpath(file)).parts.count("..") for file in inside], default=0)
+    home = Path("world", *["below"] * ups)  # so deep that what lies above the world's folder is copied too
+    for file in inside:
+        if config.file(file).is_file():
+            copy = folder / os.path.normpath(home / file)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(config.file(file), copy)
+    (folder / home).mkdir(parents=True, exist_ok=True)
+    given = plan_folder(design.file)
+    for name in species_with_policy(config) if given is not None else ():
+        (folder / "policies" / GIVEN).mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(
+            given / f"{name}.safetensors",  # type: ignore[operator]
+            folder / "policies" / GIVEN / f"{name}.safetensors",
+        )
+    return home

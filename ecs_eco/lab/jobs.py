@@ -1,0 +1,219 @@
+"""One job of a sweep, which any engine may call, again and again: done, gone on with, or begun."""
+
+import json
+import os
+import socket
+import time
+import traceback
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ConfigDict
+
+from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
+from ecs_eco.engine.files import write_json
+from ecs_eco.inputs.section import Section
+from ecs_eco.inputs.trust import allow
+from ecs_eco.lab.design import Job
+from ecs_eco.lab.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
+from ecs_eco.lab.pool import once_free
+from ecs_eco.lab.runs import has_run, run_arm
+from ecs_eco.lab.trained import is_trained, train_or_find
+from ecs_eco.record.claim import Claim, ours
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Seed, Sha, Tick
+from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
+
+PATIENCE = 150.0  # [s] a job waits for another process that has it; leases of shared disks end before
+PACE = 1.0  # [s] between two notes of a job's progress
+UNFINISHED = 75  # exit code of a process that was told to stop and left a checkpoint: EX_TEMPFAIL
+
+
+def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
+    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. One that was
+    stopped goes on from its last checkpoint, and trains first what it needs. `allowed` are hashes of code
+    that may run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
+    process has the job."""
+    _allow(allowed)
+    sweep = read_sweep(folder)
+    sweep.may_continue()
+    place = inside(sweep.folder, sweep.job_folder(number))
+    job = sweep.jobs[number]
+    if (done := read_done(sweep, number)) is not None:
+        return done
+    place.mkdir(parents=True, exist_ok=True)
+    with once_free(lambda: Claim(place), PATIENCE, PACE):
+        if (done := read_done(sweep, number)) is not None:
+            return done
+        begin = time.time()
+        try:
+            done = _do(sweep, job, place) | {"began": begin}
+        except Exception as error:
+            failure = {"error": type(error).__name__, "text": str(error), "at": time.time()}
+            failure |= {"host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}
+            write_json(place / FAILED, failure)
+            raise
+        write_manifest(place, done, DONE)
+        for name in (FAILED, PROGRESS):
+            (place / name).unlink(missing_ok=True)
+        return done
+
+
+def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
+    """Train the policies of a sweep's training, unless they are there; return their folder.
+
+    One process at a time trains the same; the others wait for it.
+    """
+    _allow(allowed)
+    sweep = read_sweep(folder)
+    sweep.may_continue()
+    training, place = sweep.trainings[name], sweep.policies_folder(name)
+    config = sweep.world(training.values, training.treatment).config
+    while not is_trained(place, config, training.seed):
+        try:
+            with ours(place.with_name(f"{place.name}.training")):
+                return str(train_or_find(place, config, training.seed))
+        except FolderInUse:
+            time.sleep(PACE)
+    return str(place)
+
+
+class Numbers(Section):
+    """What is kept of one species in a run."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+    __pydantic_extra__: dict[str, float | None]
+
+    deaths: dict[str, float]
+
+
+class Summary(Section):
+    """What is kept of a run, as `summary_of` returns it."""
+
+    persisted: bool
+    lived: float
+    species: dict[str, Numbers]
+    reporters: dict[str, dict[str, dict[str, float | None]]]
+
+
+class Done(Section):
+    """The content of done.json."""
+
+    format: Literal[1]
+    number: int
+    sweep: Sha
+    values: dict[str, Any]
+    treatment: str
+    training_seed: Seed | None
+    world_seed: Seed
+    config_hash: Sha
+    digest: Sha
+    ticks: Tick
+    git_commit: str | None
+    versions: dict[str, str]
+    weights: dict[str, str]
+    seconds: float
+    began: float
+    ended: float
+    host: str
+    summary: Summary
+
+
+def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
+    """Return the done.json of a job, None where it is not done.
+
+    Raises ForeignFile for the file of another job, RecordingError for a damaged one.
+    """
+    path = sweep.job_folder(number) / DONE
+    if not path.exists():
+        return None
+    try:
+        done = read_sealed(path.parent, DONE, Done)
+    except RecordingError as error:
+        raise RecordingError(f"{error}; remove this file, and the job finds its run") from None
+    job = sweep.jobs[number]
+    wanted = {
+        "number": number,
+        "sweep": sweep.hash,
+        "values": job.values,
+        "config_hash": job.config_hash,
+        "world_seed": job.world_seed,
+        "training_seed": job.training_seed,
+        "treatment": job.treatment,
+        "ticks": sweep.ticks,
+    }
+    if different := [key for key, value in wanted.items() if done[key] != value]:
+        raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
+    return done
+
+
+def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
+    """Train and run what a job needs; return what its done.json holds."""
+    from ecs_eco.lab.summary import summary_of
+
+    note = _noting(place / PROGRESS, sweep.ticks)
+    note(_tick_of(place / RUN), sweep.ticks)
+    if job.training is not None:
+        train(sweep.folder, job.training)
+    arm = sweep.arm(job)
+    arm.config._code.require(sweep.content["source"])
+    if not has_run(place / RUN, sweep.ticks, arm, job.world_seed):
+        run_arm(arm, job.world_seed, sweep.ticks, place / RUN, sweep.content["checkpoint_every"], note)
+    manifest = read_manifest(place / RUN)
+    return {
+        "format": 1,
+        "number": job.number,
+        "sweep": sweep.hash,
+        "values": job.values,
+        "treatment": job.treatment,
+        "training_seed": job.training_seed,
+        "world_seed": job.world_seed,
+        "config_hash": job.config_hash,
+        "digest": manifest["digest"],
+        "ticks": sweep.ticks,
+        "git_commit": manifest["git_commit"],
+        "versions": manifest["versions"],
+        "weights": manifest["weights"],
+        "seconds": round(manifest["wall_seconds"], 3),
+        "ended": time.time(),
+        "host": socket.gethostname(),
+        "summary": summary_of(place / RUN),
+    }
+
+
+def _allow(hashes: Collection[str]) -> None:
+    if hashes:
+        allow(hashes)
+
+
+def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
+    """Return a progress function that notes the tick in a file, now and then, and from the second call on
+    since when ticks pass; lost notes do no harm."""
+    last = 0.0
+    begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
+
+    def note(done: int, _: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < PACE and last:
+            return
+        if last:  # ticks pass; what came before, training and compiling, says nothing about their rate
+            begin.setdefault("from", done)
+            begin.setdefault("began", time.time())
+        last = now
+        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            beside.write_text(json.dumps(begin | {"done": done, "at": time.time()}), encoding="utf-8")
+            os.replace(beside, path)
+        except OSError:
+            beside.unlink(missing_ok=True)
+
+    return note
+
+
+def _tick_of(run: Path) -> int:
+    """Return the tick of the last checkpoint of a run, 0 without one."""
+    from ecs_eco.record.checkpoint import SUFFIX, tick_of
+
+    return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)

@@ -1,0 +1,187 @@
+"""Pre-training: policies learn from random weights while respawn holds numbers constant, and evaluation."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.learning import acts_of, thinned, updates_of
+from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.config import WorldConfig, for_training, load
+from ecs_eco.config.loading import changed
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.arguments import called_with, seed_number, whole_number
+from ecs_eco.lab.training_worlds import TrainingWorlds
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.learning.weights import save as save_weights
+from ecs_eco.life.reconfigure import reconfigure
+from ecs_eco.record.seal import write_manifest
+from ecs_eco.worlds.policies import names_of
+
+
+def pretrain(
+    config: Any,
+    seed: int | None = None,
+    ticks: int | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    threads: int = 1,
+    points: int = 30,
+    trust: bool = False,
+) -> dict[str, Any]:
+    """Train the policies of all species of a world that have one; return the curves,
+    and the networks under "policies".
+
+    `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per
+    animal and second, deaths per animal and second, mean happiness, over all worlds. `out` receives
+    <species>.safetensors and training.json. "learning" has each update, and "actions" how often each is done,
+    by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run in this
+    process.
+    """
+    called_with("progress", progress, "done", "ticks")
+    config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
+    ticks = config.training.ticks if ticks is None else whole_number("ticks", ticks, 1)
+    seed = config.seed if seed is None else seed_number(seed)
+    begin = time.perf_counter()
+    training_worlds = TrainingWorlds(config, seed, threads)
+    last: dict[str, list[dict[str, np.ndarray]]] = {}
+    every = max(1, ticks // points)
+    for done in range(0, ticks, every):
+        for world in training_worlds.worlds:
+            ramp(world, config, done / ticks)
+        training_worlds.run(min(every, ticks - done))
+        if progress is not None:
+            progress(training_worlds.tick, ticks)
+        if training_worlds.tick > (1 - config.training.average) * ticks or training_worlds.tick == ticks:
+            for name, brain in training_worlds.brains().items():
+                last.setdefault(name, []).append(brain.state())
+    policies = {name: mean_weights(states) for name, states in last.items()}
+    result = {
+        "world": config.name,
+        "config_hash": config.config_hash,
+        "seed": training_worlds.seed,
+        "ticks": ticks,
+        "seconds": time.perf_counter() - begin,
+        "curves": training_worlds.curves(every),
+        "policies": policies,
+        "names": {name: names_of(config, name) for name in policies},
+        "reports": training_worlds.reports(),
+        **over_time(training_worlds),
+    }
+    if out is not None:
+        save(result, Path(out))
+    return result
+
+
+def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
+    """Return updates, and how often actions were done, by species, as lists; None for what is undefined."""
+    updates, actions = training_worlds.history()
+    learning = {
+        s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
+        for s, u in updates_of(updates).items()
+    }
+    acts = {}
+    for s, a in acts_of(actions).items():
+        curves = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
+        acts[s] = {
+            "tick": curves[0][0].tolist(),
+            **{name: _plain(c[1]) for name, c in zip(a.actions, curves, strict=True)},
+        }
+    return {"learning": learning, "actions": acts}
+
+
+def _plain(values: np.ndarray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
+
+
+def ramp(world: World, config: WorldConfig, share: float) -> None:
+    """Set the ramped values of a training world, after this share of the training."""
+    wanted = {r.key: r.at(share) for r in config.training.ramp}
+    if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):
+        reconfigure(world, changed(world.config, wanted))
+
+
+def value_at(data: Any, key: str) -> Any:
+    """Return the value at a dotted key."""
+    for part in key.split("."):
+        data = data[int(part)] if isinstance(data, list) else data[part]
+    return data
+
+
+def save(result: dict[str, Any], out: Path) -> None:
+    """Write policies as sealed safetensors, and all else, with their hashes, as a sealed training.json."""
+    out.mkdir(parents=True, exist_ok=True)
+    for name, weights in result["policies"].items():
+        save_weights(out / f"{name}.safetensors", weights, result["names"][name])
+    hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
+    write_manifest(
+        out,
+        {k: v for k, v in result.items() if k not in ("policies", "names")} | {"weights": hashes},
+        "training.json",
+    )
+
+
+def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the average of several states of one network: steadier than the last
+    of them (Polyak & Juditsky 1992)."""
+    return {
+        k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
+        for k in states[0]
+    }
+
+
+SEEDS = 3
+TICKS = 300  # of each run, at most
+
+
+def against_random(
+    config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
+) -> dict[str, Any]:
+    """Run trained and random policies, neither learning, in `seeds` worlds of the training. Returns species →
+    measure → {"trained": [mean, low, high], "random": …, "difference": …} (95 %, Student's t over seeds,
+    which arms share)."""
+    found = {
+        arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
+        for arm, chosen in (("trained", str(policies)), ("random", "random"))
+    }
+    out: dict[str, Any] = {}
+    for s, measures in found["trained"][0].items():
+        out[s] = {}
+        for word in measures:
+            trained, random = (np.array([[run[s][word] for run in runs]]) for runs in found.values())
+            both = {"trained": trained, "random": random, "difference": trained - random}
+            out[s][word] = {arm: clean(mean_interval(values)) for arm, values in both.items()}
+    return out
+
+
+def train_and_evaluate(
+    config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
+) -> dict[str, Any]:
+    """Train policies into a folder; return what `pretrain` does, with "against_random"."""
+    config._code.pass_on()
+    result = pretrain(config, seed, ticks, out, progress)
+    result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
+    save(result, out)
+    return result
+
+
+def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:
+    world = World.from_config(for_training(config), seed=seed, policies=policies, training=True, learn=False)
+    world.run(ticks)
+    names = world.recorder.names
+    table = world.series().select(["n", "taken_in", "deaths", "happiness_mean"])
+    series = {k: np.asarray(v, float).reshape(-1, len(names)) for k, v in table.to_pydict().items()}
+    out = {}
+    for i, name in enumerate(names):
+        if world.tables[name].species.nerves is not None and world.tables[name].species.nerves.policy:
+            lived = max(float(series["n"][:, i].sum()) * config.dt, 1e-12)
+            out[name] = {
+                "happiness": float(series["happiness_mean"][:, i].mean()),
+                "intake": float(series["taken_in"][:, i].sum()) / lived,
+                "deaths": float(series["deaths"][:, i].sum()) / lived,
+            }
+    return out

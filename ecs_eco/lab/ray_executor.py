@@ -1,0 +1,302 @@
+"""Ray as an executor: each call is a task of one CPU and one thread, called again where its worker was lost.
+It goes on from the checkpoint in its folder, which all machines must see."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future
+from concurrent.futures import wait as _wait
+from pathlib import Path
+from queue import SimpleQueue
+from threading import RLock, Thread
+from types import TracebackType
+from typing import Any, TypeVar
+
+from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.engine.processes import SAFE
+from ecs_eco.lab.pool import ENDED, PINS, once_free
+
+RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
+PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
+ANSWER = 10.0  # [s] in which a cluster answers
+GRACE = 30.0  # [s] that calls have to write their checkpoint when they are told to stop
+# variables that results may depend on begin so
+SETTINGS = ("ECS_ECO_", "NUMBA_", "NPY_DISABLE_", "MKL_", "ONEDNN_MAX_", "OPENBLAS_CORETYPE", "ATEN_CPU_")
+LOCAL = "local"
+OF_A_MACHINE = ("ECS_ECO_CACHE", "NUMBA_CACHE_DIR")
+Result = TypeVar("Result")
+
+
+class WorkerLost(RuntimeError):
+    """A call whose workers were lost again and again."""
+
+
+class Imported(list[str]):
+    """Folders in which Ray's workers look for modules: of those that Ray adds, the ones in which this process
+    looks. Ray always adds the present one, whose modules would hide all others."""
+
+    def extend(self, folders: Iterable[str]) -> None:
+        """Add folders."""
+        own = {os.path.realpath(folder) for folder in sys.path}
+        super().extend(folder for folder in folders if os.path.realpath(folder) in own)
+
+
+class Call(Future[Any]):
+    """The future of a task. It can also be cancelled while it runs: it is told to stop, as by Ctrl-C."""
+
+    def __init__(self, executor: RayExecutor, work: tuple[Any, ...]) -> None:
+        super().__init__()
+        self._executor, self.work = executor, work
+        self.reference: Any = None  # of the task, once it was sent
+
+    def cancel(self) -> bool:
+        """Cancel the call, whether it runs or not; False where it is done."""
+        cancelled = super().cancel()
+        if cancelled and self.reference is not None:
+            self._executor.ray.cancel(self.reference)
+        return cancelled
+
+
+class RayExecutor(Executor):
+    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine,
+    or one that is started here for the time being, with `workers` CPUs.
+
+    At most `workers` tasks at a time, None: as many as the cluster has room for. Raises ConfigError where Ray
+    is missing or no cluster answers.
+    """
+
+    def __init__(
+        self, workers: int | None = None, address: str | None = None, retries: int = RETRIES
+    ) -> None:
+        self.ray = _ray()
+        self._connected = not self.ray.is_initialized()
+        if self._connected:
+            _connect(self.ray, workers, address or os.environ.get("RAY_ADDRESS"))
+        self._most, self._retries = workers, retries
+        self._options = {"num_cpus": 1, "max_retries": retries, "runtime_env": {"env_vars": settings()}}
+        self._task = self.ray.remote(**self._options)(_call)
+        self._lock, self._waiting, self._sent = RLock(), deque[Call](), set[Call]()
+        self._done: SimpleQueue[tuple[Call, Future[Any]] | None] = SimpleQueue()
+        self._collector = Thread(target=self._collect, daemon=True, name="ecs-eco-ray")
+        self._collector.start()
+        self._open = True
+
+    @property
+    def workers(self) -> int:
+        """How many calls are carried out at a time."""
+        return self._most or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        """Submit a call."""
+        if not self._open:
+            raise RuntimeError("cannot schedule new futures after shutdown")
+        call = Call(self, (fn, args, kwargs))
+        with self._lock:
+            self._waiting.append(call)
+            self._send()
+        return call
+
+    def on_each_machine(self, folder: Path, fn: Callable[..., Any], /, *args: Any) -> None:
+        """Call a function once on each machine of the cluster, all at once, and wait for them; raise what it
+        raises, and ConfigError naming the machines that do not have a folder."""
+        from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy as At
+
+        machines = {
+            node["NodeManagerHostname"]: node["NodeID"]
+            for node in self.ray.nodes()
+            if node["Alive"] and node["Resources"].get("CPU")
+        }
+        there = self.ray.remote(**self._options)(_prepare)
+        asked = [
+            there.options(scheduling_strategy=At(node, soft=True)).remote(str(folder), fn, args)
+            for node in machines.values()
+        ]
+        try:
+            without = sorted({name for name in self.ray.get(asked) if name})
+        except BaseException as error:
+            _, rest = self.ray.wait(asked, num_returns=len(asked), timeout=0, fetch_local=False)
+            for reference in rest:  # to cancel one that has just ended can end this process (Ray 2.60)
+                self.ray.cancel(reference)
+            raise _plain(error, self._retries) from None
+        if without:
+            fault = f"is not there on {listed(without)}"
+            allowed = "a folder that all machines of the cluster share"
+            raise ConfigError([Problem((), fault, str(folder), allowed, source="--out")])
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Leave the cluster once all calls are done, and end it where it was started for this."""
+        self._open = False
+        with self._lock:
+            if cancel_futures:
+                for call in (*self._waiting, *self._sent):
+                    call.cancel()
+            rest = (*self._waiting, *self._sent)
+        if wait:
+            self._leave(rest)
+        else:
+            Thread(target=self._leave, args=(rest,), daemon=True).start()
+
+    def terminate(self) -> None:
+        """Tell all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
+        with self._lock:
+            stopped = [call for call in (*self._waiting, *self._sent) if call.cancel()]
+            self._send()  # hands out those that wait, as cancelled
+            sent = [call.reference for call in stopped if call.reference is not None]
+        if sent:
+            _, late = self.ray.wait(sent, num_returns=len(sent), timeout=GRACE, fetch_local=False)
+            for reference in late:
+                self.ray.cancel(reference, force=True)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self.terminate()
+        self.shutdown()
+
+    def _leave(self, calls: Sequence[Call]) -> None:
+        """Wait for calls; then end what is ours."""
+        _wait(calls)
+        self._done.put(None)
+        self._collector.join()
+        if self._connected and self.ray.is_initialized():
+            self.ray.shutdown()
+        self._connected = False
+
+    def _send(self) -> None:
+        """Send calls to the cluster, up to the number of workers; the lock is held."""
+        for call in tuple(self._waiting):
+            if call.cancelled():
+                self._waiting.remove(call)
+                call.set_running_or_notify_cancel()
+        while self._waiting and (self._most is None or len(self._sent) < self._most):
+            call = self._waiting.popleft()
+            call.reference = self._task.remote(*call.work)
+            self._sent.add(call)
+            call.reference.future().add_done_callback(lambda done, call=call: self._done.put((call, done)))
+
+    def _collect(self) -> None:
+        """Hand out results as they arrive, and send the next calls."""
+        while (arrived := self._done.get()) is not None:
+            call, done = arrived
+            with self._lock:
+                self._sent.discard(call)
+                self._send()
+            if not call.set_running_or_notify_cancel():
+                continue
+            error = done.exception()
+            if error is None:
+                call.set_result(done.result())
+            else:
+                call.set_exception(_plain(error, self._retries))
+
+
+def settings() -> dict[str, str]:
+    """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
+    and what results depend on as it is set here."""
+    here = {
+        name: value
+        for name, value in os.environ.items()
+        if name.startswith(SETTINGS) and name not in OF_A_MACHINE
+    }
+    return here | dict.fromkeys((*PINS, SAFE), "1")
+
+
+def _ray() -> Any:
+    """Return the module; ConfigError where it is not installed."""
+    try:
+        import ray
+    except ImportError:
+        allowed = 'local, or ray after: pip install "ecs-eco[ray]"'
+        raise ConfigError([Problem((), "Ray is not installed", "ray", allowed, source="--on")]) from None
+    return ray
+
+
+def _connect(ray: Any, workers: int | None, address: str | None) -> None:
+    """Connect to a cluster; start one on this machine where none is named and none runs."""
+    job = ray.job_config.JobConfig()
+    job._py_driver_sys_path = Imported()
+    quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
+    if address is not None and address.startswith("ray://"):
+        allowed = "HOST:PORT from a machine of the cluster, or `ray job submit` from elsewhere"
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "is Ray's client, which ends with its connection",
+                    address,
+                    allowed,
+                    source="RAY_ADDRESS",
+                )
+            ]
+        )
+    try:
+        if address != LOCAL:
+            _knock(address)
+            ray.init(address=address or "auto", **quiet)
+            return
+    except (OSError, RuntimeError, ValueError) as error:
+        if address is not None:
+            why = getattr(error, "strerror", None) or str(error).splitlines()[0]
+            allowed = "the address that `ray start --head` printed, or none for this machine's own"
+            raise ConfigError(
+                [Problem((), f"no Ray cluster answers there: {why}", address, allowed, source="RAY_ADDRESS")]
+            ) from None
+    ray.init(address=LOCAL, num_cpus=workers or os.cpu_count(), include_dashboard=False, **quiet)
+
+
+def _knock(address: str | None) -> None:
+    """Raise OSError where nobody listens at HOST:PORT; Ray itself would try for minutes."""
+    host, _, port = (address or "").rpartition(":")
+    if host and port.isdigit():
+        socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
+
+
+def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+    """On a worker: carry out a call, once the folder that it writes is free."""
+    try:
+        return once_free(lambda: fn(*args, **kwargs), PATIENCE)
+    except KeyboardInterrupt:
+        if _is_cancelled():
+            raise
+        os._exit(ENDED)  # this worker is told to end, not the call: it is called again elsewhere
+
+
+def _is_cancelled() -> bool:
+    import ray
+
+    return bool(ray.get_runtime_context().is_canceled())
+
+
+def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
+    """On a machine: call a function; return the machine's name instead where it does not have a folder."""
+    if not os.path.isdir(folder):
+        return socket.gethostname()
+    fn(*args)
+    return ""
+
+
+def _plain(error: BaseException, retries: int) -> BaseException:
+    """Return the error that a call raised, without what Ray puts around it."""
+    from ray import exceptions
+
+    if isinstance(error, exceptions.RayTaskError):
+        cause = error.cause
+        return cause if isinstance(cause, BaseException) else RuntimeError(str(error))
+    if isinstance(error, exceptions.TaskCancelledError):
+        return WorkerLost("was cancelled in the cluster")
+    lost = (
+        exceptions.WorkerCrashedError,
+        exceptions.NodeDiedError,
+        exceptions.OutOfMemoryError,
+        exceptions.LocalRayletDiedError,
+    )
+    if isinstance(error, lost):
+        return WorkerLost(
+            f"its worker was lost {retries + 1} times (out of memory?): {str(error).splitlines()[0]}"
+        )
+    return error

@@ -1,0 +1,93 @@
+"""One run of an arm: reused if it is done, resumed if it was stopped, else begun."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.compiled import portable
+from ecs_eco.engine.errors import ForeignFile
+from ecs_eco.lab.arm import Arm
+from ecs_eco.lab.pool import finishing
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.seal import read_manifest
+from ecs_eco.worlds.policies import weights_files
+
+EVERY = 2_000  # least ticks between the checkpoints of a run
+
+
+def run_arm(
+    arm: Arm,
+    seed: int,
+    ticks: int,
+    folder: Path,
+    every: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
+
+    A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
+    FolderInUse, ForeignFile if the folder holds files of another run, and RecordingError or CheckpointError
+    that names a damaged file.
+    """
+    from ecs_eco.runs.run import resume, run_to_folder
+
+    if every is None and ticks > EVERY:
+        every = max(EVERY, ticks // 20)
+    with finishing():
+        arm.config._code.pass_on()
+        if (folder / "manifest.json").is_file():
+            check_run(folder, read_manifest(folder), arm, seed)
+            return resume(folder, ticks, progress, report=False, complain=lambda _: None)
+        return run_to_folder(
+            arm.config,
+            seed=seed,
+            ticks=ticks,
+            out=folder,
+            policies=arm.policies,
+            learn=arm.learn,
+            controls=arm.controls,
+            progress=progress,
+            report=False,
+            checkpoint_every=every,
+            keep=1,
+        )
+
+
+def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
+    """Return whether a run of so many ticks is in a folder.
+
+    Raises ForeignFile for another arm, seed or mode, RecordingError where its manifest is damaged.
+    """
+    try:
+        manifest = read_manifest(folder)
+    except FileNotFoundError:
+        return False
+    check_run(folder, manifest, arm, seed)
+    return bool(manifest.get("finished") and manifest.get("done", 0) >= ticks)
+
+
+def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
+    """Raise ForeignFile where the run in a folder is of another arm or seed, a fork, or of the other mode."""
+    from ecs_eco.runs.begin import policies_as_json
+
+    weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
+    wanted = {
+        "config_hash": arm.config.config_hash,
+        "seed": seed,
+        "learn": arm.learn,
+        "controls": list(arm.controls),
+        "weights": weights,
+    }
+    if not weights:  # the folder may have been moved
+        wanted["policies"] = policies_as_json(arm.policies)
+    different = [key for key, value in wanted.items() if manifest.get(key) != value]
+    if "forked" in manifest:
+        different.append("forked")
+    if different:
+        shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
+        raise ForeignFile(
+            f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; "
+            "remove the folder, or name another with --out"
+        )
+    if why := portable.other_mode(manifest):
+        raise ForeignFile(f"{folder / 'manifest.json'}: {why}")

@@ -1,0 +1,258 @@
+"""The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless. Outcomes
+depend on its values and seeds alone; the stage that it reaches, also on earlier candidates."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.cycles import cycle_statistics
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.models.search import OBJECTIVES, Search
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.lab.searching.fit import Fit
+from ecs_eco.lab.trained import train_or_find
+
+
+def objective(
+    search: Search,
+    series: Series,
+    persist: Sequence[str],
+    find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None,
+) -> float:
+    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
+    is what the goal data compares with."""
+    goals = [
+        (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
+        for of, weight in search.goals
+    ]
+    return float(
+        sum(
+            weight
+            * (
+                likeness(series, fit)
+                if of == "data" and fit is not None
+                else score(of, series, persist, search.wanted)
+            )
+            for of, weight in goals
+        )
+    )
+
+
+def likeness(series: Series, fit: Fit) -> float:
+    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 where the run is too
+    short to have them."""
+    own = fit.of(series)
+    if own is None:
+        return 0.0
+    return float(1 / (1 + 10 * np.sqrt(np.mean(fit.differences(own) ** 2))))
+
+
+def score(
+    of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
+) -> float:
+    """One goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN counts as
+    0."""
+    if of == "persistence":
+        return distance(series, persist)
+    if of == "cycling":
+        return cycling(series, persist)
+    if of == "population":
+        return population(series, {name: n for name, n in wanted.items() if name in series.species})
+    if isinstance(of, str) and of in series.reporters:
+        return _clipped(reported(series, of, wanted.get(of)))
+    return _clipped(float(handed_over(of)(series)))
+
+
+def _clipped(value: float) -> float:
+    return float(np.clip(value, -1e6, 1e6)) if np.isfinite(value) else 0.0
+
+
+def distance(series: Series, persist: Sequence[str]) -> float:
+    """Distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it, in [0, 1]."""
+    distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
+    return float(min(distances, default=0.0))
+
+
+def cycling(series: Series, persist: Sequence[str]) -> float:
+    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise."""
+    statistics = cycle_statistics(series, n_boot=199)
+    p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
+    return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
+
+
+def population(series: Series, wanted: Mapping[str, float]) -> float:
+    """Mean over species of n / wanted or wanted / n, whichever is less; n is the later half's mean number."""
+    half = len(series.ticks) // 2
+    n = np.array([series.of(s)[half:].mean() for s in wanted])
+    w = np.array(list(wanted.values()))
+    return float(np.mean(np.minimum(n / w, w / np.maximum(n, 1e-9))))
+
+
+def reported(series: Series, name: str, wanted: float | None) -> float:
+    """Mean of a reporter over the later half of a run, and over species; or, if one is wanted, how near it
+    is: the ratio of both, at most 1, and 0 where the mean is not above 0."""
+    values = series.columns[name][len(series.ticks) // 2 :]
+    mean = float(values[np.isfinite(values)].mean()) if np.isfinite(values).any() else float("nan")
+    if wanted is None:
+        return mean
+    return max(0.0, min(mean / wanted, wanted / mean if mean > 0 else 0.0))
+
+
+STEP = 25  # ticks between two checks for extinctions
+
+
+@dataclass(frozen=True)
+class Job:
+    """A candidate, and how it is to be evaluated."""
+
+    name: str  # of its policies' folder
+    config: WorldConfig
+    values: dict[str, Any]
+    cells: Sequence[tuple[int, int]]
+    stages: Sequence[tuple[int, int]]
+    least: Sequence[float]  # the score required by each stage but the last
+    hopeless: float  # share of runs lost beyond which it ends
+    policies: Path  # where policies that are trained are kept
+    fit: Fit | None = None  # the measurements that it is compared with
+
+
+def evaluate(job: Job) -> dict[str, Any]:
+    """Outcomes by stage, the last stage, its score, and seconds; "refused" if the values make no valid world.
+
+    "failed" is the error raised by the user's own code.
+    """
+    begin, worked = time.perf_counter(), time.process_time()
+    try:
+        result = _evaluate(load(job.config, job.values), job)
+    except ConfigError as error:
+        result = {"stage": 0, "score": 0.0, "stages": [], "refused": str(error)}
+    except Exception as error:
+        result = {"stage": 0, "score": 0.0, "stages": [], "failed": f"{type(error).__name__}: {error}"}
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - worked
+    return result | {"seconds": round(seconds, 3), "cpu": round(cpu, 3)}
+
+
+class Life:
+    """One run of a candidate, which later stages continue."""
+
+    def __init__(self, config: WorldConfig, job: Job, cell: tuple[int, int]) -> None:
+        self.config, self.job, self.cell = config, job, cell
+        self.persist = persisting(config)
+        self.world: Any = None
+        self.died: tuple[int, str] | None = None  # tick, and who
+        self.seconds = 0.0
+
+    def until(self, ticks: int) -> dict[str, Any]:
+        """Run to a tick or the first extinction; return how long all lived, what died out, and the score. At
+        full length a species without births in the later half counts as lost with its last birth."""
+        begin = time.perf_counter()
+        try:
+            if self.world is None:
+                self._begin()
+            while self.died is None and self.world.tick < ticks:
+                self._go(min(STEP, ticks - self.world.tick))
+        except FloatingPointError:
+            self.died = self.world.tick if self.world is not None else 0, "numbers that are not finite"
+        if self.died is None and ticks == self.job.stages[-1][0]:
+            self.died = self._last_birth(ticks)
+        lived = ticks if self.died is None else min(self.died[0], ticks)
+        score, goal, fit = lived / ticks, None, self.job.fit
+        own: dict[str, Any] = {} if fit is None else {"statistics": None}
+        if self.died is None:
+            series = load_series(self.world.series())
+            goal = objective(self.config.search, series, self.persist, self.config.function, fit)
+            score += goal
+            if fit is not None:
+                own["statistics"] = fit.of(series)
+        self.seconds += time.perf_counter() - begin
+        return {
+            "training": self.cell[0],
+            "world": self.cell[1],
+            "lived": lived,
+            "extinct": self.died and self.died[1],
+            "score": score,
+            "goal": goal,
+            **own,
+            "seconds": round(self.seconds, 3),
+        }
+
+    def _begin(self) -> None:
+        from ecs_eco.ecosystem import World
+
+        training_seed, seed = self.cell
+        self.world = World.from_config(
+            self.config, seed=seed, policies=policies(self.config, self.job, training_seed)
+        )
+        self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
+
+    def _go(self, ticks: int) -> None:
+        self.world.run(ticks)
+        gone = [s for s in self.persist if self.world.tables[s].n == 0]
+        if gone:
+            series = load_series(self.world.series())
+            when = {s: int(series.extinct[series.index(s)]) for s in gone}
+            first = min(gone, key=lambda s: when[s])
+            self.died = when[first], first
+        elif sum(t.n for t in self.world.tables.values()) > self.most:
+            self.died = self.world.tick, "too many"
+
+    def _last_birth(self, ticks: int) -> tuple[int, str] | None:
+        """Return when the first species to stop breeding had its last birth, and its name; None where all
+        that can breed have births in the later half: who only outlives the run does not persist."""
+        series = load_series(self.world.series())
+        last = {}
+        for name in self.persist:
+            if self.config.species[name].reproduction is not None:
+                born = np.flatnonzero(series.columns["births"][:, series.index(name)])
+                last[name] = int(series.ticks[born[-1]]) if born.size else 0
+        first = min(last, key=lambda name: last[name], default=None)
+        return None if first is None or last[first] > ticks / 2 else (last[first], f"{first}, without births")
+
+
+def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
+    lives: list[Life] = []
+    stages: list[dict[str, Any]] = []
+    for stage, (ticks, n) in enumerate(job.stages):
+        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
+        runs = _stage(lives, ticks, job.hopeless)
+        score = sum(r["score"] for r in runs) / len(runs)
+        lost = sum(r["extinct"] is not None for r in runs)
+        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
+        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
+            break
+    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
+
+
+def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
+    """Outcomes of the runs, until so many are lost that the rest does not matter."""
+    runs: list[dict[str, Any]] = []
+    for life in lives:
+        runs.append(life.until(ticks))
+        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
+            break
+    return runs
+
+
+def persisting(config: WorldConfig) -> list[str]:
+    """The species whose extinction ends a run: those that [search] names, or all that cannot come back."""
+    if config.search.persist:
+        return list(config.search.persist)
+    return [
+        name for name, s in config.species.items() if s.count and not getattr(s.reproduction, "seed_rain", 0)
+    ]
+
+
+def policies(config: WorldConfig, job: Job, seed: int) -> Any:
+    """The initial policies of a run; trained here if required and not done yet."""
+    kind = job.config.search.policies
+    if kind not in ("train", "train-once"):
+        return kind
+    owner, trained_in = (job.name, config) if kind == "train" else ("start", job.config)
+    folder = job.policies / owner / f"training-{seed}"
+    return str(train_or_find(folder, trained_in, seed, job.config.search.training_ticks))

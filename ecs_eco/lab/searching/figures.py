@@ -1,0 +1,150 @@
+"""Figures of a search: its progress, which numbers were important, and where the good worlds lie."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
+from ecs_eco.analysis.style import PALETTE, Figure, panels, several, styled
+from ecs_eco.lab.searching.optimise import Importance, merit
+from ecs_eco.lab.searching.plan import Parameter
+
+STAGES = (GREY, PALETTE[5], PALETTE[2], INK)
+BEST, START = PALETTE[3], INK
+
+
+@styled
+def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
+    """How far each candidate came, and the best so far; `last` is the number of the last stage."""
+    figure, ((ax,),) = panels(1, 1, 9, 3.4)
+    minutes = np.array([e["at"] / 60 for e in entries])
+    merits = np.array([merit(e) for e in entries])
+    for stage in range(last + 1):
+        here = [e["stage"] == stage for e in entries]
+        tone = STAGES[round(stage / max(last, 1) * (len(STAGES) - 1))]
+        word = "all runs" if stage == last else f"stopped at stage {stage + 1}"
+        ax.plot(minutes[here], merits[here], "o", ms=5, color=tone, label=f"{word} ({sum(here)})")
+        ax.axhline(stage + 1, color=GRID, lw=1, zorder=0)
+    order = minutes.argsort()
+    ax.step(
+        minutes[order],
+        np.maximum.accumulate(merits[order]),
+        where="post",
+        color=BEST,
+        lw=1.6,
+        label="best so far",
+    )
+    begin = next((i for i, e in enumerate(entries) if e["candidate"] == 0), None)
+    if begin is not None:
+        ax.plot(minutes[begin], merits[begin], "X", ms=9, color=START, label="as written")
+    ax.set(
+        xlabel="minutes",
+        ylabel="stage reached, and score in it",
+        ylim=(0, last + 1.05),
+        yticks=range(last + 2),
+    )
+    figure.legend(loc="outside upper left", ncols=4)
+    return figure
+
+
+@styled
+def importance(numbers: Sequence[Importance]) -> Figure:
+    """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases."""
+    order = sorted(numbers, key=lambda i: i.share)
+    figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
+    places = np.arange(len(order))
+    ax.barh(places, [i.share for i in order], height=0.6, color=PALETTE[2])
+    limits = np.minimum([i.by_chance for i in order], 1.0)
+    ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by luck, 19 of 20 cases")
+    ax.set(
+        yticks=places,
+        yticklabels=[short(i.name) for i in order],
+        xlim=(0, 1.02),
+        xlabel="share of all importance",
+    )
+    ax.legend(loc="lower right")
+    return figure
+
+
+def short(name: str) -> str:
+    """A key without the word species."""
+    return name.removeprefix("species.")
+
+
+@styled
+def scatter(
+    parameters: Sequence[Parameter],
+    entries: Sequence[dict[str, Any]],
+    worse: np.ndarray,
+    start: dict[str, float],
+    best: dict[str, float],
+) -> Figure:
+    """Candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
+    figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
+    for ax, p in zip(axes.flat, parameters, strict=False):
+        ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
+        ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
+        ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
+        ax.set_ylim(0, 1)
+        scaled(ax.xaxis, p)
+        ax.set_xlabel(short(p.name), fontsize=8.5)
+    for row in axes:
+        row[0].set_ylabel("share that is worse")
+    axes[0, 0].legend(loc="best", fontsize=8)
+    return figure
+
+
+@styled
+def pairs(
+    parameters: Sequence[Parameter],
+    entries: Sequence[dict[str, Any]],
+    worse: np.ndarray,
+    order: Sequence[int],
+    best: dict[str, float],
+    start: dict[str, float],
+) -> Figure:
+    """Candidates over pairs of the first three numbers, coloured by the share of the others that are worse."""
+    chosen = list(combinations(order[:3], 2))
+    figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
+    for ax, pair in zip(axes[0], chosen, strict=True):
+        x, y = (parameters[k] for k in pair)
+        at = [[e["values"][p.name] for e in entries] for p in (x, y)]
+        dots = ax.scatter(*at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors=AXIS, linewidths=0.5)
+        for values, mark, hue, label in ((start, "X", START, "as written"), (best, "*", BEST, "best")):
+            ax.plot(
+                values[x.name],
+                values[y.name],
+                mark,
+                ms=12,
+                color=hue,
+                mec="white",
+                label=label,
+                clip_on=False,
+                ls="none",
+            )
+        ax.set(xlabel=short(x.name), ylabel=short(y.name))
+        scaled(ax.xaxis, x)
+        scaled(ax.yaxis, y)
+        ax.grid(visible=False)
+    axes[0, 0].legend(loc="best", fontsize=8, frameon=True)
+    figure.colorbar(dots, ax=axes[0].tolist(), label="share that is worse", pad=0.02)
+    return figure
+
+
+def scaled(axis: Any, p: Parameter) -> None:
+    """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two."""
+    if not p.log:
+        return
+    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+    powers = np.arange(np.floor(np.log10(p.low)), np.ceil(np.log10(p.high)) + 1)
+    steps = (1, 2, 5) if p.high / p.low <= 100 else (1,)
+    ticks = [
+        s * 10.0**k
+        for k in powers
+        for s in steps
+        if p.low <= s * 10.0**k * 1.0001 and s * 10.0**k <= p.high * 1.0001
+    ]
+    axis.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
+    axis.set_ticks([], minor=True)

@@ -1,0 +1,153 @@
+"""Proposals of candidates: Optuna's samplers behind two calls, ask and tell."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import rankdata
+
+from ecs_eco.lab.searching.plan import Parameter
+
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
+    from optuna.samplers import BaseSampler
+
+OPTIMISERS = (
+    "gp",
+    "tpe",
+    "random",
+)  # samplers whose proposals follow from the journal alone; CMA-ES has a state of its own
+FIRST = 10  # random candidates before the first model
+
+
+def merit(entry: dict[str, Any]) -> float:
+    """The merit of a candidate: the stage that it reached, plus its score there squeezed into ±1."""
+    score = float(entry["score"])
+    return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
+
+
+def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
+    """The ranges as Optuna distributions, by name."""
+    from optuna.distributions import FloatDistribution, IntDistribution
+
+    return {
+        p.name: IntDistribution(int(p.low), int(p.high), log=p.log)
+        if p.whole
+        else FloatDistribution(p.low, p.high, log=p.log)
+        for p in parameters
+    }
+
+
+class Optimiser:
+    """Proposes numbers within the ranges: what it proposes follows from seed and history."""
+
+    def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        logging.getLogger("optuna").propagate = False
+        self.parameters, self.kind, self.seed = parameters, kind, seed
+        self.study = optuna.create_study(direction="maximize", sampler=self._sampler(0))
+        self.waiting: dict[int, Any] = {}
+        self.space = space_of(parameters)
+
+    def ask(self, candidate: int) -> dict[str, float]:
+        """Numbers for a candidate."""
+        if self.kind in OPTIMISERS:
+            self.study.sampler = self._sampler(candidate)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            trial = self.study.ask(self.space)
+        self.waiting[candidate] = trial
+        return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
+
+    def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
+        """Report the merit of a candidate, proposed or not."""
+        import optuna
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if candidate in self.waiting:  # replaced by one with rounded numbers, as read from a journal
+                self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
+            inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
+            self.study.add_trial(
+                optuna.trial.create_trial(params=inside, distributions=self.space, value=worth)
+            )
+
+    def _sampler(self, candidate: int) -> BaseSampler:
+        import optuna
+
+        seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, optuna.samplers
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Optuna warns that some options are experimental
+            if self.kind == "tpe":
+                return samplers.TPESampler(
+                    multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed
+                )
+            if self.kind == "gp":
+                return samplers.GPSampler(n_startup_trials=FIRST, deterministic_objective=False, seed=seed)
+            if self.kind == "cmaes":
+                return samplers.CmaEsSampler(n_startup_trials=FIRST, seed=seed)
+            return samplers.RandomSampler(seed=seed)
+
+
+BEST_SHARE, LEAST_BEST = 0.1, 5  # the best tenth, but at least five candidates
+SHUFFLES = 40
+
+
+@dataclass(frozen=True)
+class Importance:
+    """Share of all importance that one number has, and the share that it stays below by luck in 19
+    of 20 cases."""
+
+    name: str
+    share: float
+    by_chance: float
+
+
+def importances(
+    space: Mapping[str, BaseDistribution],
+    values: Sequence[Mapping[str, float]],
+    merits: Sequence[float],
+    seed: int = 0,
+) -> list[Importance]:
+    """The importance of each number of a space, from the candidates' values and merits (more is better)."""
+    y, rng = np.asarray(merits, float), np.random.default_rng(seed)
+    own = _divergences(space, values, y)
+    shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
+    total = own.sum() or 1.0
+    limit = np.quantile(shuffled, 0.95, axis=0) / total
+    return [
+        Importance(name, *map(float, pair))
+        for name, pair in zip(space, zip(own / total, limit, strict=True), strict=True)
+    ]
+
+
+def _divergences(
+    space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray
+) -> np.ndarray:
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Optuna warns that it is experimental
+        study = optuna.create_study(direction="maximize")
+        study.add_trials(
+            [
+                optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
+                for v, m in zip(values, merits.tolist(), strict=True)
+            ]
+        )
+        shares = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=best).evaluate(study)
+    return np.array([shares[name] for name in space])
+
+
+def ranks(merits: Sequence[float]) -> np.ndarray:
+    """The share of candidates that are worse, in (0, 1), whatever the scale of the objective."""
+    return (rankdata(merits) - 0.5) / len(merits)

@@ -1,0 +1,249 @@
+"""The plan of a search: parameters, runs in their order, stages, seeds of finals and confirmation."""
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.lines import key_lines
+from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.lab.searching.fit import Fit, fit_of
+from ecs_eco.lab.searching.journal import Journal
+
+Cell = tuple[int, int]  # training seed, world seed
+Stage = tuple[int, int]  # length of the runs [ticks], number of runs
+FINALS, CONFIRMATION = 50_000, 100_000  # their first seeds
+TRAINED = ("train", "train-once")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that the search varies."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
+    whole: bool
+    start: float  # as the world is written
+
+    def tidy(self, value: float) -> float:
+        """The value within its range, rounded to four digits, as written to files."""
+        value = min(max(float(f"{value:.4g}"), self.low), self.high)
+        return round(value) if self.whole else float(value)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything about a search but its optimiser and its budget."""
+
+    config: WorldConfig
+    parameters: tuple[Parameter, ...]
+    ticks: int
+    stages: tuple[Stage, ...]
+    cells: tuple[Cell, ...]
+    finals: tuple[Cell, ...]
+    confirmation: tuple[Cell, ...]
+    confirmation_ticks: int
+    fit: Fit | None = None  # the measurements, where the objective is data
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The world as it is written."""
+        return {p.name: p.start for p in self.parameters}
+
+    def header(self) -> dict[str, Any]:
+        """The settings that must not change when a search is continued."""
+        settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
+        return {
+            "world": self.config.name,
+            "config_hash": self.config.config_hash,
+            "search": json.loads(json.dumps(settings)),
+            **({} if self.fit is None else {"data": self.fit.sha256}),
+        }
+
+    def sampling(self) -> Self:
+        """The plan of a search that samples a posterior: a run for each candidate, of a seed of its own."""
+        trainings = sorted({training for training, _ in self.cells})
+        return replace(
+            self,
+            stages=((self.ticks, 1),),
+            cells=tuple((t, 0) for t in trainings),
+            finals=(),
+            confirmation=(),
+        )
+
+
+def plan_of(config: WorldConfig) -> Plan:
+    """The plan of a world's [search].
+
+    Raises ConfigError where nothing varies or an end of a range is refused.
+    """
+    search = config.search
+    if not search.ranges:
+        allowed = (
+            "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
+            "or --range KEY=LOW:HIGH"
+        )
+        raise ConfigError(
+            [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
+        )
+    config._code.require(config._source)
+    problems = []
+    if search.policies in TRAINED and not any(s.policy.thinks for s in config.species.values()):
+        problems.append(
+            Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"')
+        )
+    parameters = tuple(_parameter(config, name) for name in search.ranges)
+    problems += [
+        problem
+        for p in parameters
+        for end in (p.low, p.high)
+        if (problem := _refused(config, p, end)) is not None
+    ]
+    if problems:
+        raise ConfigError([_placed(p, config) for p in problems], f"{config._source}: cannot search")
+    trainings = search.training_seeds if search.policies in TRAINED else 1
+    ticks = search.ticks or config.ticks
+    cells = crossed(trainings, search.world_seeds, 0)
+    retrained = search.confirm.training_seeds if search.policies in TRAINED else 1
+    return Plan(
+        config,
+        parameters,
+        ticks,
+        stages(ticks, len(cells), search.stages, search.first),
+        cells,
+        crossed(trainings, search.world_seeds, FINALS),
+        crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
+        search.confirm.ticks or ticks,
+        fit_of(config, ticks),
+    )
+
+
+def _parameter(config: WorldConfig, name: str) -> Parameter:
+    span = config.search.ranges[name]
+    value = real_key(config.model_dump(), key_of(name))[1]
+    low, high = span.search
+    whole = all(isinstance(x, int) for x in (low, high, value))
+    return Parameter(name, low, high, span.scale == "log", whole, min(max(value, low), high))
+
+
+def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
+    """The problem of the world at one end of a range, if any."""
+    try:
+        load(config, {parameter.name: parameter.tidy(end)})
+    except ConfigError as error:
+        first = error.problems[0]
+        fault = f"gives a world that is refused: {first.path} {first.what}"
+        return Problem(
+            ("search", "ranges", parameter.name),
+            fault,
+            list(config.search.ranges[parameter.name].search),
+            first.allowed,
+        )
+    return None
+
+
+def _placed(problem: Problem, config: WorldConfig) -> Problem:
+    """The problem with its file, and the line of the range."""
+    path = config.folder / config._source
+    if problem.source or not path.is_file():
+        return problem if problem.source else problem.moved(source=config._source)
+    lines = key_lines(path.read_text(encoding="utf-8"))
+    places = [problem.key, (*key_of(str(problem.key[-1])), "search")]
+    return problem.moved(source=config._source, line=next((lines[p] for p in places if p in lines), None))
+
+
+def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
+    """Each training seed with each world seed (from offset + 1); the first few differ in both."""
+    pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
+    return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
+
+
+def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
+    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all
+    at full length."""
+    if n == 1:
+        return ((ticks, runs),)
+    steps = [i / (n - 1) for i in range(n)]
+    return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
+
+
+# share of the time kept for finals and confirmation, before any run at full length was timed
+FIRST_RESERVE = 0.25
+MOST_RESERVE = 0.6  # share of the time kept at most, however long such runs take
+
+
+class Budget:
+    """The budget of a search, earlier calls included, and what it has used so far."""
+
+    def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
+        if minutes is None and trials is None and cpu is None:
+            allowed = "a budget in minutes, or a number of trials"
+            raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
+        self.seconds = None if minutes is None else minutes * 60
+        self.trials, self.cpu, self.workers = trials, cpu, workers
+        self._begun = time.monotonic()
+
+    def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
+        """Start the clock, with the time of earlier calls from the journal;
+        `finalists` returns the number of finalists."""
+        self._plan, self._journal, self._finalists = plan, journal, finalists
+        self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
+        self._begun = time.monotonic()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds that the search has taken."""
+        return round(self._before + time.monotonic() - self._begun, 3)
+
+    @property
+    def worked(self) -> float:
+        """CPU seconds of candidates."""
+        return float(sum(e["cpu"] for e in self._journal.of("candidate")))
+
+    @property
+    def share(self) -> float:
+        """How much of the search is over, in [0, 1]."""
+        shares = [len(self._journal.of("candidate")) / self.trials] if self.trials else []
+        shares += [self.elapsed / self.seconds] if self.seconds else []
+        shares += [self.worked / self.cpu] if self.cpu else []
+        return min(1.0, max(shares, default=0.0))
+
+    def allows_another(self, running: int) -> bool:
+        """Return whether one more candidate may begin beside those that are running; the first always may."""
+        n = len(self._journal.of("candidate")) + running
+        if self.trials is not None and n >= self.trials:
+            return False
+        if self.cpu is not None and self.worked >= self.cpu:
+            return False
+        usual = float(np.median([e["seconds"] for e in self._journal.of("candidate")] or [0.0]))
+        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
+
+    def is_over(self) -> bool:
+        """Return whether no time is left for candidates; never before there is one."""
+        if self.seconds is None or not self._journal.of("candidate"):
+            return False
+        return self.elapsed > self.seconds - self._reserve()
+
+    def _reserve(self) -> float:
+        """Seconds to keep for finals and confirmation, from the times of runs at full length."""
+        seconds, plan = self.seconds or 0.0, self._plan
+        run = self._seconds_a_run()
+        if run is None:
+            return FIRST_RESERVE * seconds
+        confirmation = len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
+        runs = self._finalists() * len(plan.finals) + confirmation
+        return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
+
+    def _seconds_a_run(self) -> float | None:
+        """Seconds of a run at full length with its share of the training; None before there was one."""
+        last = len(self._plan.stages) - 1
+        whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
+        seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]
+        return float(np.median(seconds)) if seconds else None

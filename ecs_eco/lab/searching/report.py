@@ -1,0 +1,409 @@
+"""The results of a search: the best worlds, search.json, figures and search.html."""
+
+import glob
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ecs_eco.analysis.figures import survival
+from ecs_eco.analysis.page import drawn, number, page, table, write_text
+from ecs_eco.analysis.survival import kaplan_meier, wilson
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.edit import as_toml, edited
+from ecs_eco.config.loading import document_of
+from ecs_eco.config.overrides import Overrides
+from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.files import write_json
+from ecs_eco.engine.versions import versions
+from ecs_eco.lab.searching import figures
+from ecs_eco.lab.searching.journal import Journal
+from ecs_eco.lab.searching.optimise import Importance, importances, merit, ranks, space_of
+from ecs_eco.lab.searching.plan import TRAINED, Plan
+from ecs_eco.lab.searching.posterior import posterior_blocks, write_posterior
+from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
+from ecs_eco.lab.trained import forget_trained
+from ecs_eco.record.code import keep_beside
+from ecs_eco.record.container import inside
+from ecs_eco.record.folder import git_commit
+
+BEST = 5  # worlds that are written
+WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # as `load` takes it
+Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The plan and means of a search, and all its candidates, the best first."""
+
+    plan: Plan
+    journal: Journal
+    ranked: Runs
+    out: Path
+    optimiser: str
+    workers: int
+    cpu: float  # CPU seconds of candidates
+    sampler: Sampler | None = None  # of abc and abc-smc
+
+    def evaluated(self) -> Runs:
+        """The candidates whose numbers made a world, in their order."""
+        return sorted(
+            (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
+        )
+
+
+def write_page(search: Outcome, result: dict[str, Any]) -> None:
+    """Write search.html and figures/ from the content of search.json."""
+    folder = inside(search.out, search.out / "figures")
+    course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
+    caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
+    sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
+    title = search.plan.config.title or search.plan.config.name
+    blocks = [
+        f"<h1>Search: {escape(title)}</h1>",
+        f"<p>{escape(_opening(result))}</p>",
+        *_confirmed(result, folder),
+        *sampled,
+        "<h2>The best worlds</h2>",
+        _best_table(search, result),
+        "<h2>How the search went</h2>",
+        drawn(course, folder / "history.svg", caption),
+        "<h2>Which numbers were important</h2>",
+        *_important(search, result, folder),
+    ]
+    write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
+
+
+def _opening(result: dict[str, Any]) -> str:
+    best, start = result["confirmation"]["best"], result["confirmation"]["start"]
+    spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
+    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']}); {whole} met all runs."
+    if not best["runs"]:
+        return course
+    ticks = f"{result['confirmation']['ticks']:,}"
+    share = f"{best['persisted']} of {best['runs']} runs of the best world"
+    sentences = [f"On fresh seeds all species persist for {ticks} ticks in {share}."]
+    if start["runs"] and start["candidate"] != best["candidate"]:
+        sentences.append(f"The world as written: {start['persisted']} of {start['runs']}.")
+    return " ".join([*sentences, course])
+
+
+def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
+    """The part of the page on fresh seeds."""
+    both = {"best": result["confirmation"]["best"], "as written": result["confirmation"]["start"]}
+    both = {world: c for world, c in both.items() if c["runs"]}
+    if not both:
+        return []
+    curves = {
+        world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
+        for world, c in both.items()
+    }
+    lives = survival(
+        curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
+    )
+    rows = [
+        [
+            world,
+            c["runs"],
+            c["persisted"],
+            number(c["share"]),
+            f"{number(c['low'])} … {number(c['high'])}",
+            ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()),
+            _lost(c["lives"]),
+        ]
+        for world, c in both.items()
+    ]
+    caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
+    return [
+        "<h2>Confirmation</h2>",
+        drawn(lives, folder / "survival.svg", caption),
+        table(
+            ["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"],
+            rows,
+        ),
+    ]
+
+
+def _lost(lives: Runs) -> str:
+    """Which species died out first, and in how many runs."""
+    extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
+    return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
+
+
+def _best_table(search: Outcome, result: dict[str, Any]) -> str:
+    plan, best = search.plan, result["best"]
+    rows = [
+        [
+            p.name,
+            f"{number(p.low)} … {number(p.high)}",
+            number(plan.start[p.name]),
+            *(number(b["values"][p.name]) for b in best),
+        ]
+        for p in plan.parameters
+    ]
+    rows.append(["score", "", "", *(number(b["score"]) for b in best)])
+    rows.append(
+        [
+            "score on further seeds",
+            "",
+            "",
+            *("–" if b["finals"] is None else number(b["finals"]) for b in best),
+        ]
+    )
+    return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
+
+
+def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[str]:
+    if result["importance"] is None:
+        return ["<p>There are too few candidates to tell.</p>"]
+    plan, entries = search.plan, search.evaluated()
+    shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
+    worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
+    text = (
+        f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
+        "over its range "
+        "differently from all. A bar that does not pass its line may be chance."
+    )
+    blocks = [
+        f"<p>{text}</p>",
+        drawn(
+            figures.importance(shares),
+            folder / "importance.svg",
+            "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases.",
+        ),
+        drawn(
+            figures.scatter(plan.parameters, entries, worse, start, best),
+            folder / "dependence.svg",
+            "Each candidate over each of its numbers: the higher, the more of the others are worse.",
+        ),
+    ]
+    if len(plan.parameters) > 1:
+        order = np.argsort([-i.share for i in shares]).tolist()
+        pairs = figures.pairs(plan.parameters, entries, worse, order, best, start)
+        blocks.append(
+            drawn(
+                pairs, folder / "pairs.svg", "Pairs of the most important numbers; each dot is a candidate."
+            )
+        )
+    return blocks
+
+
+def write_results(search: Outcome, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
+    """Write best-1.toml …, search.json, and with `report` the page; return the content of search.json."""
+    result = summary(search)
+    for rank, entry in enumerate(search.ranked[:BEST], 1):
+        number = entry["candidate"]
+        kind = search.plan.config.search.policies
+        trained = search.out / "policies" / ("start" if kind == "train-once" else f"candidate-{number}")
+        note = (
+            f"Candidate {number} of a search, number {rank} of {len(search.ranked)}: {_words(entry, result)}."
+        )
+        values = entry["values"] if number else {}
+        write_world(search.plan, world, overrides, values, trained, search.out / f"best-{rank}.toml", note)
+    result["importance"] = _importance(search)
+    if search.sampler is not None:
+        result["posterior"] = write_posterior(search.sampler, search.out)
+    write_json(search.out / "search.json", result)
+    if report:
+        write_page(search, result)
+    return result
+
+
+def summary(search: Outcome) -> dict[str, Any]:
+    """The result of a search, with JSON types."""
+    plan, ranked, best = search.plan, search.ranked, search.ranked[0]
+    confirmed = {
+        role: confirmation(search, number) for role, number in (("best", best["candidate"]), ("start", 0))
+    }
+    finals = {e["candidate"]: e for e in search.journal.of("final")}
+    return {
+        **plan.header(),
+        "optimiser": search.optimiser,
+        "workers": search.workers,
+        "seconds": search.journal.entries[-1]["at"],
+        "cpu_of_candidates": round(search.cpu, 1),
+        "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
+        "candidates": len(ranked),
+        "by_stage": [sum(e["stage"] >= s for e in ranked) for s in range(len(plan.stages))],
+        "stages": plan.stages,
+        "cells": plan.cells,
+        "start": plan.start,
+        "best": [
+            {
+                "candidate": e["candidate"],
+                "values": e["values"],
+                "stage": e["stage"],
+                "score": e["score"],
+                "finals": finals[e["candidate"]]["score"] if e["candidate"] in finals else None,
+            }
+            for e in ranked[:5]
+        ],
+        "best_so_far": _best_so_far(search.journal.of("candidate")),
+        "confirmation": {"ticks": plan.confirmation_ticks, "cells": plan.confirmation, **confirmed},
+        "versions": versions(),
+        "git_commit": git_commit(),
+    }
+
+
+def _best_so_far(entries: Runs) -> list[list[float]]:
+    """[seconds, merit] whenever it rose."""
+    rises: list[list[float]] = []
+    for e in sorted(entries, key=lambda e: e["at"]):
+        if not rises or merit(e) > rises[-1][1]:
+            rises.append([e["at"], merit(e)])
+    return rises
+
+
+def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
+    """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run."""
+    entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
+    runs = [
+        run
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not as workers finished
+        for stage in e["stages"]
+        for run in stage["runs"]
+    ]
+    kept = sum(run["extinct"] is None for run in runs)
+    share = wilson(kept, len(runs))
+    trainings = sorted({run["training"] for run in runs})
+    each = {t: [r["extinct"] is None for r in runs if r["training"] == t] for t in trainings}
+    return {
+        "candidate": candidate,
+        "runs": len(runs),
+        "persisted": kept,
+        "share": None if not runs else share.value,
+        "low": share.low,
+        "high": share.high,
+        "by_training_seed": {str(t): [sum(x), len(x)] for t, x in each.items()},
+        "lives": [{k: r[k] for k in ("training", "world", "lived", "extinct")} for r in runs],
+    }
+
+
+def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
+    """The performance of a candidate, in words."""
+    runs = entry["stages"][-1]["runs"] if entry["stages"] else []
+    if result["optimiser"] in SAMPLERS:
+        return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
+    words = (
+        f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
+    )
+    best = result["confirmation"]["best"]
+    if entry["candidate"] == best["candidate"] and best["runs"]:
+        words += f", and in {best['persisted']} of {best['runs']} on fresh seeds"
+    return words
+
+
+def _importance(search: Outcome) -> dict[str, Any] | None:
+    """The importance of each number; None if there are too few candidates."""
+    entries = search.evaluated()
+    if len(entries) < max(12, 2 * len(search.plan.parameters)):
+        return None
+    parameters = search.plan.parameters
+    values = [{p.name: p.tidy(e["values"][p.name]) for p in parameters} for e in entries]
+    shares = importances(space_of(parameters), values, [merit(e) for e in entries])
+    numbers = {i.name: {"share": i.share, "by_chance": i.by_chance} for i in shares}
+    return {"candidates": len(entries), "numbers": numbers}
+
+
+Key = tuple[str | int, ...]
+
+
+def write_world(
+    plan: Plan,
+    world: WorldFile,
+    overrides: Overrides,
+    values: Mapping[str, float],
+    trained: Path,
+    file: Path,
+    note: str,
+) -> None:
+    """Write one world; `trained` is the folder of the policies trained for it, if any."""
+    config = load(plan.config, dict(values))
+    files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
+    text = _text(config, world, overrides, values, files)
+    keep_beside(config._code.sources, file.parent)
+    _keep_named(config, file.parent)
+    data = config.resolved()
+    for name, path in files.items():
+        data["species"][name]["policy"]["file"] = path
+    for candidate in (text, as_toml(data)):
+        if candidate is not None:
+            write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
+            if _same(file, config):
+                return
+    raise RuntimeError(
+        f"{file} could not be written as the world that was evaluated; its values are in the journal"
+    )
+
+
+def _text(
+    config: WorldConfig,
+    world: WorldFile,
+    overrides: Overrides,
+    values: Mapping[str, float],
+    files: Mapping[str, str],
+) -> str | None:
+    """The world's own text with these values; None if there is none, or it cannot be edited."""
+    document = document_of(world, overrides)
+    if not document.text:
+        return None
+    changes: dict[Key, Any] = {
+        key: value for key, value in document.changes.items() if key[:1] != ("search",)
+    }
+    changes |= {real_key(config.model_dump(), key_of(name))[0]: value for name, value in values.items()}
+    changes |= {("species", name, "policy", "file"): path for name, path in files.items()}
+    return edited(document.text, changes)
+
+
+def _keep_named(config: WorldConfig, out: Path) -> None:
+    """Copy what the world names beside itself, rasters, layers and measurements, to the same names beside the
+    new one; files elsewhere stay where they are, and are named as from there only if that leads to them."""
+    land = config.terrain
+    names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
+    names += [] if config.data is None else [config.data.file]
+    for name in filter(None, names):
+        path = config.file(name)
+        beside = not Path(name).is_absolute() and ".." not in Path(name).parts
+        if not beside or not path.is_file() or inside(out, out / name).exists():
+            continue
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        for part in [path, *path.parent.glob(f"{glob.escape(path.stem)}.*")]:  # a Shapefile has several
+            if part.is_file():
+                shutil.copyfile(part, (out / name).with_name(part.name))
+
+
+def _same(file: Path, config: WorldConfig) -> bool:
+    """Whether the file is the world, apart from the place of its policies."""
+    try:
+        written = load(file)
+    except ConfigError:
+        return False
+    a, b = written.resolved(), config.resolved()
+    for data in (a, b):
+        for species in data["species"].values():
+            species["policy"]["file"] = None
+    return a == b
+
+
+def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
+    """Copy the policies beside the world; return the file of each species, as the world names it."""
+    forget_trained(inside(beside.parent, beside))
+    sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
+    for folder in sets:
+        shutil.copytree(folder, beside / folder.name, dirs_exist_ok=True)
+    files = {}
+    for name, species in config.species.items():
+        if not species.policy.thinks:
+            continue
+        if sets and (sets[0] / f"{name}.safetensors").is_file():
+            files[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"
+        elif not training and species.policy.file:
+            beside.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(config.file(species.policy.file), beside / f"{name}.safetensors")
+            files[name] = f"{beside.name}/{name}.safetensors"
+    return files

@@ -1,0 +1,300 @@
+"""A search: ask, evaluate, tell; finals; confirmation; report. Its whole state is in its folder."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config import load
+from ecs_eco.config.overrides import Overrides
+from ecs_eco.engine.arguments import called_with
+from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, listed, nearest
+from ecs_eco.lab.executors import LOCAL, engine, prepare, terminate, workers_of
+from ecs_eco.lab.searching.evaluate import Job, evaluate
+from ecs_eco.lab.searching.journal import begin
+from ecs_eco.lab.searching.optimise import OPTIMISERS, Optimiser, merit
+from ecs_eco.lab.searching.plan import Budget, Plan, plan_of
+from ecs_eco.lab.searching.report import BEST, Outcome, WorldFile, write_results
+from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
+from ecs_eco.lab.trained import forget_trained
+from ecs_eco.record.claim import Claim, ours
+from ecs_eco.record.container import inside
+
+ENOUGH = 4  # candidates at a stage before it requires a score
+Progress = Callable[["Search"], None]
+
+
+def search(
+    world: WorldFile,
+    out: str | Path | Claim,
+    overrides: Overrides = None,
+    *,
+    budget: float | None = None,
+    trials: int | None = None,
+    cpu: float | None = None,
+    workers: int | None = None,
+    optimiser: str = "gp",
+    progress: Progress | None = None,
+    report: bool = True,
+    trust: bool = False,
+    executor: str | Executor = LOCAL,
+) -> dict[str, Any]:
+    """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
+
+    `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes,
+    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search
+    is continued. `trust` allows the code that the world lists to run in this process and its workers.
+    `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
+    ConfigError; FolderInUse if another process searches there; ForeignFile if it holds another search.
+    """
+    called_with("progress", progress, "the search")
+    config = load(world, overrides, trust=trust)
+    plan = plan_of(config)
+    if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
+        near = nearest(optimiser, known)
+        raise ConfigError([Problem((), "no such optimiser", optimiser, listed(known), near, "--optimiser")])
+    if optimiser in SAMPLERS:
+        if plan.fit is None:
+            allowed = 'a world with [data], and [search] objective = "data"'
+            fault = "samples numbers that fit measurements, and the world names none"
+            raise ConfigError([Problem((), fault, optimiser, allowed, source="--optimiser")])
+        plan = plan.sampling()
+    with ours(out) as claim:
+        folder = claim.path if executor == LOCAL else claim.path.absolute()
+        running = None
+        try:
+            with engine(executor, workers) as pool:
+                running = Search(plan, folder, pool, optimiser, budget, trials, cpu, progress)
+                prepare(pool, folder, config)
+                running.run()
+        finally:
+            if running is not None:
+                running.sweep()
+        return write_results(running.outcome(), world, overrides, report)
+
+
+class Search:
+    """One search: its plan, its journal, the running jobs, and its budget."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        out: Path,
+        pool: Executor,
+        optimiser: str,
+        budget: float | None,
+        trials: int | None,
+        cpu: float | None,
+        progress: Progress | None,
+    ) -> None:
+        self.pool, self.workers = pool, workers_of(pool)
+        self.budget = Budget(budget, trials, cpu, self.workers)
+        self.plan, self.out, self.kind = plan, out, optimiser
+        self.journal = begin(out, {**plan.header(), "optimiser": optimiser})
+        self.sampler = Sampler(plan, optimiser, self.journal) if optimiser in SAMPLERS else None
+        self.optimiser = self.sampler or Optimiser(plan.parameters, optimiser, plan.config.search.seed)
+        self._tell_known()
+        self.running: dict[Future[dict[str, Any]], Any] = {}  # and the meaning of each
+        self.phase, self._progress = "searching", progress
+
+    def _tell_known(self) -> None:
+        """Tell the optimiser what the journal holds. Raises ForeignFile for values of another plan."""
+        for entry in self.journal.of("candidate"):
+            if entry["values"].keys() != self.plan.start.keys():
+                raise ForeignFile(
+                    f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
+                    "keys than the ranges"
+                )
+            self._learn(entry)
+        self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
+
+    # --- the three phases
+
+    def run(self) -> None:
+        """Search, compare the best on further seeds, and confirm the best of them; or sample."""
+        self._candidates()
+        if self.sampler is not None:
+            return
+        self.phase = "finals"
+        self._finals()
+        self.phase = "confirming"
+        self._confirmation()
+
+    def _candidates(self) -> None:
+        known = {e["candidate"] for e in self.journal.of("candidate")}
+        numbers = (number for number in count() if number not in known)  # 0 is the world as written
+        coming, waiting = next(numbers), True
+        while waiting or self.running:
+            while waiting and self._free and (self.sampler is None or self.sampler.ready(coming)):
+                waiting = self.budget.allows_another(len(self.running))
+                waiting = waiting and not (self.sampler is not None and self.sampler.finished(coming))
+                if waiting:
+                    values = self.optimiser.ask(coming) if coming else self.plan.start
+                    self._submit((coming, values), self._job(coming, values if coming else {}))
+                    coming = next(numbers)
+            for (number, values), result in self._results():
+                self._tell(number, values, result)
+            self._show()
+            if self.running and self.budget.is_over():
+                terminate(self.pool)
+                self.running.clear()
+                return
+
+    def _learn(self, entry: dict[str, Any]) -> None:
+        if isinstance(self.optimiser, Optimiser):  # what a sampler knows is in the journal
+            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+
+    def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
+        if number == 0 and ("failed" in result or "refused" in result):
+            fault = f"cannot be evaluated: {result.get('failed') or result['refused']}"
+            raise ConfigError([Problem((), fault, source="the world as written")])
+        entry = self.journal.add(
+            "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
+        )
+        self._learn(entry)
+        if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
+            self._forget(number)
+
+    def _finals(self) -> None:
+        known = {e["candidate"] for e in self.journal.of("final")}
+        wanted = [e for e in self._finalists() if e["candidate"] not in known]
+        jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted}
+        for number, result in self._all(jobs):
+            self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
+
+    def _finalists(self) -> list[dict[str, Any]]:
+        """The best of those that met all runs; none if there is no choice."""
+        last = len(self.plan.stages) - 1
+        best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
+        return best if len(best) > 1 else []
+
+    def _confirmation(self) -> None:
+        known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
+        best, start = self.best(), next(e for e in self.journal.of("candidate") if e["candidate"] == 0)
+        jobs = {}
+        for entry in [best, start] if best is not start else [best]:
+            for cell in self.plan.confirmation:
+                if (entry["candidate"], *cell) not in known:
+                    jobs[entry["candidate"], cell] = self._whole(entry, [cell], self.plan.confirmation_ticks)
+        for (number, cell), result in self._all(jobs):
+            self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self.budget.elapsed)
+
+    def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
+        waiting = list(jobs.items())
+        while waiting or self.running:
+            while waiting and self._free:
+                self._submit(*waiting.pop(0))
+            yield from self._results()
+            self._show()
+
+    # --- jobs
+
+    @property
+    def _free(self) -> int:
+        """Workers with nothing to do."""
+        return self.workers - len(self.running)
+
+    def _submit(self, tag: Any, job: Job) -> None:
+        self.running[self.pool.submit(evaluate, job)] = tag
+
+    def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """Results that arrive within a second: (tag, result).
+
+        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed.
+        """
+        done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
+        for future in done:
+            yield self.running.pop(future), future.result()
+
+    def _job(self, number: int, values: dict[str, float]) -> Job:
+        least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
+        plan = self.plan
+        cells = plan.cells if self.sampler is None else [self.sampler.cell(number)]
+        hopeless, policies = plan.config.search.hopeless, self.out / "policies"
+        return Job(
+            f"candidate-{number}",
+            plan.config,
+            values,
+            cells,
+            plan.stages,
+            least,
+            hopeless,
+            policies,
+            plan.fit,
+        )
+
+    def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
+        """Do all these runs of a candidate at full length."""
+        cells = tuple(cells)
+        job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
+        return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
+
+    def least(self, stage: int) -> float:
+        """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
+        reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
+        if len(reached) < ENOUGH:
+            return -np.inf
+        scores = [stages[stage]["score"] for stages in reached]
+        return float(np.quantile(scores, 1 - self.plan.config.search.promote))
+
+    # --- results
+
+    def ranked(self) -> list[dict[str, Any]]:
+        """Candidates, the best first: by merit, and where they met further seeds, by the mean over all."""
+        finals = {e["candidate"]: e for e in self.journal.of("final")}
+
+        def key(entry: dict[str, Any]) -> tuple[float, float]:
+            final = finals.get(entry["candidate"])
+            return (1.0, 0.5 * (final["score"] + entry["score"])) if final else (0.0, merit(entry))
+
+        return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
+
+    def outcome(self) -> Outcome:
+        """All that a report needs."""
+        return Outcome(
+            self.plan,
+            self.journal,
+            self.ranked(),
+            self.out,
+            self.kind,
+            self.workers,
+            self.budget.worked,
+            self.sampler,
+        )
+
+    def best(self) -> dict[str, Any]:
+        """The best candidate so far."""
+        return self.ranked()[0]
+
+    # --- how far it is
+
+    @property
+    def done(self) -> int:
+        """Candidates evaluated so far."""
+        return len(self.journal.of("candidate"))
+
+    @property
+    def share(self) -> float:
+        """How much of the search is over, in [0, 1]."""
+        return self.budget.share
+
+    def _show(self) -> None:
+        if self._progress is not None:
+            self._progress(self)
+
+    # --- folders of policies
+
+    def _forget(self, number: int) -> None:
+        forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))
+
+    def sweep(self) -> None:
+        """Remove the policies of all but the best, and of those that were not evaluated to their end."""
+        best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
+        kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
+        for folder in (self.out / "policies").glob("candidate-*"):
+            if folder.name not in kept and folder.name.removeprefix("candidate-").isdigit():
+                self._forget(int(folder.name.removeprefix("candidate-")))

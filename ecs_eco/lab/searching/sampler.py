@@ -1,0 +1,205 @@
+"""Approximate Bayesian computation: of candidates from the ranges those whose runs are most like the
+measurements. abc keeps the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
+nearest so far, and weighs them by how likely the ranges would give them (Beaumont et al. 2009, adaptive
+distances of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal alone."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.lab.searching.journal import Journal
+from ecs_eco.lab.searching.plan import Parameter, Plan
+
+SAMPLERS = ("abc", "abc-smc")
+FIRST_SEED = 200_000  # the world seeds of candidates follow
+WIDE = 2.0  # factor of the covariance of the nearest, of the steps from one of them
+TRIED = 4000  # draws that tell how many fall outside of the ranges
+FEWEST = 3  # candidates that are like enough to draw around
+
+
+class Population(NamedTuple):
+    """Candidates that were kept, the nearest first."""
+
+    numbers: np.ndarray  # i64[kept], candidates
+    at: np.ndarray  # f64[kept, parameters], their places in the unit cube of the ranges
+    weights: np.ndarray  # f64[kept], of the ranges over those that they were drawn from
+    distances: np.ndarray  # f64[kept]
+
+    @property
+    def shares(self) -> np.ndarray:
+        """The weights, of sum 1."""
+        return np.asarray(self.weights / self.weights.sum())
+
+
+class Sampler:
+    """Proposes candidates as an optimiser does, and knows which of those in the journal are the posterior."""
+
+    def __init__(self, plan: Plan, kind: str, journal: Journal) -> None:
+        assert plan.fit is not None
+        self.plan, self.kind, self.journal, self.fit = plan, kind, journal, plan.fit
+        settings = plan.config.search.posterior
+        self.seed = plan.config.search.seed
+        self.keep = settings.keep or (0.5 if kind == "abc-smc" else 0.1)
+        self.particles, self.stop = settings.particles, settings.stop
+        self.kept = max(FEWEST, round(self.keep * self.particles))
+        self._after: dict[int, tuple[Population, float]] = {}  # of complete generations
+
+    # --- as an optimiser
+
+    def ask(self, number: int) -> dict[str, float]:
+        """Numbers for a candidate."""
+        rng = np.random.default_rng([self.seed, number])
+        generation = self.generation(number)
+        before = self._population(generation - 1) if generation > 0 else None
+        place = rng.random(len(self.plan.parameters))
+        if before is not None and len(before.numbers) >= FEWEST:
+            root = np.linalg.cholesky(_spread(before))
+            for _ in range(1000):
+                centre = before.at[rng.choice(len(before.weights), p=before.shares)]
+                near = centre + root @ rng.standard_normal(len(centre))
+                if ((near >= 0) & (near <= 1)).all():
+                    place = near
+                    break
+        return {p.name: p.tidy(value_at(p, u)) for p, u in zip(self.plan.parameters, place, strict=True)}
+
+    def ready(self, number: int) -> bool:
+        """Whether all that a proposal follows from is in the journal."""
+        first = self._numbers(self.generation(number))[0]
+        return first <= 1 or first - 1 <= len([e for e in self._entries() if e["candidate"] < first])
+
+    def finished(self, number: int) -> bool:
+        """Whether the generation before that of a candidate improved the posterior too little to go on."""
+        generation = self.generation(number)
+        if generation < 2 or number != self._numbers(generation)[0] or not self.ready(number):
+            return False
+        self._population(generation - 1)
+        return self._after[generation - 1][1] < self.stop
+
+    def cell(self, number: int) -> tuple[int, int]:
+        """Training seed and world seed of a candidate: a world of its own."""
+        cells = self.plan.cells
+        return cells[number % len(cells)][0], FIRST_SEED + number
+
+    # --- the posterior
+
+    def posterior(self) -> Population:
+        """What is kept of all candidates so far."""
+        if self.kind == "abc":
+            entries = self._entries()
+            return _nearest(self._drawn(entries, None), max(1, round(self.keep * len(entries))))
+        last = self.generation(max((e["candidate"] for e in self._entries()), default=1))
+        return self._population(last)
+
+    def generation(self, number: int) -> int:
+        """The generation of a candidate, from 0; the world as written, candidate 0, is in none."""
+        if self.kind == "abc" or number <= self.particles:
+            return 0
+        return 1 + (number - 1 - self.particles) // (self.particles - self.kept)
+
+    def _numbers(self, generation: int) -> range:
+        """The candidates of a generation."""
+        if generation == 0:
+            return range(1, self.particles + 1)
+        first, each = 1 + self.particles, self.particles - self.kept
+        return range(first + (generation - 1) * each, first + generation * each)
+
+    def _entries(self) -> list[dict[str, Any]]:
+        return sorted(
+            (e for e in self.journal.of("candidate") if e["candidate"]), key=lambda e: int(e["candidate"])
+        )
+
+    def _population(self, generation: int) -> Population:
+        """What is kept after a generation, of those in the journal."""
+        if generation in self._after:
+            return self._after[generation][0]
+        numbers = self._numbers(generation)
+        entries = [e for e in self._entries() if e["candidate"] in numbers]
+        before = None if generation == 0 else self._population(generation - 1)
+        new = self._drawn(entries, before)
+        both = new if before is None else Population(*map(np.concatenate, zip(before, new, strict=True)))
+        kept = _nearest(both, self.kept)
+        if len(entries) == len(numbers):
+            entered = np.isin(kept.numbers, new.numbers).sum() / len(numbers)
+            self._after[generation] = kept, float(entered)
+        return kept
+
+    def _drawn(self, entries: list[dict[str, Any]], before: Population | None) -> Population:
+        """Candidates of one generation that could be compared, with weights against the ranges."""
+        there = [(e, own) for e in entries if (own := statistics_of(e)) is not None]
+        at = np.array([[place_of(p, e["values"][p.name]) for p in self.plan.parameters] for e, _ in there])
+        at = at.reshape(len(there), len(self.plan.parameters))
+        apart = np.array([self.fit.differences(own) for _, own in there])
+        apart = apart.reshape(len(there), len(self.fit.observed)) / self.scales()
+        weights = np.ones(len(there))
+        if before is not None and len(before.numbers) >= FEWEST and len(there):
+            weights = 1 / _density(at, before)
+        return Population(
+            np.array([e["candidate"] for e, _ in there], dtype=np.int64),
+            at,
+            weights,
+            np.sqrt((apart**2).mean(1)) if len(there) else np.zeros(0),
+        )
+
+    def scales(self) -> np.ndarray:
+        """What a difference of each statistic is divided by: how much candidates differ that are drawn from
+        the ranges, as the median absolute deviation of them."""
+        first = [e for e in self._entries() if self.kind == "abc" or e["candidate"] <= self.particles]
+        apart = np.array([self.fit.differences(own) for e in first if (own := statistics_of(e)) is not None])
+        if len(apart) < FEWEST:
+            return np.full(len(self.fit.observed), 0.1)
+        scale = 1.4826 * np.median(np.abs(apart - np.median(apart, 0)), 0)
+        return np.where(scale > 1e-9, scale, 1.0)
+
+
+def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
+    """The statistics of a candidate's run; None where it was refused, or someone died out."""
+    runs = entry["stages"][-1]["runs"] if entry["stages"] else []
+    return runs[-1].get("statistics") if runs else None
+
+
+def value_at(p: Parameter, u: float) -> float:
+    """The number at a share of its range."""
+    if p.log:
+        return float(p.low * (p.high / p.low) ** u)
+    return p.low + u * (p.high - p.low)
+
+
+def place_of(p: Parameter, value: float) -> float:
+    """The share of its range at which a number is."""
+    if p.log:
+        return float(np.log(value / p.low) / np.log(p.high / p.low))
+    return (value - p.low) / (p.high - p.low)
+
+
+def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np.ndarray:
+    """Quantiles of what weighted numbers are drawn from: the i-th of n of equal weight is that of i / (n + 1)
+    (Weibull 1939), so that a 90 % interval holds the next one in nine of ten cases."""
+    order = np.argsort(x, kind="stable")
+    w = weights[order] / weights.sum()
+    n = 1 / (w**2).sum()
+    return np.interp(q, (n * (np.cumsum(w) - w / 2) + 0.5) / (n + 1), x[order])
+
+
+def _nearest(of: Population, n: int) -> Population:
+    order = np.lexsort((of.numbers, of.distances))[:n]
+    return Population(*(column[order] for column in of))
+
+
+def _spread(of: Population) -> np.ndarray:
+    """Covariance of the steps from one of a population to a new one."""
+    centred = of.at - of.shares @ of.at
+    return np.asarray(WIDE * (centred * of.shares[:, None]).T @ centred + 1e-6 * np.eye(of.at.shape[1]))
+
+
+def _density(at: np.ndarray, of: Population) -> np.ndarray:
+    """How dense the proposals around a population are at places f64[n, parameters], where those of the ranges
+    are 1; what falls outside of the ranges, drawn again, is found by drawing."""
+    root = np.linalg.cholesky(_spread(of))
+    steps = np.linalg.solve(root, (at[:, None] - of.at[None]).reshape(-1, at.shape[1]).T)
+    exponent = -0.5 * (steps**2).sum(0).reshape(len(at), len(of.at))
+    scale = np.sqrt((2 * np.pi) ** at.shape[1]) * np.prod(np.diag(root))
+    rng = np.random.default_rng(0)
+    tried = of.at[rng.choice(len(of.at), TRIED, p=of.shares)]
+    tried = tried + rng.standard_normal(tried.shape) @ root.T
+    inside = max(1, ((tried >= 0) & (tried <= 1)).all(1).sum()) / TRIED
+    return np.asarray(np.exp(exponent) @ of.shares / scale / inside)

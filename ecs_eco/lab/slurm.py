@@ -1,0 +1,212 @@
+"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint and are requeued."""
+
+import os
+import re
+import shlex
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.files import write
+from ecs_eco.engine.processes import python
+from ecs_eco.inputs.section import Section
+from ecs_eco.lab.folder import Sweep, read_sweep
+from ecs_eco.lab.jobs import UNFINISHED
+from ecs_eco.lab.pool import PINS
+from ecs_eco.record.container import inside
+from ecs_eco.record.manifest import Tick
+from ecs_eco.record.seal import read_sealed, write_manifest
+
+FOLDER = "slurm"  # of a sweep: scripts, logs, and which arrays were submitted
+SUBMITTED = "submitted.json"
+ARRAY_SIZE = 1001  # SLURM's own MaxArraySize where it is not told: indices are below it
+SCRIPT = """\
+#!/bin/bash
+{options}
+{pins}
+trap 'told=1; kill -TERM "$work" 2>/dev/null' TERM
+{command} "$((SLURM_ARRAY_TASK_ID + {offset}))" &
+work=$!
+wait "$work"; code=$?
+if [[ $told ]]; then wait "$work"; code=$?; fi  # the signal ended the first wait
+if [[ $code == {unfinished} || ( $told && $code == 143 ) ]]; then
+    scontrol requeue "$SLURM_JOB_ID" 2>/dev/null  # whoever is preempted is queued again already
+fi
+exit "$code"
+"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a sweep is submitted."""
+
+    limit: int = 100  # jobs at a time
+    notice: int = 120  # [s] between the signal to write a checkpoint and the end of a job's time
+    more: tuple[str, ...] = ()  # options of sbatch as they are: "--time=2:00:00", "--mem=4G"
+
+
+def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
+    """Submit jobs of a sweep as arrays, one after the other where they are too many for one; return the
+    arrays' ids.
+
+    Each job is one task of one CPU. Before its time is over it writes a checkpoint and is queued again, as it
+    is when SLURM preempts it or its node fails. Raises ConfigError where SLURM is not there or refuses.
+    """
+    sweep = read_sweep(folder)
+    place = inside(sweep.folder, sweep.folder / FOLDER)
+    place.mkdir(exist_ok=True)
+    arrays, before = _arrays(place), ""
+    ids = []
+    for offset, indices in chunks(numbers, array_size()):
+        text = script(sweep, offset, indices, options, before)
+        path = write(place / f"array-{len(arrays) + 1}.sh", text)
+        path.chmod(0o755)
+        before = _slurm("sbatch", "--parsable", str(path)).strip().partition(";")[0]
+        ids.append(before)
+        arrays.append({"id": before, "offset": offset, "indices": compressed(indices)})
+        write_manifest(place, {"arrays": arrays}, SUBMITTED)
+    return ids
+
+
+def resume(
+    folder: str | Path, numbers: Sequence[int], options: Options = Options()
+) -> tuple[list[str], list[int]]:
+    """Submit those of the jobs that are not queued or running already; return the arrays' ids,
+    and the numbers of the jobs that are."""
+    waiting = queued(folder)
+    ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
+    return ids, [n for n in numbers if n in waiting]
+
+
+def queued(folder: str | Path) -> set[int]:
+    """Return the numbers of the jobs that SLURM has queued or runs. Raises ConfigError without SLURM."""
+    sweep = read_sweep(folder)
+    offsets = {array["id"]: array["offset"] for array in _arrays(sweep.folder / FOLDER)}
+    if not offsets:
+        return set()
+    lines = _slurm(
+        "squeue",
+        "--noheader",
+        "--array",
+        f"--user={os.getuid()}",
+        f"--name={name_of(sweep)}",
+        "--format=%F %K",
+    ).splitlines()
+    words = [line.split() for line in lines]
+    return {offsets[one[0]] + int(one[1]) for one in words if one and one[0] in offsets}
+
+
+def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
+    """Return the batch script of an array: index + offset is the number of a job; `after` is the array
+    that ends before it begins. Raises ConfigError where a line of it would hold a line break."""
+    logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM replaces what follows a %
+    wanted = {
+        "job-name": name_of(sweep),
+        "array": f"{compressed(indices)}%{options.limit}",
+        "ntasks": 1,
+        "cpus-per-task": 1,
+        "signal": f"B:TERM@{options.notice}",
+        "open-mode": "append",
+        "output": logs,
+        "dependency": f"afterany:{after}" if after else None,
+    }
+    for source, word in [("DIR", str(sweep.folder)), *(("--sbatch", word) for word in options.more)]:
+        if not word.isprintable():
+            raise ConfigError(
+                [
+                    Problem(
+                        (), "cannot be a line of a batch script", word, "printable characters", source=source
+                    )
+                ]
+            )
+    lines = [
+        "--requeue",
+        *(shlex.quote(f"--{key}={value}") for key, value in wanted.items() if value is not None),
+        *options.more,
+    ]
+    own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
+    command = python(own, "sweep", "job", str(sweep.folder))
+    return SCRIPT.format(
+        options="\n".join(f"#SBATCH {line}" for line in lines),
+        offset=offset,
+        unfinished=UNFINISHED,
+        pins="export " + " ".join(f"{name}=1" for name in PINS),
+        command=shlex.join(command),
+    )
+
+
+def name_of(sweep: Sweep) -> str:
+    """Return the name of a sweep's arrays in the queue."""
+    return f"ecs-eco-{sweep.hash[:8]}"
+
+
+def chunks(numbers: Sequence[int], size: int) -> list[tuple[int, list[int]]]:
+    """Return (offset, indices below `size`) for each array that the jobs take."""
+    parts: dict[int, list[int]] = {}
+    for number in sorted(set(numbers)):
+        parts.setdefault(number // size * size, []).append(number % size)
+    return list(parts.items())
+
+
+def compressed(indices: Sequence[int]) -> str:
+    """Return sorted numbers as SLURM writes them: 0-5,7,9-12."""
+    runs: list[list[int]] = []
+    for i in indices:
+        if runs and runs[-1][1] == i - 1:
+            runs[-1][1] = i
+        else:
+            runs.append([i, i])
+    return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+
+
+def array_size() -> int:
+    """Return how many indices an array of this cluster may have."""
+    told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
+    return int(told[1]) if told else ARRAY_SIZE
+
+
+def _arrays(place: Path) -> list[dict[str, Any]]:
+    """Return what was submitted before. Raises RecordingError where the note of it is damaged."""
+    if not (place / SUBMITTED).exists():
+        return []
+    return list(read_sealed(place, SUBMITTED, _Submitted)["arrays"])
+
+
+class _Array(Section):
+    id: Annotated[str, Field(pattern=r"^[0-9]+$")]
+    offset: Tick
+    indices: Annotated[str, Field(pattern=r"^[0-9,-]+$")]
+
+
+class _Submitted(Section):
+    arrays: list[_Array]
+
+
+def _slurm(*command: str) -> str:
+    """Return what a command of SLURM prints."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    except FileNotFoundError:
+        allowed = "a machine from which jobs are submitted, or --on local"
+        raise ConfigError(
+            [Problem((), f"SLURM is not here: there is no {command[0]}", "slurm", allowed, source="--on")]
+        ) from None
+    if done.returncode != 0:
+        why = " ".join((done.stderr or done.stdout).split())
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    f"{command[0]} refused: {why}",
+                    shlex.join(command[1:]),
+                    "what this cluster allows",
+                    source="--on slurm",
+                )
+            ]
+        )
+    return done.stdout

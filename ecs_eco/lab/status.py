@@ -1,0 +1,116 @@
+"""How far a sweep is, as its folder says: what is done, runs, waits or failed, how fast, and the errors."""
+
+import json
+import math
+import socket
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep
+from ecs_eco.lab.jobs import read_done
+from ecs_eco.record.claim import owner_of
+
+ENOUGH = 5.0  # [s] of ticks after which the rate of a job counts
+SILENCE = 600.0  # [s] after which a job on another machine that notes nothing counts as lost
+
+
+@dataclass
+class Status:
+    """The state of a sweep: jobs by number, ticks and their rate."""
+
+    done: list[int] = field(default_factory=list)
+    running: list[int] = field(default_factory=list)
+    waiting: list[int] = field(default_factory=list)
+    failed: dict[int, str] = field(default_factory=dict)
+    jobs: int = 0
+    ticks: int = 0  # of all runs so far
+    ticks_in_all: int = 0
+    rates: list[float] = field(default_factory=list)  # [ticks/s] of the runs that have one by now
+    seconds: float = 0.0  # [s] that the runs that are done took, added up
+
+    @property
+    def rate(self) -> float:
+        """Ticks a second of all that runs now, as far as the rates that are known tell; 0 where none is."""
+        return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds to the end at the present rate; None where none is known."""
+        return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
+
+    def errors(self) -> list[tuple[str, list[int]]]:
+        """Return the errors, the most frequent first, with the jobs that had them."""
+        return [
+            (text, [number for number, own in self.failed.items() if own == text])
+            for text, _ in Counter(self.failed.values()).most_common()
+        ]
+
+
+class Survey:
+    """Looks at a sweep again and again; what is done is read once."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self.sweep = sweep
+        self._done: dict[int, float] = {}
+
+    def look(self) -> Status:
+        """Return the state of the sweep now."""
+        sweep, status = self.sweep, Status(jobs=len(self.sweep.jobs))
+        status.ticks_in_all = sweep.ticks * status.jobs
+        for job in sweep.jobs:
+            if job.number in self._done or self._is_done(job.number):
+                status.done.append(job.number)
+                status.ticks += sweep.ticks
+            else:
+                _look_at(status, job.number, sweep.job_folder(job.number))
+        status.seconds = sum(self._done.values())
+        if not status.rates and status.seconds:  # what runs has just begun
+            status.rates.append(sweep.ticks * len(status.done) / status.seconds)
+        return status
+
+    def _is_done(self, number: int) -> bool:
+        try:
+            done = read_done(self.sweep, number)
+        except (RecordingError, ConfigError):
+            return False
+        if done is not None:
+            self._done[number] = float(done["seconds"])
+        return done is not None
+
+
+def _look_at(status: Status, number: int, place: Path) -> None:
+    """Add a job that is not done."""
+    note, owner = _numbers(place / PROGRESS), owner_of(place)
+    ticks = int(note.get("done", 0))
+    status.ticks += ticks
+    silent = time.time() - note.get("at", 0.0) > SILENCE
+    if owner is not None and (owner.get("host") == socket.gethostname() or not silent):
+        status.running.append(number)
+        lasted = note.get("at", 0.0) - note.get("began", math.inf)
+        if lasted >= ENOUGH:
+            status.rates.append((ticks - note.get("from", 0)) / lasted)
+    elif failure := _read(place / FAILED):
+        status.failed[number] = f"{failure.get('error')}: {failure.get('text')}"
+    else:
+        status.waiting.append(number)
+
+
+def _numbers(path: Path) -> dict[str, float]:
+    """Return the numbers of a note; what is none is left out."""
+    return {
+        key: value
+        for key, value in _read(path).items()
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15
+    }
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}

@@ -1,0 +1,241 @@
+"""What came of a sweep: its table, a row for each run that is done, its figures and page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.analysis.measures import WORLD
+from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.style import colors
+from ecs_eco.analysis.survival import Interval
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.lab import response
+from ecs_eco.lab.folder import RUN, Sweep
+from ecs_eco.lab.jobs import read_done
+from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
+from ecs_eco.lab.status import Survey
+from ecs_eco.record.container import inside
+from ecs_eco.record.seal import read_manifest
+
+RUNS = "runs.parquet"
+UNTREATED = "world"  # the world as it is, among treatments
+
+
+@dataclass(frozen=True)
+class Collected:
+    """What `collect` wrote."""
+
+    table: Path
+    page: Path
+    missing: int  # jobs that are not done
+    lines: tuple[str, ...]  # the result in words
+
+
+def collect(sweep: Sweep) -> Collected:
+    """Write runs.parquet, sweep.html and figures/ from all jobs that are done.
+
+    Raises RecordingError where none is.
+    """
+    rows = rows_of(sweep)
+    if not rows:
+        raise RecordingError(f"{sweep.folder}: no job is done yet: ecs-eco sweep resume {sweep.folder}")
+    table = write_table(rows, sweep.folder / RUNS)
+    page = write_page(sweep, rows, Survey(sweep).look().failed)
+    return Collected(table, page, len(sweep.jobs) - len(rows), lines_of(sweep, rows))
+
+
+def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
+    """Return a row for each job that is done, in their order; all rows have the same keys."""
+    rows = [
+        row_of(job.point, done) for job in sweep.jobs if (done := read_done(sweep, job.number)) is not None
+    ]
+    columns = sorted({name for row in rows for name in row}, key=_place(rows))
+    return [{name: row.get(name, 0.0 if ".died." in name else None) for name in columns} for row in rows]
+
+
+def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a job that is done: what identifies it, its values, and what came of it.
+
+    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period" is
+    there where it cycles, "deer.died.starved" counts deaths.
+    """
+    summary = done["summary"]
+    row = {
+        "job": done["number"],
+        "point": point,
+        **done["values"],
+        "treatment": done["treatment"] or UNTREATED,
+        "training_seed": done["training_seed"],
+        "world_seed": done["world_seed"],
+        "ticks": done["ticks"],
+        "persisted": summary["persisted"],
+        "lived": summary["lived"],
+    }
+    for name, numbers in summary["species"].items():
+        row |= {f"{name}.{key}": value for key, value in numbers.items() if key != "deaths"}
+        row |= {f"{name}.died.{cause}": n for cause, n in numbers["deaths"].items()}
+    for name, kinds in summary["reporters"].items():
+        for of, numbers in kinds.items():
+            of = "" if of == WORLD else f".{of}"
+            row |= {f"{name}{of}.{key}": value for key, value in numbers.items()}
+    return row | {
+        "seconds": done["seconds"],
+        "host": done["host"],
+        "git_commit": done["git_commit"],
+        "config_hash": done["config_hash"],
+        "digest": done["digest"],
+    }
+
+
+def _place(rows: list[dict[str, Any]]) -> Any:
+    """Return a key that sorts columns as the rows have them, those that only some have beside the others."""
+    places: dict[str, tuple[int, str]] = {}
+    for row in rows:
+        at = 0
+        for name in row:
+            at = places[name][0] if name in places else at
+            places.setdefault(name, (at, name))
+    return lambda name: places[name]
+
+
+def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
+    """Write rows as a Parquet file, whole or not at all. Values of one key of several types become texts."""
+    import pyarrow as pa
+
+    from ecs_eco.record.parquet import write_part
+
+    columns = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        if len({type(v) for v in values if v is not None} - {int, float}) > 1 or any(
+            isinstance(v, list | dict) for v in values
+        ):
+            values = [str(v) for v in values]
+        elif any(isinstance(v, float) for v in values):
+            values = [None if v is None else float(v) for v in values]
+        columns[name] = values
+    write_part(pa.table(columns), path)
+    return path
+
+
+PAGE = "sweep.html"
+MOST_PANELS = 6  # outcomes of a figure
+MOST_ROWS = 400  # of the table of points
+_RESPONSE = (
+    "Means at each value with 95 % intervals over seeds; dots are single runs. Where more than one "
+    "value varies, each seed's mean over all others comes first."
+)
+_POINTS = "Each point of the hypercube: its mean with the 95 % interval over seeds."
+_HEAT = "Means over seeds, and over what else varies; empty where no run has a number."
+
+
+def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
+    """Write sweep.html and figures/ from the rows of the table; return the page."""
+    folder = inside(sweep.folder, sweep.folder / "figures")
+    species = list(sweep.content["config"]["species"])
+    species = [name for name in species if f"{name}.mean" in rows[0]]
+    hue = colors(species, read_manifest(sweep.job_folder(rows[0]["job"]) / RUN).get("colors"))
+    outcomes, keys = outcomes_of(rows, species), list(sweep.jobs[0].values)
+    blocks = [
+        *_head(sweep, rows, failed),
+        *_responses(rows, keys, outcomes, hue, folder),
+        *_points(rows, keys, outcomes),
+        *_origin(sweep, rows),
+    ]
+    title = sweep.content["title"] or sweep.content["world"]
+    return write_text(sweep.folder / PAGE, page(f"Sweep: {title}", *blocks))
+
+
+def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return the result in words: in how many runs all persist, by treatment."""
+    out = []
+    for treatment, part in group(rows, lambda row: row["treatment"]).items():
+        kept = sum(row["persisted"] for row in part)
+        points = len({row["point"] for row in part})
+        out.append(
+            f"{treatment}: all species persist in {kept} of {len(part)} runs of {sweep.ticks:,} ticks"
+            + (f", at {points} points" if points > 1 else "")
+        )
+    return tuple(out)
+
+
+def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str]:
+    title = sweep.content["title"] or sweep.content["world"]
+    lost = not all(row["persisted"] for row in rows)
+    blocks = [
+        f"<h1>Sweep: {escape(title)}</h1>",
+        verdict(lines_of(sweep, rows), lost),
+        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+    ]
+    if missing := len(sweep.jobs) - len(rows):
+        why = f", {len(failed)} of them because they failed" if failed else ""
+        blocks.append(f"<p class='under'>{missing} of {len(sweep.jobs)} jobs are not done{why}.</p>")
+    return blocks
+
+
+def _responses(
+    rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
+) -> list[str]:
+    """How outcomes respond to the values, as pictures."""
+    outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
+    if not keys or not outcomes:
+        return []
+    shown = response.responses(rows, keys[:4], outcomes, hue)
+    each = all(len({str(row[key]) for row in rows}) <= response.FEW for key in keys)
+    blocks = [
+        "<h2>Response</h2>",
+        drawn(shown, folder / "response.svg", _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
+    ]
+    for i, pair in enumerate(response.pairs_of(rows, keys)):
+        shown = response.heat(rows, pair, outcomes[:MOST_PANELS])
+        blocks += [
+            f"<h2>{escape(response.short(pair[0]))} and {escape(response.short(pair[1]))}</h2>",
+            drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
+        ]
+    return blocks
+
+
+def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
+    """A table with a row for each point and treatment."""
+    parts = list(group(rows, lambda row: (row["point"], row["treatment"])).values())
+    treatments = len({row["treatment"] for row in rows}) > 1
+    head = [
+        *map(response.short, keys),
+        *(["treatment"] if treatments else []),
+        "runs",
+        *(outcome.label for outcome in outcomes),
+    ]
+    cells = [
+        [
+            *(part[0][key] for key in keys),
+            *([part[0]["treatment"]] if treatments else []),
+            len(part),
+            *(_cell(response.interval(part, outcome)) for outcome in outcomes),
+        ]
+        for part in parts[:MOST_ROWS]
+    ]
+    blocks = ["<h2>All points</h2>", table(head, cells)]
+    if len(parts) > MOST_ROWS:
+        blocks.append(f"<p>… and {len(parts) - MOST_ROWS} more, in runs.parquet.</p>")
+    return blocks
+
+
+def _cell(x: Interval) -> str:
+    return number(x.value) if x.low != x.low else interval(x)
+
+
+def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
+    """Where the numbers come from."""
+    commits = sorted({str(row["git_commit"])[:12] for row in rows})
+    seeds: dict[str, Any] = {kind: sweep.content["plan"][f"{kind}_seeds"] for kind in ("world", "training")}
+    words = "; ".join(f"{kind} seeds {', '.join(map(str, own))}" for kind, own in seeds.items() if own)
+    hours = sum(row["seconds"] for row in rows) / 3600
+    return [
+        "<h2>How it was made</h2>",
+        f"<p>Plan {escape(sweep.content['source'])} ({sweep.hash[:16]}), {escape(words)}; "
+        f"commit {escape(', '.join(commits))}; {number(hours)} hours of one core, "
+        f"machines: {len({row['host'] for row in rows})}. Each run has its folder in jobs/; every run is a "
+        "row of runs.parquet.</p>",
+    ]

@@ -1,0 +1,87 @@
+"""Policies of a configuration and a training seed: reused if they were trained before, else trained."""
+
+import os
+from pathlib import Path
+
+from ecs_eco.config import WorldConfig
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.lab.pool import finishing
+from ecs_eco.lab.treatments import species_with_policy
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.container import remove
+from ecs_eco.record.seal import read_manifest
+
+FILE = "training.json"
+WRITTEN = (FILE, "*.safetensors")
+
+
+def train_or_find(
+    folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
+) -> Path:
+    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
+
+    Several processes may train the same at once: the first result is kept, the others are identical. Without
+    `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
+    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
+    training left is removed.
+    """
+    from ecs_eco.lab.pretraining import pretrain
+
+    if is_trained(folder, config, seed, ticks, verify=verify):
+        return folder
+    part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
+    remove(part, WRITTEN)
+    with finishing():
+        try:
+            pretrain(config, seed=seed, ticks=ticks, out=part)
+            if not is_trained(folder, config, seed, ticks, verify=verify):
+                if not remove(folder, WRITTEN):
+                    raise RecordingError(
+                        f"{folder}: has no {FILE}, and holds other files than a training "
+                        "writes; move them away, or name another folder"
+                    )
+                _keep(part, folder)
+        finally:
+            remove(part, WRITTEN)
+    return folder
+
+
+def is_trained(
+    folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
+) -> bool:
+    """Return whether a training is in a folder; ForeignFile for another, RecordingError if damaged."""
+    path = folder / FILE
+    if not verify or not path.is_file():
+        return path.is_file()
+    wanted = {"config_hash": config.config_hash, "seed": seed} | ({} if ticks is None else {"ticks": ticks})
+    training = read_manifest(folder, FILE)
+    different = [key for key in wanted if training.get(key) != wanted[key]]
+    if different:
+        there, here = (
+            ", ".join(f"{key} {values.get(key)}" for key in different) for values in (training, wanted)
+        )
+        raise ForeignFile(f"{path}: belongs to another training: {there}, not {here}")
+    hashes = training.get("weights")
+    for name in species_with_policy(config):
+        file = folder / f"{name}.safetensors"
+        if not file.is_file():
+            raise RecordingError(f"{file}: is missing; remove its folder to train again")
+        if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
+            raise ForeignFile(f"{file}: is not the policy that this training left")
+    return True
+
+
+def _keep(part: Path, folder: Path) -> None:
+    """Give a new training its place, unless another process was first."""
+    try:
+        part.rename(folder)
+    except OSError:
+        if not (folder / FILE).is_file():
+            raise
+
+
+def forget_trained(folder: Path) -> None:
+    """Remove trainings, each in a folder of its own, and nothing else."""
+    for place in folder.glob("training-*"):
+        remove(place, WRITTEN)
+    remove(folder, ())

@@ -1,0 +1,125 @@
+"""Files of another archipelago, island, barrier or mode are refused by name, and nothing is removed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ecs_eco.analysis.archipelago import load_islands
+from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.lab.archipelago import Archipelago
+from ecs_eco.lab.island import advance
+from ecs_eco.record import container, seal
+from ecs_eco.record.archipelago import FILE, Manifest
+from tests.lab.newts import written
+
+BARRIER = "tick-000000000008.safetensors"
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two archipelagos of other seeds, at tick 8 of 12."""
+    place = tmp_path_factory.mktemp("two")
+    for seed in (1, 2):
+        made = Archipelago.from_config(str(written(place)), seed, 12, place / f"seed-{seed}")
+        made.run(until=8, report=False)
+    return place
+
+
+def _exports(mine: Path, other: Path) -> str:
+    shutil.copy(other / "islands/east/exports" / BARRIER, mine / "islands/east/exports" / BARRIER)
+    return rf"{BARRIER}: has migrants of another archipelago"
+
+
+def _neighbour(mine: Path, other: Path) -> str:
+    shutil.copy(mine / "islands/east/exports" / BARRIER, mine / "islands/south/exports" / BARRIER)
+    return rf"{BARRIER}: has migrants of another island"
+
+
+def _island(mine: Path, other: Path) -> str:
+    shutil.rmtree(mine / "islands/east")
+    shutil.copytree(other / "islands/east", mine / "islands/east")
+    return rf"east/exports/{BARRIER}: has migrants of another archipelago"
+
+
+def _manifest(mine: Path, other: Path) -> str:
+    shutil.copy(other / FILE, mine / FILE)
+    return r"manifest\.json: is not of the island"
+
+
+def _link(mine: Path, other: Path) -> str:
+    shutil.rmtree(mine / "islands/east")
+    (mine / "islands/east").symlink_to(other / "islands/east")
+    return rf"east/exports/{BARRIER}: is a link that leads out of"
+
+
+def _digest(mine: Path, other: Path) -> str:
+    whole = container.read(mine, Manifest)
+    whole["islands"]["east"]["digest"] = "0" * 64
+    container.write(mine, Manifest, whole)
+    return rf"{BARRIER}: has another digest than archipelago\.json says of the island east"
+
+
+@pytest.mark.parametrize("put", [_exports, _neighbour, _island, _manifest, _link, _digest])
+def test_what_is_of_another_archipelago_is_refused(
+    put: Callable[[Path, Path], str], two: Path, tmp_path: Path
+) -> None:
+    mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
+    said = put(mine, two / "seed-2")
+    before = _content(mine)
+    with pytest.raises(ForeignFile, match=said):
+        Archipelago(mine).run(until=12, report=False)
+    assert before.items() <= _content(mine).items()
+
+
+def _content(folder: Path) -> dict[Path, bytes]:
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*.safetensors")}
+
+
+def test_an_island_that_is_further_than_the_others_is_shown_up_to_their_tick(
+    two: Path, tmp_path: Path
+) -> None:
+    mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
+    before = load_islands(mine)
+    advance(str(mine), "north", 8, 12)
+    islands = load_islands(mine)
+    assert [len(s.ticks) for s in islands.series.values()] == [8, 8, 8]
+    assert islands.moves.tolist() == before.moves.tolist()
+    write_archipelago(mine)
+
+
+def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
+    mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
+    whole = container.read(mine, Manifest) | {"mode": "portable"}
+    container.write(mine, Manifest, whole | {"hash": container._hash(whole, Manifest)})
+    with pytest.raises(ForeignFile, match=r"archipelago\.json: was computed in the portable mode"):
+        Archipelago(mine).run(until=12, report=False)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("tick", "8", "tick: Input should be a valid integer"),
+        ("ticks", -1, "ticks: "),
+        ("islands", [], "islands: "),
+        (
+            "config",
+            {"archipelago": {"islands": {"../victim": {}, "b": {}}, "every": 4}},
+            r"config\.archipelago",
+        ),
+        ("seed", 3, "hash: is not the hash of the plan"),
+        ("extra", 1, "extra: "),
+    ],
+)
+def test_a_manifest_with_wrong_values_is_refused_by_key(
+    two: Path, tmp_path: Path, key: str, value: object, said: str
+) -> None:
+    content = json.loads((two / "seed-1" / FILE).read_text()) | {key: value}
+    seal.write_manifest(tmp_path, content, FILE)
+    with pytest.raises(RecordingError, match=rf"archipelago\.json: {said}"):
+        Archipelago(tmp_path)

@@ -1,0 +1,51 @@
+"""What came of a sweep: a tidy table, figures, a page that needs no other file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.lab.sweep import do_jobs
+from ecs_eco.lab.table import collect
+from tests.lab.test_sweep import Here, begun
+
+PLAN = """
+world = "moss.toml"
+title = "Moss <in> rows"
+ticks = 6
+world_seeds = 2
+treatments = ["species.moss.reproduction.rate=0.9"]
+[reporters]
+stock = "sum(moss.Metabolism.energy)"
+[grid]
+species.moss.count = [10, 30]
+"space.edges" = ["torus", "walls"]
+"""
+
+
+@pytest.mark.slow
+def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path) -> None:
+    sweep = begun(tmp_path, PLAN)
+    with pytest.raises(RecordingError, match="no job is done yet"):
+        collect(sweep)
+    do_jobs(sweep, Here(), range(15))
+    result = collect(sweep)
+    assert result.missing == 1
+    rows = pq.read_table(result.table).to_pylist()
+    assert [row["job"] for row in rows] == list(range(15))
+    assert rows[0]["species.moss.count"] == 10
+    assert rows[0]["space.edges"] == "torus"
+    assert [row["treatment"] for row in rows[1:4]] == ["world", *["species.moss.reproduction.rate=0.9"] * 2]
+    assert rows[0]["persisted"] is True
+    assert rows[2]["moss.mean"] > rows[0]["moss.mean"]  # the same seed, more seedlings
+    assert rows[0]["moss.final"] == 10 + rows[0]["moss.births"]
+    assert rows[0]["stock.final"] > 0
+    assert len({row["digest"] for row in rows}) == 15
+    page = result.page.read_text()
+    assert "Moss &lt;in&gt; rows" in page
+    assert page.count('class="plot') == 2  # the response, and the heat map
+    assert "1 of 16 jobs are not done" in page
+    assert result.lines[0] == "world: all species persist in 8 of 8 runs of 6 ticks, at 4 points"

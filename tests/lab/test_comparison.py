@@ -1,0 +1,91 @@
+"""A comparison: what is trained, what is run, and what is done when some of it fails."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import pytest
+
+from ecs_eco.lab.arm import arms_of
+from ecs_eco.lab.comparison import Comparison, Key, run_jobs
+from ecs_eco.lab.pool import Pool
+
+OUT = Path("out")
+
+
+@pytest.fixture(scope="module")
+def arms():
+    return arms_of("predator-prey", [], ["random-policy", "random-policy:deer", "species.deer.count=50"])
+
+
+def comparison(arms, training_seeds=None, retrain=False) -> Comparison:
+    return Comparison(OUT, arms, 10, range(1, 3), training_seeds, retrain)
+
+
+def test_where_nothing_is_trained_each_arm_runs_once_with_each_seed(arms) -> None:
+    plain = comparison(arms[:2])
+    assert plain.trainings == {}
+    assert plain.training_seeds_of_runs() is None
+    assert {str(key): run.folder for key, run in plain.runs.items()} == {
+        "world, seed 1": OUT / "world" / "seed-1",
+        "world, seed 2": OUT / "world" / "seed-2",
+        "random-policy, seed 1": OUT / "random-policy" / "seed-1",
+        "random-policy, seed 2": OUT / "random-policy" / "seed-2",
+    }
+
+
+def test_each_trained_policy_meets_each_world_seed(arms) -> None:
+    crossed = comparison(arms, training_seeds=[1, 2])
+    assert [(t.folder, t.seed) for t in crossed.trainings.values()] == [
+        (OUT / "policies" / "world" / f"seed-{k}", k) for k in (1, 2)
+    ]
+    assert crossed.training_seeds_of_runs() == {
+        arm: [1, 1, 2, 2] for arm in ("world", "random-policy-deer", "species.deer.count-50")
+    }
+    run = crossed.runs[Key("random-policy-deer", 2, 1)]
+    assert run.folder == OUT / "random-policy-deer" / "training-1" / "seed-2"
+    assert run.arm.policies == {"deer": "random", "wolf": str(OUT / "policies" / "world" / "seed-1")}
+    assert str(Key("world", 2, 1)) == "world, seed 2, training seed 1"
+
+
+def test_arms_with_other_values_are_trained_anew_where_that_is_asked_for(arms) -> None:
+    folders = [comparison(arms, [1], retrain).policies_folder(arms[3]).name for retrain in (False, True)]
+    assert folders == ["world", "species.deer.count-50"]
+    assert {key.arm for key in comparison(arms, [1], True).trainings} == {"world", "species.deer.count-50"}
+
+
+def test_policies_are_said_in_words(arms) -> None:
+    words = list(comparison(arms, [1, 2]).policies_in_words().values())
+    assert words[:3] == [
+        "policies trained in the world as it is, from 2 training seeds",
+        "policies that are not trained: it has no training seed",
+        "policies of wolf trained in the world as it is, the same as the first arm, from 2 training seeds",
+    ]
+
+
+def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
+    failures, progress = [], []
+    jobs = {Key("a", 1): ("1",), Key("a", 2): ("x",), Key("a", 3): ("3",)}
+    results = run_jobs(
+        int,
+        jobs,
+        Pool(1),
+        lambda *n: progress.append(n),
+        lambda key, error: failures.append((key, type(error))),
+    )
+    assert results == {Key("a", 1): 1, Key("a", 3): 3}
+    assert failures == [(Key("a", 2), ValueError)]
+    assert progress == [(0, 3), (1, 3), (1, 3), (2, 3)]
+
+
+def test_a_killed_worker_is_reported_once() -> None:
+    failures = []
+    jobs = {Key("a", seed): (1,) for seed in range(6)}
+    with Pool(2) as pool:
+        results = run_jobs(
+            os._exit, jobs, pool, lambda *_: None, lambda _, error: failures.append(type(error))
+        )
+    assert results == {}
+    assert failures == [BrokenProcessPool]

@@ -1,0 +1,81 @@
+"""Responses to values, hand-counted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.survival import wilson
+from ecs_eco.lab.response import Outcome, answers, by_point, interval, outcomes_of, values_of
+
+N, KEPT = Outcome("moss.mean", "mean number of moss", "moss"), Outcome("persisted", "share", share=True)
+
+
+def row(
+    point: int,
+    count: int,
+    rate: float,
+    seed: int,
+    mean: float | None,
+    kept: bool = True,
+    training: int | None = None,
+) -> dict[str, object]:
+    return {
+        "point": point,
+        "count": count,
+        "rate": rate,
+        "treatment": "world",
+        "world_seed": seed,
+        "training_seed": training,
+        "persisted": kept,
+        "moss.mean": mean,
+        "moss.period": None,
+    }
+
+
+ROWS = [
+    row(0, 5, 0.1, 1, 10.0),
+    row(0, 5, 0.1, 2, 14.0, kept=False),
+    row(1, 5, 0.2, 1, 20.0),
+    row(1, 5, 0.2, 2, 24.0),
+    row(2, 9, 0.1, 1, 30.0),
+    row(2, 9, 0.1, 2, None),
+]
+
+
+def test_an_answer_is_the_mean_over_seeds_of_the_means_over_all_else() -> None:
+    five, nine = answers(ROWS, "count", N)
+    assert (five.value, nine.value) == (5, 9)
+    assert five.mean == mean_interval(np.array([[15.0, 19.0]]))  # (10 + 20) / 2, (14 + 24) / 2
+    assert nine.mean.value == 30.0
+    assert np.isnan(nine.mean.low)  # of one run
+    assert five.runs == (10.0, 14.0, 20.0, 24.0)
+
+
+def test_shares_have_wilsons_interval_and_stay_between_0_and_1() -> None:
+    assert interval(ROWS[2:4], KEPT) == wilson(2, 2)
+    mixed = interval(ROWS[:4], KEPT)  # seed 1: 1, seed 2: 1/2
+    assert mixed.value == 0.75
+    assert (mixed.low, mixed.high) == (0.0, 1.0)
+
+
+def test_both_kinds_of_seeds_are_replicates() -> None:
+    rows = [row(0, 5, 0.1, w, 10.0 * k + w, training=k) for k in (1, 2) for w in (1, 2)]
+    assert interval(rows, N) == mean_interval(np.array([[11.0, 12.0], [21.0, 22.0]]))
+
+
+def test_points_come_in_the_order_of_the_key() -> None:
+    found = [(answer.value, answer.mean.value) for answer in by_point(ROWS, "rate", N)]
+    assert found == [(0.1, 12.0), (0.1, 30.0), (0.2, 22.0)]
+    assert values_of(ROWS, "rate") == [0.1, 0.2]
+    assert values_of([{"x": "b"}, {"x": "a"}, {"x": [1]}], "x") == ["b", "a", [1]]
+
+
+@pytest.mark.parametrize(
+    ("column", "label"), [("energy.moss.mean", "mean energy of moss"), ("heat.mean", "mean heat")]
+)
+def test_what_reporters_measured_is_an_outcome(column: str, label: str) -> None:
+    found = outcomes_of([ROWS[0] | {column: 1.0}], ["moss"])
+    assert [o.column for o in found] == ["persisted", "moss.mean", column]
+    assert found[-1].label == label

@@ -1,0 +1,239 @@
+"""Sweeps on SLURM: scripts and arrays, and a stand-in that signals, preempts and queues again."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import signal
+import stat
+import subprocess
+import sys
+import time
+from collections.abc import Collection
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from ecs_eco.cli import app
+from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.lab.design import design_of
+from ecs_eco.lab.folder import Sweep, begin, read_sweep
+from ecs_eco.lab.jobs import read_done, run_job
+from ecs_eco.lab.plan import read_plan
+from ecs_eco.lab.slurm import Options, chunks, compressed, queued, resume, script, submit
+from ecs_eco.record import seal
+from ecs_eco.record.claim import owner_of
+from tests.lab.moss import PLAN, written
+
+LONG = 'world = "moss.toml"\nticks = 30000\nworld_seeds = 2\ncheckpoint_every = 1000\n'
+AGAIN = ("preempt", "requeue")  # what the stand-in notes of a task that it queues again
+STAND_IN = Path(__file__).with_name("slurm_stand_in.py")
+
+
+@pytest.fixture
+def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The stand-in's commands on the path; its state."""
+    place = tmp_path / "bin"
+    place.mkdir()
+    for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
+        command = place / name
+        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{STAND_IN}" {name} "$@"\n')
+        command.chmod(command.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", f"{place}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("ECS_ECO_PORTABLE", "0")  # the mode of this process, whose libraries are loaded
+    monkeypatch.setenv("SLURM_STAND_IN", str(tmp_path / "slurm"))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    return tmp_path / "slurm"
+
+
+def sweep_in(folder: Path, plan: str = PLAN) -> Sweep:
+    return begin(folder / "sweep", design_of(read_plan(str(written(folder, plan)))))
+
+
+def tasks(slurm: Path, array: str) -> dict[str, Any]:
+    return dict(json.loads((slurm / "state.json").read_text())["arrays"][array]["tasks"])
+
+
+def until(condition: Any, seconds: float = 240) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "not in time"
+        time.sleep(0.05)
+
+
+def test_numbers_are_written_as_ranges_and_cut_into_arrays() -> None:
+    assert compressed([0, 1, 2, 5, 7, 8]) == "0-2,5,7-8"
+    assert chunks([9, 0, 1, 12, 10, 3], 5) == [(0, [0, 1, 3]), (5, [4]), (10, [0, 2])]
+
+
+def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    text = script(sweep, 1000, [0, 2], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
+    head = [line for line in text.splitlines() if line.startswith("#SBATCH")]
+    assert {
+        "#SBATCH --requeue",
+        "#SBATCH --array=0,2%7",
+        "#SBATCH --signal=B:TERM@120",
+        "#SBATCH --open-mode=append",
+        "#SBATCH --dependency=afterany:55",
+        "#SBATCH --time=2:00:00",
+        f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log",
+    } <= set(head)
+    assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
+    assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
+    assert f"{sys.executable} -P -c" in text  # whatever modules lie where the job runs
+
+
+def test_nothing_of_a_folder_becomes_a_command_of_its_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    sweep = sweep_in(tmp_path / "it's $(touch mark) 5% #x")
+    lines = script(sweep, 0, [0], Options()).splitlines()
+    [output] = [shlex.split(line)[1] for line in lines if "--output" in line]
+    assert output == f"--output={sweep.folder}/slurm/%A_%a.log".replace("5% ", "5%% ")
+    subprocess.run(
+        ["bash", "-c", "\n".join(lines)],
+        cwd=tmp_path,
+        check=True,
+        env=os.environ | {"SLURM_ARRAY_TASK_ID": "0"},
+    )
+    assert not list(tmp_path.rglob("mark"))
+    with pytest.raises(ConfigError, match="cannot be a line of a batch script"):
+        script(sweep_in(tmp_path / "a\ntouch mark"), 0, [0], Options())
+    with pytest.raises(ConfigError, match="--sbatch"):
+        script(sweep, 0, [0], Options(more=("--time=1\ntouch mark",)))
+
+
+def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    manifest = {k: v for k, v in seal.read_manifest(sweep.folder, "sweep.json").items() if k != "seal"}
+    seal.write_manifest(sweep.folder, manifest | {"hash": "a\n. ./a\n#"}, "sweep.json")
+    with pytest.raises(RecordingError, match=r"sweep\.json: hash: "):
+        read_sweep(sweep.folder)
+
+
+def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    (sweep.folder / "slurm").mkdir()
+    seal.write_manifest(
+        sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "offset": 0, "indices": "0"}]}, "submitted.json"
+    )
+    with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
+        queued(sweep.folder)
+
+
+@pytest.mark.slow
+def test_jobs_that_are_told_to_end_and_preempted_leave_the_same_as_alone(tmp_path: Path, slurm: Path) -> None:
+    sweep = sweep_in(tmp_path, LONG)
+    [array] = submit(sweep.folder, [0, 1], Options(limit=2))
+    assert queued(sweep.folder) == {0, 1}
+    assert resume(sweep.folder, [0, 1]) == ([], [0, 1])
+    for commands in ({0: "preempt", 1: "notice"}, {0: "notice", 1: "preempt"}):
+        held = hold_under_way(sweep, commands)
+        often = {number: times(slurm, array, number, *AGAIN) for number in commands}
+        for number, command in commands.items():
+            os.spawnlp(os.P_WAIT, command, command, array, str(number))
+        told = next(number for number, command in commands.items() if command == "notice")
+        until(lambda told=told: times(slurm, array, told, "signalled") == 1)
+        for pid in held.values():
+            with suppress(ProcessLookupError):  # the preempted is gone
+                os.kill(pid, signal.SIGCONT)
+        for number in commands:
+            until(lambda number=number, n=often[number]: times(slurm, array, number, *AGAIN) > n)
+    until(lambda: not queued(sweep.folder))
+    alone = sweep_in(tmp_path / "alone", LONG)
+    for number in (0, 1):
+        words = log(slurm, array, number)
+        assert words.count("preempt") == words.count("signalled") == words.count("requeue") == 1, words
+        assert words[-1] == "COMPLETED"
+        assert (read_done(sweep, number) or {})["digest"] == run_job(alone.folder, number)["digest"]
+
+
+def hold_under_way(sweep: Sweep, numbers: Collection[int]) -> dict[int, int]:
+    """Stop the process of each job, once it has left a checkpoint later than those that are there."""
+    there, held = {number: checkpoints(sweep, number) for number in numbers}, dict[int, int]()
+
+    def hold() -> bool:
+        for number in numbers:
+            if number not in held and checkpoints(sweep, number) - there[number]:
+                held[number] = int((owner_of(sweep.job_folder(number)) or {})["pid"])
+                os.kill(held[number], signal.SIGSTOP)
+        return len(held) == len(numbers)
+
+    until(hold)
+    return held
+
+
+def checkpoints(sweep: Sweep, number: int) -> set[Path]:
+    return set((sweep.job_folder(number) / "run" / "checkpoints").glob("tick-*.safetensors"))
+
+
+def times(slurm: Path, array: str, number: int, *words: str) -> int:
+    return sum(word in words for word in log(slurm, array, number))
+
+
+def log(slurm: Path, array: str, number: int) -> list[str]:
+    return list(tasks(slurm, array)[str(number)]["log"])
+
+
+def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unfinished(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = tmp_path / "work"
+    work.write_text(
+        "#!/bin/bash\ntrap 'exit 75' TERM\n[[ $SLURM_RESTART_COUNT == 1 ]] || { sleep 60 & wait; }\n"
+    )
+    work.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(work))
+    sweep = sweep_in(tmp_path)
+    [array] = submit(sweep.folder, [2], Options(notice=58, more=("--time=1:00",)))
+    until(lambda: not queued(sweep.folder))
+    assert log(slurm, array, 2) == ["started", "signalled", "requeue", "started", "COMPLETED"]
+
+
+@pytest.mark.slow
+def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MAX_ARRAY_SIZE", "3")
+    sweep = sweep_in(tmp_path)
+    digests = [run_job(sweep.folder, 1)["digest"]]
+    ids, waiting = resume(sweep.folder, [0, 2, 3])
+    assert (len(ids), waiting) == (2, [])
+    assert [list(tasks(slurm, array)) for array in ids] == [["0", "2"], ["0"]]
+    until(lambda: not queued(sweep.folder))
+    digests += [(read_done(sweep, n) or {})["digest"] for n in (0, 2, 3)]
+    assert len(digests) == 4
+    assert all(digests)
+
+
+def test_where_slurm_is_not_or_refuses_it_is_said(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = sweep_in(tmp_path)
+    with pytest.raises(ConfigError, match="sbatch refused: sbatch: error: invalid partition specified"):
+        submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(ConfigError, match="SLURM is not here: there is no scontrol; allowed: a machine from"):
+        submit(sweep.folder, [0])
+
+
+def test_the_command_submits_what_is_not_done_and_says_so(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    plan = str(written(tmp_path))
+    begun, again = (
+        CliRunner().invoke(app, ["sweep", *words, "--on", "slurm", "--sbatch=--time=0:30"])
+        for words in ([plan, "--out", str(tmp_path / "out")], ["resume", str(tmp_path / "out")])
+    )
+    assert "submitted 4 jobs to SLURM: 100; how far they are: ecs-eco sweep status" in begun.output
+    assert "submitted" in again.output or "4 jobs are queued or running already" in again.output
+    text = (tmp_path / "out" / "slurm" / "array-1.sh").read_text()
+    assert "#SBATCH --time=0:30\n" in text
+    assert "%100\n" in text

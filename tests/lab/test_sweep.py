@@ -1,0 +1,152 @@
+"""A whole sweep on an executor: any of them, trainings first, failures told, lost workers replaced."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import time
+from concurrent.futures import Future, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ecs_eco.engine.errors import ForeignFile
+from ecs_eco.lab import run_sweep
+from ecs_eco.lab import sweep as run
+from ecs_eco.lab.design import design_of
+from ecs_eco.lab.folder import Sweep, begin, read_sweep
+from ecs_eco.lab.plan import read_plan
+from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.sweep import do_jobs, unfinished
+from tests.lab.moss import PLAN, written
+
+
+def digests(folder: Path) -> list[str]:
+    sweep = read_sweep(folder)
+    return [
+        json.loads((sweep.job_folder(job.number) / "done.json").read_text())["digest"] for job in sweep.jobs
+    ]
+
+
+def begun(folder: Path, plan: str = PLAN) -> Sweep:
+    return begin(folder / "out", design_of(read_plan(written(folder, plan))))
+
+
+class Here(ProcessPoolExecutor):
+    """An executor of nobody's, which does its work at once."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def test_any_executor_does_a_sweep_and_the_digests_are_the_same(tmp_path: Path) -> None:
+    plan = written(tmp_path)
+    outcome = run_sweep(plan, tmp_path / "a", workers=1)
+    assert sorted(outcome.done) == [0, 1, 2, 3]
+    assert outcome.whole
+    assert run_sweep(plan, tmp_path / "b", executor=Here()).done == [0, 1, 2, 3]
+    assert digests(tmp_path / "a") == digests(tmp_path / "b")
+    assert len(set(digests(tmp_path / "a"))) == 4
+
+
+def test_a_sweep_that_is_done_is_left_and_one_of_another_plan_refused(tmp_path: Path) -> None:
+    plan = written(tmp_path)
+    run_sweep(plan, tmp_path / "out", workers=1)
+    assert run_sweep(plan, tmp_path / "out", workers=1).done == []
+    plan.write_text(PLAN.replace("world_seeds = 2", "world_seeds = 3"))
+    with pytest.raises(ForeignFile, match="holds the sweep of another plan: world_seeds differs"):
+        run_sweep(plan, tmp_path / "out", workers=1)
+
+
+def test_a_sweep_goes_on_where_its_world_and_plan_are_gone(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    for file in tmp_path.glob("*.toml"):
+        file.unlink()
+    shutil.move(sweep.folder, tmp_path / "moved")
+    moved = read_sweep(tmp_path / "moved")
+    assert do_jobs(moved, Here()).whole
+    assert unfinished(moved) == []
+
+
+def fails_at_2(folder: str, number: int, allowed: Any) -> None:
+    if number == 2:
+        raise ValueError("no moss")
+
+
+def test_a_job_that_fails_stops_no_other_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = begun(tmp_path)
+    monkeypatch.setattr(run, "run_job", fails_at_2)
+    outcome = do_jobs(sweep, Here())
+    assert outcome.done == [0, 1, 3]
+    assert outcome.failed == {2: "ValueError: no moss"}
+
+
+def killed_twice(folder: str, number: int, allowed: Any) -> None:
+    """The worker of job 1 is killed in its first two calls."""
+    if number != 1:
+        return  # another may read the note just when it is written
+    note = Path(folder) / "kills"
+    kills = int(note.read_text()) if note.exists() else 0
+    if kills < 2:
+        note.write_text(str(kills + 1))
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def always_killed(folder: str, number: int, allowed: Any) -> None:
+    if number == 1:
+        time.sleep(0.3)  # the others are done by then
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.slow
+def test_a_job_whose_worker_is_killed_is_called_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = begun(tmp_path)
+    monkeypatch.setattr(run, "run_job", killed_twice)
+    with Pool(2) as pool:
+        outcome = do_jobs(sweep, pool)
+    assert sorted(outcome.done) == [0, 1, 2, 3]
+    assert outcome.retried >= 2
+
+
+@pytest.mark.slow
+def test_a_job_whose_worker_is_always_killed_fails_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = begun(tmp_path)
+    monkeypatch.setattr(run, "run_job", always_killed)
+    monkeypatch.setattr(run, "RETRIES", 1)
+    with Pool(2) as pool:
+        outcome = do_jobs(sweep, pool, [1])
+    assert "was killed 2 times (out of memory?)" in outcome.failed[1]
+
+
+def test_what_a_job_needs_is_trained_before_it_and_a_training_that_fails_fails_its_jobs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2}
+    plan = {"world": "predator-prey", "set": small, "training_seeds": 2, "treatments": ["random-policy"]}
+    sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
+    calls: list[Any] = []
+
+    def train(folder: str, name: str, allowed: Any) -> None:
+        calls.append(name)
+        if name.endswith("seed-2"):
+            raise ValueError("learns nothing")
+
+    monkeypatch.setattr(run, "train", train)
+    monkeypatch.setattr(run, "run_job", lambda folder, number, allowed: calls.append(number))
+    outcome = do_jobs(sweep, Here())
+    first, second = sweep.trainings
+    assert calls.index(first) < calls.index(0)
+    assert set(calls) == {first, second, 0, 2}  # 1 has the training that failed
+    assert outcome.failed == {1: "its training failed: ValueError: learns nothing"}

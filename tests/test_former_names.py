@@ -1,0 +1,47 @@
+"""Names that documentation of former versions imported from still lead to what is there now."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import pytest
+
+import ecs_eco
+from ecs_eco import lab
+from ecs_eco._lazy import FORMER
+from ecs_eco.lab.searching.sampler import Sampler
+
+
+@pytest.mark.parametrize(
+    ("former", "name", "present"),
+    [
+        ("ecs_eco.archipelago", "Archipelago", lab.Archipelago),
+        ("ecs_eco.experiments.compare", "compare", lab.compare),
+        ("ecs_eco.experiments.pretraining", "pretrain", lab.pretrain),
+        ("ecs_eco.search", "search", lab.search),
+        ("ecs_eco.search.sampler", "Sampler", Sampler),
+        ("ecs_eco.sweeps", "run_sweep", lab.run_sweep),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:ecs_eco:DeprecationWarning")
+def test_a_former_name_gives_the_same_object(former: str, name: str, present: object) -> None:
+    assert getattr(import_module(former), name) is present
+    assert lab.compare.__name__ == "compare"  # importing a module of that name has not replaced it
+
+
+def test_a_former_name_warns_with_the_present_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in [name for name in sys.modules if name.startswith("ecs_eco.sweeps")]:
+        monkeypatch.delitem(sys.modules, module)
+    with pytest.warns(DeprecationWarning, match=r"ecs_eco\.sweeps is ecs_eco\.lab now"):
+        import_module("ecs_eco.sweeps")
+    assert "ecs_eco.worlds.pretrain" in FORMER
+
+
+@pytest.mark.filterwarnings("ignore:ecs_eco:DeprecationWarning")
+def test_the_package_leads_to_former_packages_and_lists_the_present_one() -> None:
+    assert ecs_eco.search.search is lab.search
+    assert "lab" in ecs_eco.__all__
+    assert "search" not in ecs_eco.__all__
+    with pytest.raises(ModuleNotFoundError):
+        import_module("ecs_eco.sweeps.nothing")
