@@ -9,8 +9,9 @@ from numba.core.cpu import CPUTargetOptions
 from numba.core.options import TargetOptions
 
 from ecs_eco.compiled import portable
-from ecs_eco.compiled.kernel import Kernel, kernel
+from ecs_eco.compiled.kernel import Kernel, called_by_python, kernel
 from ecs_eco.compiled.kernel_cache import Folder, KernelCache, cache_folder
+from ecs_eco.compiled.views import views_of
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
 numba.config.reload_config()
@@ -33,16 +34,21 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
     `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that look
     numbers up at computed places become vector code only then.
 
+    A parameter that is annotated with a named tuple takes one: see `ecs_eco.compiled.views`.
+
     A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
     portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
     """
     fastmath = False if portable.on() else fastmath
     promises: dict[str, Any] = {"noalias": True} if noalias else {}
     made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
+    called = called_by_python(made)
     # else nothing is compiled: NUMBA_DISABLE_JIT
-    if isinstance(made, Kernel) and os.path.isfile(function.__code__.co_filename):
+    if isinstance(called, Kernel) and os.path.isfile(function.__code__.co_filename):
         options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
-        made._cache = KernelCache(function, FOLDER, options)
+        fields = "".join(f" {name}{kind._fields}" for name, kind in views_of(function).items())
+        called._cache = KernelCache(function, FOLDER, options + fields)
+        called.inner._cache = KernelCache(function, FOLDER, f"{options}{fields} inner")
         made.inner._cache = KernelCache(function, FOLDER, f"{options} inner")
     return made
 

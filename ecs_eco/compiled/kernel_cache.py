@@ -47,7 +47,7 @@ _SWITCHES = (
     "DISABLE_INTEL_SVML",
     "FULL_TRACEBACKS",
 )
-_FORMAT = ("compiled.py", "elf.py", "inner.py")  # what files of the cache look like
+_FORMAT = ("compiled.py", "elf.py", "inner.py", "views.py")  # what files of the cache look like
 _PACKAGE = Path(__file__).parent.parent
 
 
