@@ -54,6 +54,7 @@ ORDER = (
     "wolf_sheep",
     "wolf_sheep_same",
     "wolf_sheep_profile",
+    "kernel_arguments",
 )
 HEAD = """# How fast it is
 

@@ -26,6 +26,8 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
     `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that look
     numbers up at computed places become vector code only then.
 
+    A parameter that is annotated with a named tuple takes one: see `ecs_eco.compiled.views`.
+
     A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
     portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
     """

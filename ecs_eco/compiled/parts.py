@@ -21,7 +21,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.kernel import Kernel, kernel
+from ecs_eco.compiled.kernel import Kernel, KernelOnViews, kernel
 from ecs_eco.compiled.kernel_cache import KernelCache
 from ecs_eco.compiled.spinning import number, rest
 from ecs_eco.compiled.vectors import place
@@ -178,9 +178,13 @@ def divided(one: Kernel) -> Kernel:
     return made
 
 
-def can_be_divided(one: object) -> TypeGuard[Kernel]:
+def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
     """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    return isinstance(one, Kernel) and not one.py_func.__defaults__ and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+    return (
+        isinstance(one, Kernel | KernelOnViews)
+        and not one.py_func.__defaults__
+        and not numba.config.DISABLE_JIT
+    )  # type: ignore[attr-defined]
 
 
 def record_of_a_team() -> np.ndarray:

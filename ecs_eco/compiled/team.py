@@ -9,9 +9,10 @@ import numpy as np
 
 from ecs_eco.compiled import parts
 from ecs_eco.compiled.helpers import AWAKE, Helper
-from ecs_eco.compiled.kernel import Kernel
+from ecs_eco.compiled.kernel import Kernel, KernelOnViews
 from ecs_eco.compiled.parts import alone, can_be_divided, divided
 from ecs_eco.compiled.spinning import looks_of
+from ecs_eco.compiled.views import fields_of
 
 NAP = 50e-6  # [s] between looks at who is late: its core has other work
 
@@ -24,12 +25,16 @@ class Team:
         self._address = self.room.ctypes.data
         self.helpers = [Helper(self.record) for _ in range(helpers)]
 
-    def divides(self, kernel: object) -> TypeGuard[Kernel]:
+    def divides(self, kernel: object) -> TypeGuard[Kernel | KernelOnViews]:
         """Return whether a kernel can be run in parts."""
         return can_be_divided(kernel)
 
-    def run(self, kernel: Kernel, first: int, last: int, k: int, arguments: tuple[Any, ...]) -> None:
+    def run(
+        self, kernel: Kernel | KernelOnViews, first: int, last: int, k: int, arguments: tuple[Any, ...]
+    ) -> None:
         """Run `kernel(first, last, *arguments)` in k parts; RuntimeError where it failed in one of them."""
+        if isinstance(kernel, KernelOnViews):
+            kernel, arguments = kernel.on_fields, fields_of(arguments)
         whole = divided(kernel)
         for helper in self.helpers:
             helper.wake()

@@ -20,7 +20,7 @@ from typing import Any
 
 from ecs_eco.compiled import jit, signatures
 from ecs_eco.compiled.garbage import uncollected
-from ecs_eco.compiled.kernel import Kernel
+from ecs_eco.compiled.kernel import Kernel, called_by_python
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.processes import python
 
@@ -59,7 +59,7 @@ def listed(world: str) -> list[tuple[str, str]]:
 def kernel_of(function: str) -> Any:
     """Return a kernel by `module:name`; raises ImportError or AttributeError where there is none."""
     module, _, name = function.partition(":")
-    return getattr(import_module(module), name)
+    return called_by_python(getattr(import_module(module), name))
 
 
 def compile_listed(

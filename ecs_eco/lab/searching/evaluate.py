@@ -14,6 +14,7 @@ from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.search import OBJECTIVES, Search
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.inputs.code import handed_over
 from ecs_eco.lab.searching.fit import Fit
 from ecs_eco.lab.trained import train_or_find
 

@@ -1,0 +1,63 @@
+"""Views: named tuples that stand for what belongs together, each as one argument of a kernel.
+
+A kernel whose parameters are annotated with named tuples takes these: `space.torus`, `mine.x[i]`. To hand a
+named tuple over from Python takes numba a microsecond, and another for every ten fields, since it looks at
+the names too: longer than many a kernel works. So what Python calls takes the fields one by one, and makes
+the views of them, in code that is written here from the annotations; see benchmarks/kernel_arguments.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import chain
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from ecs_eco.compiled.kernel import Inner, Kernel
+
+    View: TypeAlias = type[tuple[Any, ...]]
+
+
+def views_of(function: Callable[..., Any]) -> dict[str, View]:
+    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names."""
+    known = {} if not isinstance(function, FunctionType) else function.__globals__
+    notes = {
+        name: known.get(note) if isinstance(note, str) else note
+        for name, note in getattr(function, "__annotations__", {}).items()
+        if name != "return"
+    }
+    return {name: kind for name, kind in notes.items() if isinstance(kind, type) and hasattr(kind, "_fields")}
+
+
+def taking_fields(function: FunctionType, views: dict[str, View], inner: Inner) -> Callable[..., Any]:
+    """Return the function that calls `inner`, which takes views, and is itself given their fields."""
+    names = function.__code__.co_varnames[: function.__code__.co_argcount]
+    fields = {name: [f"{name}_{one}" for one in kind._fields] for name, kind in views.items()}
+    parameters = ", ".join(", ".join(fields.get(name, [name])) for name in names)
+    made_of = ", ".join(f"view_{n}({', '.join(fields[n])})" if n in views else n for n in names)
+    held = {"inner": inner, **{f"view_{name}": kind for name, kind in views.items()}}
+    return _written(function, f"def {function.__name__}({parameters}):\n    return inner({made_of})", held)
+
+
+def giving_fields(function: FunctionType, views: dict[str, View], fields: Kernel) -> Callable[..., Any]:
+    """Return the function that is given views, and calls `fields` with their fields."""
+    names = function.__code__.co_varnames[: function.__code__.co_argcount]
+    given = ", ".join(f"*{name}" if name in views else name for name in names)
+    source = f"def {function.__name__}({', '.join(names)}):\n    return fields({given})"
+    return _written(function, source, {"fields": fields})
+
+
+def _written(function: FunctionType, source: str, held: dict[str, Any]) -> Callable[..., Any]:
+    """Return a function of some source, in the place of another one."""
+    names: dict[str, Any] = {"__name__": function.__module__, **held}
+    exec(compile(source, function.__code__.co_filename, "exec"), names)
+    made: Callable[..., Any] = names[function.__name__]
+    made.__qualname__, made.__doc__ = function.__qualname__, function.__doc__
+    return made
+
+
+def fields_of(arguments: Iterable[Any]) -> tuple[Any, ...]:
+    """Return arguments with the fields of views in the place of these."""
+    fields = ((one if isinstance(one, tuple) and hasattr(one, "_fields") else (one,)) for one in arguments)
+    return tuple(chain.from_iterable(fields))
