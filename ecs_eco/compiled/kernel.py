@@ -64,13 +64,13 @@ class KernelOnViews:
     """A kernel that takes named tuples (`ecs_eco.compiled.views`): what Python calls is given their fields."""
 
     def __init__(self, function: FunctionType, views: dict[str, View], options: dict[str, Any]) -> None:
-        update_wrapper(self, function)
+        update_wrapper(self, function)  # type: ignore[arg-type]
         self.py_func, self.inner = function, _inner(function, options)
         self.on_fields: Kernel = kernel(taking_fields(function, views, self.inner), **options)
 
     @property
     def _numba_type_(self) -> Any:
-        return numba.types.Dispatcher(self.inner)  # type: ignore[attr-defined]
+        return numba.types.Dispatcher(self.inner)
 
     @property
     def signatures(self) -> list[Any]:

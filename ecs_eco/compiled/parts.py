@@ -180,11 +180,8 @@ def divided(one: Kernel) -> Kernel:
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
     """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    return (
-        isinstance(one, Kernel | KernelOnViews)
-        and not one.py_func.__defaults__
-        and not numba.config.DISABLE_JIT
-    )  # type: ignore[attr-defined]
+    of_ours = isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
+    return of_ours and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
 def record_of_a_team() -> np.ndarray:

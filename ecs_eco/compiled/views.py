@@ -11,12 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import chain
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
-if TYPE_CHECKING:
-    from ecs_eco.compiled.kernel import Inner, Kernel
-
-    View: TypeAlias = type[tuple[Any, ...]]
+View: TypeAlias = type[Any]  # a class of named tuples
 
 
 def views_of(function: Callable[..., Any]) -> dict[str, View]:
@@ -30,7 +27,9 @@ def views_of(function: Callable[..., Any]) -> dict[str, View]:
     return {name: kind for name, kind in notes.items() if isinstance(kind, type) and hasattr(kind, "_fields")}
 
 
-def taking_fields(function: FunctionType, views: dict[str, View], inner: Inner) -> Callable[..., Any]:
+def taking_fields(
+    function: FunctionType, views: dict[str, View], inner: Callable[..., Any]
+) -> Callable[..., Any]:
     """Return the function that calls `inner`, which takes views, and is itself given their fields."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     fields = {name: [f"{name}_{one}" for one in kind._fields] for name, kind in views.items()}
@@ -40,7 +39,9 @@ def taking_fields(function: FunctionType, views: dict[str, View], inner: Inner) 
     return _written(function, f"def {function.__name__}({parameters}):\n    return inner({made_of})", held)
 
 
-def giving_fields(function: FunctionType, views: dict[str, View], fields: Kernel) -> Callable[..., Any]:
+def giving_fields(
+    function: FunctionType, views: dict[str, View], fields: Callable[..., Any]
+) -> Callable[..., Any]:
     """Return the function that is given views, and calls `fields` with their fields."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     given = ", ".join(f"*{name}" if name in views else name for name in names)
