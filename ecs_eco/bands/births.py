@@ -42,8 +42,8 @@ class _Columns:
 class Births(Turnover):
     """What the processes tell each other of births and deaths, and the sites of plants, which all know."""
 
-    def __init__(self, bands: Any) -> None:
-        super().__init__(bands.world)
+    def __init__(self, bands: Any, world: SpatialWorld) -> None:
+        super().__init__(world)
         self.bands = bands
         self.sites: dict[str, np.ndarray] = {}
         self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of the dead

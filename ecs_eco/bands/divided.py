@@ -82,7 +82,7 @@ class Divided(OneBand):
         self.edges = Edges(world.space, self.processes, least_height(world, widths))
         self.tables = [table for table in world.tables.values() if Position in table]
         self.ghosts = {table.name: np.zeros(0, np.int64) for table in self.tables}
-        self.births, self.talk = Births(self), Talk(self)
+        self.births, self.talk = Births(self, world), Talk(self)
         self.fixed = [table for table in self.tables if stays(table)]
         self.movers = [table for table in self.tables if table not in self.fixed]
         self.all, self.light = (
