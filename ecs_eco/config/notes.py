@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from ecs_eco.config.derived import all_genes
+from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -185,7 +186,8 @@ def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
         yield "metabolism.basal"
     if species.locomotion is not None:
         yield from (f"locomotion.cost.{gait}" for gait, cost in species.locomotion.cost.items() if cost > 0)
-    yield from (f"carries.{i}.cost" for i, way in enumerate(species.carries) if way.cost > 0)
+    paid = (cost for cost in of_each(species, "costs") if cost.owed and cost.value > 0)
+    yield from (".".join(map(str, cost.key)) for cost in paid)
     for i, food in enumerate(species.diet):
         if food.gain < 0:
             yield f"diet.{i}.gain"

@@ -33,12 +33,10 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
     """Key, species, what it meets, reach [m], and the key of the reach, if there is one."""
     for name, species in config.species.items():
-        for i, food in enumerate(species.diet):
-            yield f"diet.{i}", name, food.eats, food.reach, "reach"
+        for key, other, reach in of_each(species, "meets"):
+            yield key, name, other, reach, "reach"
         if (way := species.reproduction) is not None and way.kind == "sexual":
             yield "reproduction", name, name, way.reach, "reach"
-        for i, load in enumerate(species.carries):
-            yield f"carries.{i}", name, load.object, load.reach, "reach"
         for i, sensor in enumerate(species.sensors):
             target = getattr(sensor, "target", None)
             if sensor.kind == "touch" and target in {**config.species, **config.objects}:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from ecs_eco.inputs.section import LARGEST, Own, Section
+from ecs_eco.inputs.section import LARGEST, Column, Own, Section
 
 Key = tuple[str, ...]
 PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list
@@ -25,7 +25,7 @@ class Number:
     whole: bool
     unit: str
     text: str
-    own: bool | str | None = None  # whether a gene may code for it: see `Own`
+    own: bool | str | Column | None = None  # whether a gene may code for it: see `Own`
 
     @property
     def name(self) -> str:

@@ -12,7 +12,7 @@ from ecs_eco.config.models.surroundings import PROPERTIES
 from ecs_eco.config.numbers import PLACE, Number, numbers_of, values_in
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
-from ecs_eco.inputs.section import COLUMN, LARGEST, SMALLEST
+from ecs_eco.inputs.section import COLUMN, LARGEST, SMALLEST, Column
 from ecs_eco.learning.settings import PPO
 
 TINY = 1e-6  # the least value of traits that must be above 0
@@ -102,31 +102,26 @@ def _trait(
 
 
 def _of_body(species: Species) -> Iterator[Trait]:
-    body, defence, owner = species.body, species.defence, "Body" if species.growth is None else "Stature"
+    body, owner = species.body, "Body" if species.growth is None else "Stature"
     yield _trait("body.radius", owner, body.radius, "radius of the body", "m", TINY)
     yield _trait("body.mass", owner, body.mass, "mass of the body", "kg", TINY)
     if species.locomotion is not None:
         text = "factor of all its speeds; the cost of moving grows with its square"
         yield _trait("locomotion.pace", "Vigour", 1.0, text)
-    growth = species.metabolism.growth
-    yield _trait("metabolism.growth", "Growth", growth, "energy made in full light", "energy/s")
-    if species.heat is not None:
-        text = "insulation of its fur, feathers or fat"
-        yield _trait("heat.insulation", "Coat", species.heat.insulation, text, "K m^2/W")
-    text = "share of the bites into it that fail"
-    yield _trait("defence.toughness", "Defence", defence.toughness, text, high=1.0)
-    yield _trait("defence.poison", "Defence", defence.poison, "energy that its eater loses", "energy")
     for name, value in species.properties.items():
         text, unit = f"{name.replace('_', ' ')} at birth", PROPERTIES.get(name, "1")
         yield _trait(f"properties.{name}", "Physical", value, text, unit, -LARGEST)
 
 
 def _of_section(species: Species) -> Iterator[Trait]:
-    """The numbers of its section that are kept in Traits."""
+    """The numbers of its section that are kept in Traits, or in a column that their declaration names."""
     for number, key, value in values_in(species):
         if number.own is True and key != ("lethal", "age", "max"):
             low = SMALLEST if number.above and number.low == 0 else number.low
             yield _kept(".".join(key), value, number, low)
+        elif isinstance(way := number.own, Column):
+            span = number.low, number.high
+            yield _trait(".".join(key), way.component, value, number.text, number.unit, *span)
 
 
 def _kept(name: str, own: float, number: Number, low: float) -> Trait:

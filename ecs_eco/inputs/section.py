@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -68,12 +68,18 @@ class Change:
     entries: str | None = None
 
 
+class Column(NamedTuple):
+    """The component whose field of the number's name holds an organism's own value."""
+
+    component: str
+
+
 @dataclass(frozen=True)
 class Own:
-    """Whether a gene may code for a number: True (its system reads it by `own_value`), COLUMN, or the reason
-    why not."""
+    """Whether a gene may code for a number: True (its system reads it by `own_value`), a `Column`, COLUMN, or
+    the reason why not."""
 
-    own: bool | str
+    own: bool | str | Column
 
 
 class Section(BaseModel):
@@ -88,7 +94,7 @@ class Section(BaseModel):
     marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
 
     def __init_subclass__(
-        cls, change: str | None = None, own: bool | str | None = None, **other: Any
+        cls, change: str | None = None, own: bool | str | Column | None = None, **other: Any
     ) -> None:
         super().__init_subclass__(**other)
         cls.marks = (
@@ -103,7 +109,7 @@ def quantity(
     default: object = ...,
     *,
     change: str | None = None,
-    own: bool | str | None = None,
+    own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
     """A field of a section with its description and its unit ("1": a pure number)."""
@@ -118,7 +124,7 @@ def about(
     *,
     change: str | None = None,
     entries: str | None = None,
-    own: bool | str | None = None,
+    own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
     """A field of a section that has no unit: a name, a choice, a table."""

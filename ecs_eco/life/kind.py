@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.config.features.feature import Feature
+from ecs_eco.config.features.feature import Feature, of_each
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import ObjectType
@@ -96,6 +96,10 @@ class Kind:
     def reproduction(self) -> AnyReproduction | None:
         """How it reproduces; None: it does not, or an intervention has switched it off."""
         return self.section.reproduction if isinstance(self.section, Species) and not self.barren else None
+
+    def feels(self) -> dict[str, str]:
+        """Return properties of its bodies that features add, and the fields "Component.field" that they are."""
+        return {} if self.section is None else dict(of_each(self.section, "feels"))
 
     def parts(self) -> dict[str, Any]:
         """Return the parts that may have a state of their own, by name."""

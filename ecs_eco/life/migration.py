@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ecs_eco.components import Load, Position
+from ecs_eco.components import Position
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.turnover import arrive, depart
@@ -104,16 +104,12 @@ def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants
 
 
 def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Return copies of all columns of some rows; what they carry stays on the island."""
-    out = {
+    """Return copies of all columns of some rows."""
+    return {
         f"{component.__name__}.{field}": np.array(array[rows])
         for component, held in table.columns.items()
         for field, array in vars(held).items()
     }
-    for name in out:
-        if name.startswith(f"{Load.__name__}."):
-            out[name][:] = 0
-    return out
 
 
 def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:

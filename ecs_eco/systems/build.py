@@ -16,7 +16,7 @@ from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
     from ecs_eco.compiled.per_row import Number
-    from ecs_eco.config.features.carrying import Build as Way
+    from ecs_eco.config.features.building import Build as Way
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 

@@ -44,9 +44,11 @@ class Carry(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Let what the dying carry fall, and what those carry that leave for another island."""
+        """Let what the dying carry fall, and what those carry that leave for another island, where they arrive
+        with empty hands."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
+        world.on_arrival.append(lambda table, rows, origin: put_down(table, rows))
 
     def process(self, *_args: object) -> None:
         """Let all species put down, then take up, then carry."""
@@ -70,11 +72,11 @@ class Carry(System):
         rows = table.by_uid()
         held = where(things, load.object[rows])
         gone = rows[(load.object[rows] != 0) & (held[:, 0] < 0)]
-        load.object[gone], load.mass[gone] = 0, 0
+        put_down(table, gone)
         dropping = rows[does(table, "drop", False)[rows] & (load.object[rows] != 0)]
         for kind, thing in where(things, load.object[dropping]):
             things[kind][Carrier].uid[thing] = 0
-        load.object[dropping], load.mass[dropping] = 0, 0
+        put_down(table, dropping)
         empty = (load.object == 0) & awake(table) & (table.cause == 0) & does(table, "take", True)
         empty[dropping] = False
         self._hands.append((table, things, empty))
@@ -104,6 +106,12 @@ class Carry(System):
             for kind, thing in where(things, table[Load].object[rows]):
                 if kind >= 0:
                     things[kind][Carrier].uid[thing] = 0
+
+
+def put_down(table: Table, rows: np.ndarray) -> None:
+    """Empty the hands of rows i64[k]."""
+    if Load in table:
+        table[Load].object[rows], table[Load].mass[rows] = 0, 0
 
 
 def where(things: list[Table], uids: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from ecs_eco.config import load
 from ecs_eco.config.models.reproduction import Asexual, Spread
 from ecs_eco.config.numbers import labels, numbers_of, values_in, with_value
 from ecs_eco.config.traits import numbers_of_species, traits_of
-from ecs_eco.inputs.section import COLUMN, Section, Share, quantity, table
+from ecs_eco.inputs.section import COLUMN, Column, Section, Share, quantity, table
 
 
 @pytest.mark.definition("3 genome encodes")
@@ -15,9 +15,9 @@ def test_every_number_of_a_species_can_be_an_organisms_own_or_there_is_a_reason_
     assert not new, (
         f"new numbers of a species' section: {', '.join(new)}. Its model declares `own`, or its class does: "
         "True, where its system reads it by own_value(table, key, the species' value) and its kernel by "
-        "of_row (see systems/metabolise.py), with a case in tests/worlds/own_worlds.py; COLUMN, where a "
-        "component has a column of its own for it and traits_of a trait; or the reason why no organism can "
-        "have its own."
+        "of_row (see systems/metabolise.py), with a case in tests/worlds/own_worlds.py; Column, where a "
+        "component has a field of this name for it; COLUMN, where traits_of has a trait of another name or "
+        "another default; or the reason why no organism can have its own."
     )
 
 
@@ -25,7 +25,8 @@ def test_what_is_no_organisms_own_has_a_reason() -> None:
     numbers = numbers_of_species()
     assert numbers["metabolism.basal"].own is True
     assert numbers["body.radius"].own == COLUMN
-    reasons = [n.own for n in numbers.values() if n.own is not True and n.own != COLUMN]
+    assert numbers["heat.insulation"].own == Column("Coat")
+    reasons = [n.own for n in numbers.values() if isinstance(n.own, str) and n.own != COLUMN]
     assert len(reasons) > 20
     assert all(len(str(reason).split()) > 3 for reason in reasons)
 

@@ -5,11 +5,14 @@ from multiprocessing.reduction import ForkingPickler
 import pytest
 
 from ecs_eco import World
+from ecs_eco.components import Sensor
 from ecs_eco.config import load
 from ecs_eco.config.features.eggs import Eggs
 from ecs_eco.config.features.feature import Feature, features_of, of_each
 from ecs_eco.config.json_schema import json_schema
 from ecs_eco.config.models.species import Species
+from ecs_eco.config.notes import notes
+from ecs_eco.config.notes_on_ticks import notes_on_ticks
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.runs.run import resume, run_to_folder
 
@@ -19,6 +22,7 @@ import numpy as np
 from ecs_eco import System, component, f32
 from ecs_eco.components import Metabolism
 from ecs_eco.config import FREE, Feature, NonNegative, Section, Share, about, quantity
+from ecs_eco.config.features.feature import Cost
 from ecs_eco.engine.errors import Problem
 from ecs_eco.genomes.own_values import own_value
 
@@ -63,6 +67,21 @@ class Chewing(Feature, after="body"):
     def brings(species):
         if species.teeth is not None:
             yield None, Wear
+
+    @staticmethod
+    def feels(species):
+        if species.teeth is not None:
+            yield "worn", "Wear.depth"
+
+    @staticmethod
+    def costs(species):
+        if species.teeth is not None:
+            yield Cost(("teeth", "cost"), species.teeth.cost, owed=True)
+
+    @staticmethod
+    def meets(species):
+        if species.teeth is not None:
+            yield "teeth", "cat", 0.0
 
     @staticmethod
     def problems(species, config, key):
@@ -156,6 +175,31 @@ def test_newborn_inherit_what_a_gene_codes_for(burrow):
     assert world.tables["rat"].n > 20
     assert set(column(world, "Traits", "value")[:, 0].tolist()) <= founders
     assert len(founders) > 3
+
+
+def test_members_sense_and_die_of_a_property_that_it_adds(burrow):
+    given = {
+        "species.rat.lethal": [{"property": "worn", "max": 2.5}],
+        "species.rat.sensors": [{"kind": "own", "property": "worn", "scale": 4.0}],
+        "species.rat.reproduction": None,
+    }
+    world = World.from_config(load(burrow, given, trust=True)).run(2)
+    depth = column(world, "Wear", "depth")
+    world.run(1)
+    rats = world.table("rat")
+    assert (rats[Sensor].readings[rats.by_uid()][:, 0] == depth / 4).all()
+    world.run(2)
+    assert 0 < world.tables["rat"].n < 20
+    assert (column(world, "Wear", "depth") < 2.5).all()
+
+
+def test_what_it_costs_and_what_its_members_meet_are_looked_at(burrow):
+    assert any("its energy can fall below 0 (teeth.cost)" in note for note in notes(load(burrow, trust=True)))
+    fast = {"species.cat.locomotion": {"speed": {"run": 9.0}}, "species.cat.actions": {"speed": ["run"]}}
+    (note,) = notes_on_ticks(load(burrow, fast, trust=True))
+    assert note.startswith("species.rat.teeth: rat and cat move up to 9 m past each other in a tick")
+    with pytest.raises(ConfigError, match=r"species.rat.teeth.cost.*\n.*too little for energies up to"):
+        load(burrow, {"species.rat.teeth.cost": 1e-9}, trust=True)
 
 
 def test_a_living_world_takes_new_values_and_a_checkpoint_and_a_pickle_keep_them(burrow, tmp_path):

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from ecs_eco.config.checks.actions import groups_of_systems
 from ecs_eco.config.derived import all_genes
 from ecs_eco.config.features.feature import of_each
-from ecs_eco.config.features.heat import check_heat
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
@@ -219,7 +218,6 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     yield from _check_ways(config, key, kind)
     yield from check_matter(config, key, kind)
     yield from check_size(config, key, kind.body)
-    yield from check_heat(kind, key)
     yield from _check_motion(config, key, kind)
     yield from of_each(kind, "problems", config, key)
 

@@ -6,6 +6,7 @@ keep what float32 cannot hold."""
 import math
 from collections.abc import Iterator
 
+from ecs_eco.config.features.feature import Cost, of_each
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
@@ -91,20 +92,14 @@ def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
         f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
         "and such steps are rounded away"
     )
-    rates: dict[Key, float] = {("metabolism", "basal"): budget.basal, ("metabolism", "growth"): budget.growth}
-    if species.locomotion is not None:
-        rates |= {("locomotion", "cost", gait): cost for gait, cost in species.locomotion.cost.items()}
-    if species.care is not None:
-        rates["care", "rate"] = species.care.rate
-    rates |= {("carries", i, "cost"): way.cost for i, way in enumerate(species.carries)}
-    for part, rate in rates.items():
-        if 0 < rate * dt < step:
-            allowed = f"0, or at least {step / dt:.3g} per second; or a smaller energy_max"
-            yield Problem((*key, *part), fault, rate, allowed)
-    way = None if species.heat is None else species.heat.regulate
-    if way is not None and 0 < (burnt := way.cost * max(way.warming, way.cooling)) * dt < step:
-        allowed = f"0, or at least {way.cost * step / (burnt * dt):.3g}; or a smaller energy_max"
-        yield Problem((*key, "heat", "regulate", "cost"), fault, way.cost, allowed)
+    costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "growth")]
+    if (way := species.locomotion) is not None:
+        costs += [Cost(("locomotion", "cost", gait), cost) for gait, cost in way.cost.items()]
+    for part, value, most, _ in (*costs, *of_each(species, "costs")):
+        times = dt if most is None else most * dt
+        if 0 < value * times < step:
+            least = f"{step / times:.3g}" + (" per second" if most is None else "")
+            yield Problem((*key, *part), fault, value, f"0, or at least {least}; or a smaller energy_max")
     for i, food in enumerate(species.diet):
         if 0 < food.gain < step:
             allowed = f"0, or at least {step:.3g}; or a smaller energy_max"

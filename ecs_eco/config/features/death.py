@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.features.feature import Feature, Key, WorldSections, of_each
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.inputs.section import FREE, Real, Section, about, quantity, table
 
@@ -49,7 +49,7 @@ class Mortality(Feature, after="hatch"):
         if species.remains is not None and species.remains not in config.objects:
             yield unknown((*key, "remains"), "object type", species.remains, config.objects)
         born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
-        born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
+        born |= species.properties | species.substances | {name: 0.0 for name, _ in of_each(species, "feels")}
         born |= (own := config.own_fields(str(key[1])))
         for i, lethal in enumerate(species.lethal):
             at, value = (*key, "lethal", i), born.get(lethal.property)

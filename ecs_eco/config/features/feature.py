@@ -2,13 +2,22 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from ecs_eco.config.rules import Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import Section
 
 Model = TypeVar("Model", bound=Section)
+
+
+class Cost(NamedTuple):
+    """Energy that members burn in each second."""
+
+    key: Key  # within the section of the species
+    value: float  # [energy/s], or [energy] for each unit of `most`
+    most: float | None = None  # of what is paid by the unit: most units in a second
+    owed: bool = False  # whether it is burnt even where no energy is left
 
 
 class Feature(Section):
@@ -56,8 +65,20 @@ class Feature(Section):
         yield from ()
 
     @staticmethod
-    def feels(species: Any) -> Iterator[str]:
-        """Yield properties of the own body that it adds, which members can sense."""
+    def feels(species: Any) -> Iterator[tuple[str, str]]:
+        """Yield properties of the own body that it adds, which members can sense, and the fields of components
+        that they are: "Component.field", 0 at birth."""
+        yield from ()
+
+    @staticmethod
+    def costs(species: Any) -> Iterator[Cost]:
+        """Yield what members pay for."""
+        yield from ()
+
+    @staticmethod
+    def meets(species: Any) -> Iterator[tuple[str, str, float]]:
+        """Yield the keys of what members look for around them at the end of a tick, the species or object type,
+        and the distance between the surfaces of both bodies [m], which is the key's own `reach`."""
         yield from ()
 
     @staticmethod

@@ -7,8 +7,8 @@ from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.inputs.section import (
-    COLUMN,
     FREE,
+    Column,
     NonNegative,
     Real,
     Section,
@@ -39,7 +39,7 @@ class Diet(Section, own=True):
     )
 
 
-class Defence(Section, change=FREE, own=COLUMN):
+class Defence(Section, change=FREE, own=Column("Defence")):
     """Defence against being eaten, and its cost."""
 
     toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
@@ -84,6 +84,12 @@ class Feeding(Feature, after="emits"):
                     f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
                 )
             yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
+
+    @staticmethod
+    def meets(species: Any) -> Iterator[tuple[str, str, float]]:
+        """Yield what it can eat."""
+        for i, food in enumerate(species.diet):
+            yield f"diet.{i}", food.eats, food.reach
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:

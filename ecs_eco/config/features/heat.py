@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import (
-    COLUMN,
     FREE,
     SHAPE,
+    Column,
     NonNegative,
     Positive,
     Section,
@@ -36,7 +36,7 @@ class Heat(Section, change=FREE):
         "resistance of fur, feathers or fat, in series with that of the bare surface",
         "K m^2/W",
         0.0,
-        own=COLUMN,
+        own=Column("Coat"),
     )
 
 
@@ -82,6 +82,26 @@ class Warmth(Feature, after="properties"):
         if regulation is not None and regulation.warming == regulation.cooling == 0:
             allowed = "a power [W] of warming, of cooling or of both; or no regulate"
             yield Problem((*key, "heat", "regulate", "warming"), "is 0, and cooling too", 0.0, allowed)
+
+    @staticmethod
+    def costs(species: Any) -> Iterator[Cost]:
+        """Yield the cost of regulation at full power."""
+        way = None if species.heat is None else species.heat.regulate
+        if way is not None:
+            yield Cost(("heat", "regulate", "cost"), way.cost, max(way.warming, way.cooling))
+
+
+class WarmObjects(Feature, after="properties"):
+    """Objects exchange heat: system `ExchangeHeat`, component `HeatExchange`."""
+
+    heat: Heat | None = about(
+        "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
+    )
+
+    @staticmethod
+    def problems(kind: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with the heat of objects."""
+        yield from check_heat(kind, key)
 
 
 def check_heat(kind: Any, key: Key) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import (
     COLUMN,
@@ -161,6 +161,12 @@ class Caring(Feature, after="reproduction"):
     care: Care | None = about(
         "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
     )
+
+    @staticmethod
+    def costs(species: Any) -> Iterator[Cost]:
+        """Yield what one of the young is given."""
+        if species.care is not None:
+            yield Cost(("care", "rate"), species.care.rate)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:

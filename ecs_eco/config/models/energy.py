@@ -6,9 +6,9 @@ from typing import Annotated
 from pydantic import Field
 
 from ecs_eco.inputs.section import (
-    COLUMN,
     FREE,
     PARENTLESS,
+    Column,
     Name,
     NonNegative,
     Positive,
@@ -40,7 +40,7 @@ class Metabolism(Section, change=FREE):
     )
     energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0, own=True)
     basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0, own=True)
-    growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0, own=COLUMN)
+    growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0, own=Column("Growth"))
     digestion: NonNegative = quantity("time after a meal without another", "s", 0.0, own=True)
     torpor: bool = about(
         "whether it falls into torpor where no energy is left: it burns nothing, stands "

@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
-from ecs_eco.config.features.carrying import Building, Carrying
+from ecs_eco.config.features.building import Building
+from ecs_eco.config.features.carrying import Carrying
 from ecs_eco.config.features.chemistry import Chemistry, Emitting, Provision
 from ecs_eco.config.features.death import Mortality
 from ecs_eco.config.features.ectothermy import Ectothermy
@@ -217,7 +218,7 @@ class Species(
 
     def own(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself or die of."""
-        return (*OWN, *of_each(self, "feels"), *self.properties, *self.substances)
+        return (*OWN, *(name for name, _ in of_each(self, "feels")), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:
         """Whether its members must know whose children they are."""

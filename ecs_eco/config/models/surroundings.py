@@ -7,7 +7,7 @@ from pydantic import Field
 
 from ecs_eco.config.features.chemistry import Chemistry, Decomposing, Emitting
 from ecs_eco.config.features.feature import assembled
-from ecs_eco.config.features.heat import Heat
+from ecs_eco.config.features.heat import WarmObjects
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
 from ecs_eco.inputs.section import (
@@ -179,7 +179,7 @@ class Motion(Section, change=FREE):
 
 
 @assembled
-class ObjectType(Chemistry, Decomposing, Emitting):
+class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
@@ -205,9 +205,6 @@ class ObjectType(Chemistry, Decomposing, Emitting):
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(
         f"physical properties by name: {', '.join(PROPERTIES)}", dict, entries=FREE
-    )
-    heat: Heat | None = about(
-        "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
     )
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
     energy: Store | None = about(

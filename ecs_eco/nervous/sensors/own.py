@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
 from ecs_eco.compiled.per_row import of_row
-from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Shape
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.schema import Columns
 from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
@@ -31,8 +31,7 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
         return getattr(table[Biology], name)
     if name in substances:
         return table[Chemistry].molarity[:, substances.index(name)]
-    if name == "load":
-        return table[Load].mass
+    name = table.species.feels().get(name, name)
     if "." in name:
         component, _, field = name.partition(".")
         return getattr(next(v for c, v in table.columns.items() if c.__name__ == component), field)

@@ -1,0 +1,54 @@
+"""Building: animals make objects."""
+
+from collections.abc import Iterator
+
+from ecs_eco.config.features.feature import Feature, Key, WorldSections
+from ecs_eco.config.rules import check_objects, check_used
+from ecs_eco.engine.errors import Problem
+from ecs_eco.inputs.section import (
+    ANEW,
+    FREE,
+    POPULATION,
+    Count,
+    NonNegative,
+    Section,
+    about,
+    is_empty,
+    quantity,
+)
+
+
+class Build(Section, change=FREE, own=True):
+    """What an animal can make, where it is; without a group of actions `build` it does so whenever it can."""
+
+    object: str = about("an object type, which is also the name of the action", change=ANEW)
+    cost: NonNegative = quantity(
+        "energy burnt by making one; the energy that the object holds is paid in addition", "energy"
+    )
+    spacing: NonNegative = quantity("least distance from the next one", "m", 0.0)
+    most: Count | None = quantity(
+        "how many there can be at a time; absent: no limit", "1", None, own=POPULATION
+    )
+
+
+class Building(Feature, after="carries"):
+    """Animals make objects, by decision or whenever they can: system `Build`."""
+
+    acts = {"build": None}
+    builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
+
+    @staticmethod
+    def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:
+        """Yield what is wrong with what a species builds."""
+        yield from check_objects(config, (*key, "builds"), species.builds, "spacing")
+        yield from check_used(species, key, "builds", "build")
+
+    @staticmethod
+    def acting(species: "Building") -> Iterator[tuple[str, str, list[str]]]:
+        """Yield the group of what it builds."""
+        yield "build", "object in builds", [way.object for way in species.builds]
+
+    @staticmethod
+    def makes(species: "Building") -> Iterator[str]:
+        """Yield what it builds."""
+        yield from (way.object for way in species.builds)
