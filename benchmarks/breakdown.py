@@ -8,7 +8,6 @@ import statistics
 import sys
 import time
 from collections import Counter
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -56,13 +55,9 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
     import threading
 
     from ecs_eco.learning import Brain
-    from ecs_eco.learning.inference import infer
+    from ecs_eco.learning.inference import infer_shared
 
     brain, rng = Brain(24, (3, 3)), np.random.default_rng(0)
-    widths, starts, at = np.array([24, 64, 64, 7]), [], 0
-    for a, b in pairwise(widths.tolist()):
-        starts += [at, at + a * b]
-        at += a * b + b
     seen, logits, values = (
         rng.standard_normal((24, n), dtype=np.float32),
         np.empty((n, 6), np.float32),
@@ -71,7 +66,7 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
 
     def think(first: int, last: int) -> None:
         for _ in range(20):
-            infer(first, last, seen, brain.weights[:at], widths, np.array(starts), logits, values)
+            infer_shared(first, last, seen, brain.weights, brain.layers, logits, values)
 
     def both() -> None:
         other = threading.Thread(target=think, args=(0, n // 2))

@@ -24,13 +24,15 @@ import numpy as np
 import torch
 
 from ecs_eco.compiled.workers import Workers
-from ecs_eco.learning import PPO, Brain, Learner, backward, choose
-from ecs_eco.learning.backward import BLOCK, CHUNK
-from ecs_eco.learning.ppo_kernels import loss_slopes
+from ecs_eco.learning import PPO, Brain, Learner, choose
+from ecs_eco.learning.gradient import backward, forward, gather_observations, layout_of
+from ecs_eco.learning.loss import LossSettings, allocate_scratch, gather_transitions, output_gradient
+from ecs_eco.learning.ppo_kernels import BLOCK
+from ecs_eco.learning.torch_ppo import CHUNK
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
 TRIED = {
-    "tried, and dropped: products in bfloat16, activations turned to it and back": "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
+    "tried, and dropped: products in bfloat16, activations transposed to it and back": "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
     "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead": "a third of the time where nothing else happens, 1 of it between products, also a block ahead, "
     "or two of it with every fourth row of a product; in the log's order the gradient takes .86",
     "tried, and dropped: tanh in the registers of a product's tile, before they are stored": "1.4 times the time of thinking, 1.1 of learning: the constants leave no registers to the sums",
@@ -93,7 +95,7 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
         for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):
             logits, value = net(seen[index])
             parts = [torch.log_softmax(part, 1) for part in logits.split(GROUPS, 1)]
-            now = sum(p.gather(1, choices[index, g : g + 1])[:, 0] for g, p in enumerate(parts))
+            now = sum(p.gather_transitions(1, choices[index, g : g + 1])[:, 0] for g, p in enumerate(parts))
             entropy = -sum((p.exp() * p).sum(1).mean() for p in parts)
             ratio, a = torch.exp(now - then[index]), advantage[index]
             policy = -torch.min(ratio * a, ratio.clamp(1 - SETTINGS.clip, 1 + SETTINGS.clip) * a).mean()
@@ -151,25 +153,25 @@ def measure(n: int, threads: int) -> dict[str, Any]:
 def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     """Return where the time of one use of a transition goes [ns]."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0)
-    brain, rollout, passes = learner.brain, learner.rollout, learner._passes
+    brain, rollout = learner.brain, learner.rollout
     batch = fill(learner, n, ticks)
     rollout.advantages(*batch, 0.95)
-    passes.begin(1)
-    (memory, sums), packed, (tower,) = passes._workers[0], passes._packed, passes.plan
-    terms, weights = np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
-    out, d_out = np.zeros((2, brain.n_logits + 1, BLOCK), np.float32)
+    layers, offsets = brain.layers, brain.offsets
+    layout, loss = layout_of(layers, BLOCK), allocate_scratch(offsets, 0, BLOCK)
+    scratch = np.zeros(layout.end, np.float32)
+    scratch[layout.weights : layout.weights + brain.size] = brain.weights
+    settings = LossSettings(*np.array([0.2, 0, 0.01, 0.5, 0, 1], "f4"))
     order = np.random.default_rng(3).permutation(rollout.n)
     blocks = iter(np.tile(order[: rollout.n // BLOCK * BLOCK], 20).reshape(-1, BLOCK))
-    log = rollout.choices, rollout.numbers, rollout.steps
+    log = rollout.steps, rollout.choices, rollout.numbers
     parts: dict[str, Callable[[], object]] = {
-        "gather": lambda: backward._take(
-            rollout.observations, next(blocks), memory, tower[0, backward.WIDE_IN]
+        "observations, gathered": lambda: gather_observations(rollout.observations, next(blocks), scratch),
+        "forward": lambda: forward(scratch, layout, layers, BLOCK),
+        "the rest, gathered": lambda: gather_transitions(loss, *log, offsets, next(blocks), np.float32(1e-4)),
+        "slopes of the loss": lambda: output_gradient(
+            scratch, layout.deltas, layers, BLOCK, BLOCK, offsets, settings, loss
         ),
-        "forward": lambda: backward._forward(tower, packed, memory, BLOCK),
-        "slopes of the loss": lambda: loss_slopes(
-            out[:-1], out[-1], brain.offsets, *log, next(blocks), *weights, d_out[:-1], d_out[-1], terms
-        ),
-        "backward": lambda: backward._backward(tower, packed, memory, BLOCK, sums),
+        "backward": lambda: backward(scratch, layout, layers, BLOCK, BLOCK),
     }
     result = {}
     for name, part in parts.items():

@@ -4,8 +4,8 @@ from dataclasses import fields
 from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.words import WORDS
 
 PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
@@ -66,7 +66,7 @@ def _hyperparameters() -> dict[str, Any]:
             )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
     others = {
-        word: properties[name] | {"description": f"another word for {name}"} for word, name in WORDS.items()
+        word: properties[name] | {"description": f"another word for {name}"} for word, name in ALIASES.items()
     }
     return properties | others
 

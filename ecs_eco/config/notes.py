@@ -8,8 +8,8 @@ from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.shipped import WORLDS
+from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
-from ecs_eco.learning.words import hint
 
 LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
 

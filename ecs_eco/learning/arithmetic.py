@@ -69,12 +69,3 @@ def log(x):
     p = s * p + _f32(2 / 3)
     n = _f32(e)
     return t * (s * p) + n * _LN2_LOW + _f32(2) * t + n * _LN2_HIGH
-
-
-@njit
-def largest(numbers):
-    """Return the largest of i64[n], at least 0: numba's own takes as long to compile as a network."""
-    most = 0
-    for number in numbers:
-        most = max(most, number)
-    return most

@@ -64,32 +64,3 @@ def draw_numbers(outputs, uniforms, numbers, log_probability):
             spread = min(max(outputs[i, 2 * j + 1], LEAST), MOST)
             numbers[i, j] = outputs[i, 2 * j] + exp(spread) * z
             log_probability[i] -= np.float32(0.5) * z * z + spread + HALF_LOG_2_PI
-
-
-@fused_njit
-def log_likelihood(logits, first, numbers, index, log_probability):
-    """Add the log-probabilities that outputs logits[first:, n] give to numbers[index] to f32[n];
-    return the sum of the entropies [nat]."""
-    entropy = 0.0
-    for j in range(numbers.shape[1]):
-        mean, spread = logits[first + 2 * j], logits[first + 2 * j + 1]
-        for i in range(len(index)):
-            s = min(max(spread[i], LEAST), MOST)
-            z = (numbers[index[i], j] - mean[i]) * exp(-s)
-            log_probability[i] -= np.float32(0.5) * z * z + s + HALF_LOG_2_PI
-            entropy += s + HALF_LOG_2_PI + np.float32(0.5)
-    return entropy
-
-
-@fused_njit
-def slopes(logits, first, numbers, index, gain, bonus, d_logits):
-    """Write the slope of a loss by outputs logits[first:, n]; it falls by `gain` f32[n] with the
-    log-probability and by `bonus` with the entropy."""
-    for j in range(numbers.shape[1]):
-        mean, spread = first + 2 * j, first + 2 * j + 1
-        for i in range(len(index)):
-            s = min(max(logits[spread, i], LEAST), MOST)
-            z = (numbers[index[i], j] - logits[mean, i]) * exp(-s)
-            d_logits[mean, i] = -gain[i] * z * exp(-s)
-            held = logits[spread, i] < LEAST or logits[spread, i] > MOST
-            d_logits[spread, i] = np.float32(0) if held else -gain[i] * (z * z - np.float32(1)) - bonus

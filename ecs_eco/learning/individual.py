@@ -9,13 +9,14 @@ kernels are in individual_kernels.py.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.learning import individual_kernels as kernels
+from ecs_eco.learning.inference import infer_individual
+from ecs_eco.learning.plain_network import PlainNetwork
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
@@ -23,21 +24,10 @@ from ecs_eco.space.one_band import OneBand
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
 
-# hyperparameters that the kernels get in one row for each animal
-SETTINGS = (
-    "gae_lambda",
-    "clip",
-    "clip_value",
-    "value_weight",
-    "adam_epsilon",
-    "max_grad_norm",
-    "weight_decay",
-)
-COUNTS = "epochs", "minibatch"
 WEIGHTS = 170  # used, there and back in learning, in the 30 ns that `split` counts as an organism
 
 
-class Individuals:
+class Individuals(PlainNetwork):
     """The networks of all individuals of a species: a shared trunk of tanh layers,
     heads for policy and value, and PPO.
 
@@ -46,63 +36,29 @@ class Individuals:
     tick is: sense; credit; learn, for those that are `due`; forward; choose; store.
     """
 
-    memory = 0  # numbers that each keeps from one decision to the next
-    by_row = True  # what one thinks depends on no other, to the bit: processes may share the rows
-    n_numbers = 0  # continuous actions: their kernels know categorical ones alone
-
     def __init__(
         self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO, seed: int
     ) -> None:
-        _check(n_observations, groups, hidden)
-        self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
-            n_observations,
-            tuple(groups),
-            tuple(hidden),
-            ppo,
-            seed,
-        )
+        super().__init__(n_observations, groups, hidden)
+        self.ppo, self.seed = ppo, seed
         self.bands = OneBand()  # the processes that share its work
-        # group g's logits are offsets[g]:offsets[g + 1]
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
-        self.n_logits = int(self.offsets[-1])
-        self.widths = np.array([n_observations, *hidden, self.n_logits + 1])
-        layers = list(pairwise(self.widths.tolist()))
-        # matrix (in, out), bias, …
-        self.shapes: list[tuple[int, ...]] = [shape for a, b in layers for shape in ((a, b), (b,))]
-        self.size = sum(a * b + b for a, b in layers)
         self.dims = {
             "weights": self.size,
             "horizon": ppo.horizon,
             "channels": n_observations,
             "groups": len(groups),
         }
-        self.reset(ppo)
 
     def reset(self, ppo: PPO) -> None:
         """Take other hyperparameters; the horizon stays."""
         self.ppo = ppo
-        self._settings = np.array([getattr(ppo, field) for field in SETTINGS], np.float64)
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
         """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
-        weights = np.empty(self.size, np.float32)
-        parts, named, n = self.views(weights), brain.named(), self.n_logits
-        for level in range(len(self.hidden)):
-            parts[2 * level][...] = named[f"trunk.{level}.weight"].T
-            parts[2 * level + 1][...] = named[f"trunk.{level}.bias"]
-        for part, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
-            parts[-2][:, where] = named[f"{part}.head.weight"].T
-            parts[-1][where] = named[f"{part}.head.bias"]
+        weights, named = np.empty(self.size, np.float32), brain.named()
+        for name, part in self.named_views(weights).items():
+            part[...] = named[name]
         return weights
-
-    def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Return the parts of weights [..., size] in the order of `shapes`;
-        the value is the last output of the last layer."""
-        ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
-        parts = np.split(weights, ends[:-1], axis=-1)
-        return [
-            part.reshape(*weights.shape[:-1], *shape) for part, shape in zip(parts, self.shapes, strict=True)
-        ]
 
     def module(self, weights: np.ndarray) -> Any:
         """Return one organism's network, of weights f32[size], as a torch module."""
@@ -110,13 +66,10 @@ class Individuals:
 
         from ecs_eco.learning.mlp import MLP
 
-        module, n = MLP(self.n_observations, self.groups, self.hidden), self.n_logits
-        parts = [torch.from_numpy(part.copy()) for part in self.views(weights)]
-        state = {f"trunk.{i}.weight": parts[2 * i].T for i in range(len(self.hidden))}
-        state |= {f"trunk.{i}.bias": parts[2 * i + 1] for i in range(len(self.hidden))}
-        for name, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
-            state |= {f"{name}.head.weight": parts[-2][:, where].T, f"{name}.head.bias": parts[-1][where]}
-        module.load_state_dict(state)
+        module = MLP(self.n_observations, self.groups, self.hidden)
+        module.load_state_dict(
+            {name: torch.from_numpy(part.copy()) for name, part in self.named_views(weights).items()}
+        )
         return module.eval()
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
@@ -166,11 +119,11 @@ class Individuals:
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         if n:
             split(
-                kernels.think,
+                infer_individual,
                 n,
                 rows,
                 policy.weights.by_address(),
-                self.widths,
+                self.layers,
                 x,
                 logits,
                 values,
@@ -194,18 +147,8 @@ class Individuals:
         if not len(rows):
             return
         full = kernels.record(
-            *(
-                column.by_address()
-                for column in (
-                    experience.observations,
-                    experience.choices,
-                    experience.log_probability,
-                    experience.value,
-                    experience.reward,
-                )
-            ),
+            _experience(experience),
             rows,
-            experience.length,
             np.ascontiguousarray(x, np.float32),
             choice,
             log_probability,
@@ -255,68 +198,51 @@ class Individuals:
         is. Returns the means over those that learnt, named as those of `Learner.update`, and their number
         n_animals. Raises FloatingPointError where a gradient is not finite.
         """
-        ppo, n = self.ppo, len(rows)
-        settings = np.empty((3, n), np.float32)
-        settings[0], settings[1], settings[2] = plasticity or (ppo.learning_rate, ppo.discount, ppo.entropy)
-        others, epochs, minibatch = self._settings_of(n, own or {})
+        n = len(rows)
+        settings = self._settings(n, plasticity, own or {})
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
         start, stop = self.bands.part(n)
         mine = slice(start, stop)
-        columns = (
-            policy.weights,
-            policy.moment_1,
-            policy.moment_2,
-            experience.observations,
-            experience.choices,
-            experience.log_probability,
-            experience.value,
-            experience.reward,
-        )
         if stop > start:
             split(
                 kernels.train,
                 stop - start,
-                *(column.by_address() for column in columns),
+                _policy(policy),
+                _experience(experience),
                 rows[mine],
                 uid[mine],
-                policy.steps,
-                policy.updates,
-                experience.length,
                 bootstrap[mine],
-                np.ascontiguousarray(settings[:, mine]),
-                others[mine],
-                epochs[mine],
-                minibatch[mine],
-                ppo.normalise_advantage,
+                settings[mine],
                 np.uint64(self.seed),
-                self.widths,
+                self.layers,
                 self.offsets,
                 report[mine],
-                work=int(lengths[mine] @ epochs[mine]) * self.size // WEIGHTS,
+                work=int(lengths[mine] @ settings["epochs"][mine]) * self.size // WEIGHTS,
             )
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0
-        learnt = (settings[0] != 0) & (lengths > 0)
+        rates = settings["learning_rate"]
+        learnt = (rates != 0) & (lengths > 0)
         require_finite(report, uid)
-        told = report, lengths, settings[0]
+        told = report, lengths, rates
         if np.count_nonzero(learnt) < n:
-            told = report[learnt], lengths[learnt], settings[0, learnt]
+            told = report[learnt], lengths[learnt], rates[learnt]
         return summary(*self.bands.learnt(self, *told))
 
-    def _settings_of(self, n: int, own: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
-        """Return the hyperparameters f64[n, SETTINGS], epochs and minibatch i64[n] of n animals: those of the
-        species, but for their `own` [n]."""
-        others, counts = np.empty((n, len(SETTINGS))), np.empty((2, n), np.int64)
-        others[:], counts[0], counts[1] = self._settings, self.ppo.epochs, self.ppo.minibatch
-        for field, values in own.items():
-            if field in SETTINGS:
-                others[:, SETTINGS.index(field)] = values
-            elif field in COUNTS:
-                counts[COUNTS.index(field)] = values
-        return others, counts[0], counts[1]
+    def _settings(
+        self, n: int, plasticity: tuple[Any, Any, Any] | None, own: Mapping[str, np.ndarray]
+    ) -> np.ndarray:
+        """Return the hyperparameters SETTINGS[n] of n animals: those of the species, but for their plasticity
+        and their `own` [n]."""
+        settings = np.empty(n, kernels.SETTINGS)
+        for name in kernels.SETTINGS.names or ():
+            settings[name] = own.get(name, getattr(self.ppo, name))
+        if plasticity is not None:
+            settings["learning_rate"], settings["discount"], settings["entropy"] = plasticity
+        return settings
 
     def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
         """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
@@ -357,12 +283,24 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     return means
 
 
-def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]) -> None:
-    if n_observations < 1:
-        raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
-    if not groups or min(groups) < 1:
-        raise ValueError(
-            f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group"
-        )
-    if min(hidden, default=1) < 1:
-        raise ValueError(f"hidden = {hidden}: allowed is a tuple of layer widths >= 1, or ()")
+def _policy(policy: Columns) -> kernels.PolicyColumns:
+    """Return the columns of Policy as kernels take them."""
+    return kernels.PolicyColumns(
+        policy.weights.by_address(),
+        policy.moment_1.by_address(),
+        policy.moment_2.by_address(),
+        policy.steps,
+        policy.updates,
+    )
+
+
+def _experience(experience: Columns) -> kernels.ExperienceColumns:
+    """Return the columns of Experience as kernels take them."""
+    return kernels.ExperienceColumns(
+        experience.observations.by_address(),
+        experience.choices.by_address(),
+        experience.log_probability.by_address(),
+        experience.value.by_address(),
+        experience.reward.by_address(),
+        experience.length,
+    )

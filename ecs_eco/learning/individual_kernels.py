@@ -1,28 +1,27 @@
-"""Kernels over animals that each have a network of their own: newborn weights, one thought,
-one update of PPO.
+"""Kernels over animals that each have a network of their own: newborn weights, what they live through, one
+update of PPO.
 
-Columns come in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table. A
-network is one row of numbers: of each layer the matrix (in, out), then the bias; the last
-layer has all logits, then the value. `widths` i64[layers + 1] are those of the observations, the hidden
-layers and the output. Each animal's numbers are summed in an order that depends on nothing but its own
-rollout.
+Columns come in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table.
+Each animal's numbers are summed in an order that depends on nothing but its own rollout.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
-from ecs_eco.engine.blocks import BLOCK, apart, block_of, flat_block_of, prefetch_row
+from ecs_eco.compiled.vectors import LANES, load, prefetch, store
+from ecs_eco.engine.blocks import BLOCK, block_of, flat_block_of, prefetch_row
 from ecs_eco.engine.random import draw, mix
-from ecs_eco.learning.arithmetic import fused_njit, largest, lone_fused_njit, tanh
-from ecs_eco.learning.individual_gradient import backward, fetch, forward, layout
-from ecs_eco.learning.individual_loss import desk_for, lay_out, loss_slopes, tell
-from ecs_eco.learning.ppo_kernels import adam
+from ecs_eco.learning.adam import adam
+from ecs_eco.learning.advantages import fill_advantages, summarize
+from ecs_eco.learning.arithmetic import fused_njit
+from ecs_eco.learning.gradient import Layout, gather_observations, layout_of, transpose_weights
+from ecs_eco.learning.loss import LossScratch, LossSettings, allocate_scratch, gather_transitions, take_terms
+from ecs_eco.learning.ppo_kernels import loss_gradient
 from ecs_eco.learning.rollout import STEP
-from ecs_eco.learning.tiles import ROWS, up
 
 TERMS = (
     "policy_loss",
@@ -34,8 +33,61 @@ TERMS = (
     "explained_variance",
     "reward",
 )
-SOON = 8  # animals: so many others are recorded while the places of one are fetched
+SETTINGS = np.dtype(  # hyperparameters of one animal
+    [
+        ("learning_rate", "f4"),
+        ("discount", "f4"),
+        ("entropy", "f4"),
+        ("gae_lambda", "f4"),
+        ("clip", "f4"),
+        ("clip_value", "f4"),
+        ("value_weight", "f4"),
+        ("adam_epsilon", "f8"),
+        ("max_grad_norm", "f8"),
+        ("weight_decay", "f8"),
+        ("epochs", "i8"),
+        ("minibatch", "i8"),
+        ("normalise_advantage", "?"),
+    ],
+    align=True,
+)
+AHEAD = 8  # animals: so many others are recorded while the layout of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
+
+Addressed: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""A column `by_address`."""
+
+
+class PolicyColumns(NamedTuple):
+    """The columns of the component Policy."""
+
+    weights: Addressed
+    moment_1: Addressed
+    moment_2: Addressed
+    steps: np.ndarray
+    updates: np.ndarray
+
+
+class ExperienceColumns(NamedTuple):
+    """The columns of the component Experience."""
+
+    observations: Addressed
+    choices: Addressed
+    log_probability: Addressed
+    value: Addressed
+    reward: Addressed
+    length: np.ndarray
+
+
+class Workspace(NamedTuple):
+    """What one thread needs to let an animal learn."""
+
+    network: np.ndarray  # f32[…], see `gradient.Layout`
+    layout: Layout
+    loss: LossScratch
+    steps: np.ndarray  # STEP[horizon]: what an animal lived through
+    numbers: np.ndarray  # f32[horizon, 0]: nobody has continuous actions
+    order: np.ndarray  # i64[horizon]
 
 
 @fused_njit
@@ -50,57 +102,14 @@ def draw_newborn(key, who, deviations, weights):
                 weights[j, i] = deviations[i] * np.float32(length * math.cos(angle))
 
 
-@lone_fused_njit
-def think(first, last, rows, weights, widths, x, logits, values):
-    """Write the logits f32[n, k] and values f32[n] of what animals first … last − 1 observe, f32[n, c].
-
-    Of a layer's inputs, every fourth is added up on its own. Up to LANES numbers behind each animal's weights
-    are read, and let be.
-    """
-    zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], largest(widths)
-    wide = up(wide, LANES)
-    units = np.zeros(2 * wide, np.float32)
-    for j in range(first, last):
-        w, at, below, above = flat_block_of(rows[j], weights), rows[j] % BLOCK * size, 0, wide
-        ahead = apart(rows[j], rows[min(j + 1, last - 1)], weights)  # the next animal's weights
-        for i in range(x.shape[1]):
-            units[i] = x[j, i]
-        for layer in range(len(widths) - 1):
-            a, b = widths[layer], widths[layer + 1]
-            for o in range(0, b, LANES):
-                here, y0, y1, y2, y3 = at + o, load(w, at + o + a * b), zero, zero, zero
-                for i in range(below, below + a // 4 * 4, 4):
-                    y0, y1 = (
-                        y0 + every(units, i) * load(w, here),
-                        y1 + every(units, i + 1) * load(w, here + b),
-                    )
-                    y2, y3 = (
-                        y2 + every(units, i + 2) * load(w, here + 2 * b),
-                        y3 + every(units, i + 3) * load(w, here + 3 * b),
-                    )
-                    for _ in range(4):
-                        prefetch(w, here + ahead)
-                        here += b
-                for i in range(below + a // 4 * 4, below + a):
-                    y0 = y0 + every(units, i) * load(w, here)
-                    here += b
-                y0 = (y0 + y1) + (y2 + y3)
-                store(units, above + o, tanh(y0) if layer < len(widths) - 2 else y0)
-            below, above, at = above, below, at + (a + 1) * b
-        for o in range(k):
-            logits[j, o] = units[np.uint64(below + o)]
-        values[j] = units[below + k]
-
-
 @fused_njit
-def record(
-    observations, choices, log_probabilities, values, rewards, rows, length, x, choice, log_probability, value
-):
+def record(experience, rows, x, choice, log_probability, value):
     """Append a transition to each animal's rollout; return how many had no room."""
+    observations, choices, log_probabilities, values, rewards, length = experience
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
         _prefetch_place(
-            rows[min(j + SOON, len(rows) - 1)], length, observations, choices, log_probabilities, values
+            rows[min(j + AHEAD, len(rows) - 1)], length, observations, choices, log_probabilities, values
         )
         row, at = rows[j], rows[j] % BLOCK
         t = length[row]
@@ -120,7 +129,7 @@ def record(
 
 @fused_njit
 def _prefetch_place(row, length, observations, choices, log_probabilities, values):
-    """Let the processor begin to fetch where an animal's next transition goes."""
+    """Let the processor begin to gather_observations where an animal's next transition goes."""
     place, c = row % BLOCK * values[1].shape[1] + length[row], observations[1].shape[2]
     for k in range(0, c, LANES):
         prefetch(flat_block_of(row, observations), place * c + k)
@@ -148,136 +157,107 @@ def full_rollouts(length, rows, uid, born, tick, horizon, due):
 
 
 @fused_njit
-def train(
-    first,
-    last,
-    weights,
-    moments_1,
-    moments_2,
-    observations,
-    choices,
-    log_probabilities,
-    values,
-    rewards,
-    rows,
-    uid,
-    steps,
-    updates,
-    length,
-    bootstrap,
-    plasticity,
-    settings,
-    epochs,
-    minibatch,
-    normalise,
-    seed,
-    widths,
-    offsets,
-    report,
-):
+def train(first, last, policy, experience, rows, uid, bootstrap, settings, seed, layers, offsets, report):
     """Let animals first … last − 1 learn from their rollouts and empty them; `report` f64[n, TERMS] gets the
     means over each one's steps.
 
-    `plasticity` f32[3, n]: learning rate, discount, weight of the entropy;
-    with a learning rate of 0 nothing changes. `settings` f64[n, 7] are the other hyperparameters, as
-    `individual.SETTINGS` names them; `epochs` and `minibatch` i64[n].
+    They expect `bootstrap` f32[n] of what comes, and have `settings` SETTINGS[n]; with a learning rate of 0
+    nothing changes.
     """
-    horizon, size = rewards[1].shape[1], weights[1].shape[1]
-    where, desk = layout(widths, horizon), desk_for(offsets, horizon)
-    room, lived, index = np.zeros(where[-1], np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
-    w, gradient = room[where[1] : where[1] + size], room[where[2] : where[2] + size].reshape(1, size)
+    horizon = experience.reward[1].shape[1]
+    work = _workspace(layers, offsets, horizon)
+    ended, later, gain = np.zeros(horizon, np.bool_), np.empty(1, np.float32), np.empty(1, np.float32)
     for j in range(first, last):
-        row, at = rows[j], rows[j] % BLOCK
-        n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, j], report[j]
-        length[row], others = 0, settings[j]
-        if n == 0 or rate == 0:
+        row, own, terms = rows[j], settings[j], report[j]
+        n = max(0, min(experience.length[row], horizon))
+        experience.length[row] = 0
+        if n == 0 or own.learning_rate == 0:
             continue
-        shift, scale = _look_back(
-            lived[:n],
-            block_of(row, log_probabilities)[at],
-            block_of(row, values)[at],
-            block_of(row, rewards)[at],
-            bootstrap[j],
-            plasticity[1, j],
-            np.float32(others[0]),
-            normalise,
-            terms,
+        steps = work.steps[:n]
+        _read_transitions(row, experience, steps)
+        later[0], gain[0] = bootstrap[j], 0
+        fill_advantages(steps, ended, later, gain, own.discount, own.gae_lambda)
+        mean, deviation, terms[6], terms[7] = summarize(steps)
+        shift, scale = (mean, 1 / (deviation + 1e-8)) if own.normalise_advantage and n > 1 else (0.0, 1.0)
+        loss = LossSettings(
+            own.clip, own.clip_value, own.entropy, own.value_weight, np.float32(shift), np.float32(scale)
         )
-        parts, chance = (
-            max(1, (n + minibatch[j] - 1) // minibatch[j]),
-            mix(mix(seed ^ uid[j]) + np.uint64(updates[row])),
-        )
-        updates[row] += 1
-        own, own_1, own_2 = (
-            block_of(row, weights)[at],
-            block_of(row, moments_1)[at],
-            block_of(row, moments_2)[at],
-        )
-        seen, taken = block_of(row, observations), block_of(row, choices)
-        for i in range(n):
-            index[i] = i
-        for i in range(0, size, LANES):
-            store(room, where[1] + i, load(own, i))
         if j + 1 < last:  # the next animal's arrive while this one learns
-            for column in (weights, moments_1, moments_2):
+            for column in (policy.weights, policy.moment_1, policy.moment_2):
                 prefetch_row(rows[j + 1], column)
-            prefetch_row(rows[j + 1], observations)
-        for epoch in range(epochs[j]):
-            if parts > 1:
-                _shuffle(index[:n], chance + np.uint64(epoch))
-            for part in range(parts):
-                chosen = index[n * part // parts : n * (part + 1) // parts]
-                if parts > 1 or epoch == 0:
-                    fetch(seen, at, chosen, room)
-                    lay_out(desk, lived, taken, at, chosen, offsets)
-                steps[row] += 1
-                lines = up(len(chosen), ROWS)
-                unit = forward(room, where, widths, lines)
-                loss_slopes(
-                    room,
-                    unit,
-                    where[0] + unit,
-                    up(widths[-1], LANES),
-                    lines,
-                    len(chosen),
-                    offsets,
-                    others,
-                    plasticity[2, j],
-                    shift,
-                    scale,
-                    desk,
-                )
-                backward(room, where, widths, lines, len(chosen), unit)
-                terms[5] += adam(w, gradient, own_1, own_2, steps[row], rate, others[4], others[5], others[6])
-        for i in range(size):  # a copy of a slice asks of each number whether the slice repeats it
-            own[np.uint64(i)] = w[np.uint64(i)]
-        tell(desk, epochs[j] * parts, terms)
-        terms[5] /= epochs[j] * parts
+            prefetch_row(rows[j + 1], experience.observations)
+        key = mix(mix(seed ^ uid[j]) + np.uint64(policy.updates[row]))
+        policy.updates[row] += 1
+        _fit(row, n, policy, experience, work, layers, offsets, own, loss, key, terms)
 
 
 @fused_njit
-def _look_back(lived, log_probability, value, reward, bootstrap, discount, gae_lambda, normalise, terms):
-    """Fill in what an animal lived through, advantages too (Schulman et al. 2016, eq. 16);
-    return their shift and scale."""
-    n, later, gain = len(lived), bootstrap, np.float32(0)
-    mean = target_mean = variance = target_variance = total = 0.0
-    for t in range(n - 1, -1, -1):
-        gain = reward[t] + discount * later - value[t] + discount * gae_lambda * gain
-        later = value[t]
-        lived[t].log_probability, lived[t].value, lived[t].advantage = log_probability[t], value[t], gain
-        mean += gain
-        target_mean += gain + value[t]
-        total += reward[t]
-    mean, target_mean = mean / n, target_mean / n
-    for t in range(n):
-        variance += (lived[t].advantage - mean) ** 2
-        target_variance += (lived[t].advantage + value[t] - target_mean) ** 2
-    variance, target_variance = variance / n, target_variance / n
-    terms[6] = 1 - variance / target_variance if target_variance > 0 else np.nan
-    terms[7] = total / n
-    if normalise and n > 1:
-        return np.float32(mean), np.float32(1 / (math.sqrt(variance) + 1e-8))
-    return np.float32(0), np.float32(1)
+def _workspace(layers, offsets, horizon):
+    """Return room for the rollout of one animal, whose steps are all of one row."""
+    layout = layout_of(layers, horizon)
+    return Workspace(
+        np.zeros(layout.end, np.float32),
+        layout,
+        allocate_scratch(offsets, 0, horizon),
+        np.zeros(horizon, STEP),
+        np.empty((horizon, 0), np.float32),
+        np.empty(horizon, np.int64),
+    )
+
+
+@fused_njit
+def _read_transitions(row, experience, steps):
+    """Fill in what an animal lived through."""
+    at = row % BLOCK
+    log_probability = block_of(row, experience.log_probability)[at]
+    value, reward = block_of(row, experience.value)[at], block_of(row, experience.reward)[at]
+    for t in range(len(steps)):
+        steps[t].log_probability, steps[t].value, steps[t].reward = log_probability[t], value[t], reward[t]
+
+
+@fused_njit
+def _fit(row, n, policy, experience, work, layers, offsets, own, loss, key, terms):
+    """Take an animal's steps of Adam, and write the terms of the loss, as means over them."""
+    at, size, layout = row % BLOCK, policy.weights[1].shape[1], work.layout
+    kept = block_of(row, policy.weights)[at]
+    moment_1, moment_2 = block_of(row, policy.moment_1)[at], block_of(row, policy.moment_2)[at]
+    seen, taken = block_of(row, experience.observations)[at], block_of(row, experience.choices)[at]
+    weights = work.network[layout.weights : layout.weights + size]
+    gradient = work.network[layout.gradient : layout.gradient + size].reshape(1, size)
+    for i in range(0, size, LANES):
+        store(work.network, layout.weights + i, load(kept, i))
+    order = work.order[:n]
+    for i in range(n):
+        order[i] = i
+    epochs, parts = own.epochs, max(1, (n + own.minibatch - 1) // own.minibatch)
+    for epoch in range(epochs):
+        if parts > 1:
+            _shuffle(order, key + np.uint64(epoch))
+        for part in range(parts):
+            chosen = order[n * part // parts : n * (part + 1) // parts]
+            if parts > 1 or epoch == 0:
+                gather_observations(seen, chosen, work.network)
+                share = np.float32(1 / len(chosen))
+                gather_transitions(work.loss, work.steps, taken, work.numbers, offsets, chosen, share)
+            transpose_weights(work.network, layout, layers)
+            loss_gradient(work.network, layout, layers, len(chosen), offsets, loss, work.loss)
+            policy.steps[row] += 1
+            terms[5] += adam(
+                weights,
+                gradient,
+                moment_1,
+                moment_2,
+                policy.steps[row],
+                own.learning_rate,
+                own.adam_epsilon,
+                own.max_grad_norm,
+                own.weight_decay,
+            )
+    for i in range(size):  # a copy of a slice asks of each number whether the slice repeats it
+        kept[np.uint64(i)] = weights[np.uint64(i)]
+    take_terms(work.loss, terms)
+    for term in range(6):
+        terms[term] /= epochs * parts
 
 
 @fused_njit

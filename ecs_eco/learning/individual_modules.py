@@ -15,12 +15,14 @@ import numpy as np
 import torch
 from torch.func import functional_call, grad_and_value, vmap
 
-from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.engine.random import mix_int
+from ecs_eco.learning.adam import adam_each
+from ecs_eco.learning.advantages import fill_advantages, summarize
 from ecs_eco.learning.individual import Individuals, require_finite, summary
 from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
+from ecs_eco.learning.rollout import STEP
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
 
@@ -142,14 +144,10 @@ class IndividualModules(Individuals):
         """As `Individuals.learn`; `memory` f32[n, memory] is what the animals remembered when their rollouts
         began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions. Nobody has `own`
         hyperparameters here."""
-        settings = np.empty((3, len(rows)), np.float32)
-        settings[0], settings[1], settings[2] = plasticity or (
-            self.ppo.learning_rate,
-            self.ppo.discount,
-            self.ppo.entropy,
-        )
+        settings = self._settings(len(rows), plasticity, {})
+        rates = settings["learning_rate"]
         lengths = experience.length[rows]
-        learning = np.flatnonzero((settings[0] != 0) & (lengths > 0))
+        learning = np.flatnonzero((rates != 0) & (lengths > 0))
         report = np.zeros((len(rows), len(TERMS) + 3))
         drawn = np.zeros((len(rows), self.ppo.horizon, 0), np.float32) if numbers is None else numbers
         with self.brain.reproducible(), one_torch_thread():
@@ -162,13 +160,13 @@ class IndividualModules(Individuals):
                     rows[here],
                     uid[here],
                     bootstrap[here],
-                    settings[:, here],
+                    settings[here],
                     began,
                     drawn[here],
                 )
         experience.length[rows] = 0
         require_finite(report, uid)
-        return summary(report[learning], lengths[learning], settings[0, learning])
+        return summary(report[learning], lengths[learning], rates[learning])
 
     def _think(self, weights: np.ndarray, x: np.ndarray, memory: np.ndarray) -> Any:
         """Let each animal's network see one observation."""
@@ -201,55 +199,69 @@ class IndividualModules(Individuals):
         """Let animals learn, each from its rollout, and write weights and moments; return f64[k, terms …]."""
         ppo, tensor = self.ppo, self.brain.tensor
         lengths = experience.length[rows].astype(np.int64)
-        here = {
-            name: getattr(experience, name)[rows]
-            for name in ("observations", "log_probability", "value", "reward")
-        }
-        there = np.arange(ppo.horizon) < lengths[:, None]
-        advantage = _advantages(
-            here["reward"], here["value"], bootstrap, lengths, settings[1], ppo.gae_lambda
+        steps, (mean, deviation, explained, reward) = self._advantages_of(
+            experience, rows, lengths, bootstrap, settings["discount"]
         )
-        report = np.zeros((len(rows), len(TERMS) + 3))
-        report[:, -2:] = np.stack(
-            [_explained(advantage, here["value"], there), (here["reward"] * there).sum(1) / lengths], axis=1
-        )
-        shift, scale = (
-            _normal(advantage, there)
-            if ppo.normalise_advantage
-            else (np.zeros(len(rows)), np.ones(len(rows)))
-        )
+        normal = ppo.normalise_advantage & (lengths > 1)
+        shift, scale = np.where(normal, mean, 0), np.where(normal, 1 / (deviation + 1e-8), 1)
         fixed = (
-            tensor(here["observations"]),
+            tensor(experience.observations[rows]),
             tensor(experience.choices[rows].astype(np.int64)),
             tensor(numbers),
-            tensor(here["log_probability"]),
-            tensor(here["value"]),
-            tensor(advantage),
+            *(tensor(steps[name]) for name in ("log_probability", "value", "advantage")),
             tensor(began),
         )
-        scalars = tuple(tensor(v.astype(np.float32)) for v in (settings[2], shift, scale))
-        weights, moments = (
-            tensor(policy.weights[rows]),
-            [tensor(policy.moment_1[rows]), tensor(policy.moment_2[rows])],
-        )
-        steps, n_steps = policy.steps[rows].astype(np.int64), 0
+        scalars = tuple(tensor(v.astype(np.float32)) for v in (settings["entropy"], shift, scale))
+        kept = policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows]
+        weights, moment_1, moment_2 = kept
+        report, n_steps = np.zeros((len(rows), len(TERMS) + 3)), 0
+        report[:, -2], report[:, -1] = explained, reward
         slope = self._each(grad_and_value(self._loss, has_aux=True))
         parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch))
-        updates = policy.updates[rows]
+        there, updates = np.arange(ppo.horizon) < lengths[:, None], policy.updates[rows]
         for epoch in range(ppo.epochs):
-            for chosen in _shares(there, parts, self.seed, uid, updates, epoch):
-                gradient, (_, terms) = slope(weights, *fixed, tensor(chosen.astype(np.float32)), *scalars)
-                norm = gradient.double().norm(dim=1)
-                steps, n_steps = steps + 1, n_steps + 1
-                self._adam(weights, gradient, moments, norm, steps, settings[0])
+            for chosen in _minibatches(there, parts, self.seed, uid, updates, epoch):
+                gradient, (_, terms) = slope(
+                    tensor(weights), *fixed, tensor(chosen.astype(np.float32)), *scalars
+                )
+                n_steps += 1
                 report[:, : len(TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
-                report[:, len(TERMS)] += norm.cpu().numpy()
+                report[:, len(TERMS)] += adam_each(
+                    weights,
+                    gradient.cpu().numpy(),
+                    moment_1,
+                    moment_2,
+                    policy.steps[rows] + n_steps,
+                    settings["learning_rate"],
+                    ppo.adam_epsilon,
+                    ppo.max_grad_norm,
+                    ppo.weight_decay,
+                )
         report[:, : len(TERMS) + 1] /= n_steps
-        policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows] = (
-            t.cpu().numpy() for t in (weights, *moments)
-        )
-        policy.steps[rows], policy.updates[rows] = steps, updates + 1
+        policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows] = kept
+        policy.steps[rows] += n_steps
+        policy.updates[rows] = updates + 1
         return report
+
+    def _advantages_of(
+        self,
+        experience: Columns,
+        rows: np.ndarray,
+        lengths: np.ndarray,
+        bootstrap: np.ndarray,
+        discount: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what animals lived through, advantages too, STEP[k, horizon] with zeros beyond each one's
+        length, and what `summarize` says of each, f64[4, k]."""
+        steps, ended = np.zeros((len(rows), self.ppo.horizon), STEP), np.zeros(self.ppo.horizon, np.bool_)
+        for name in ("log_probability", "value", "reward"):
+            steps[name] = getattr(experience, name)[rows]
+        said = []
+        for i, n in enumerate(lengths.tolist()):
+            later, gain = np.array(bootstrap[i : i + 1], np.float32), np.zeros(1, np.float32)
+            fill_advantages(steps[i, :n], ended, later, gain, discount[i], np.float32(self.ppo.gae_lambda))
+            said.append(summarize(steps[i, :n]))
+        return steps, np.array(said).T
 
     def _loss(
         self,
@@ -290,33 +302,6 @@ class IndividualModules(Individuals):
             logits, values, state = functional_call(module, named, (observations[t : t + 1], state))
             outputs.append((logits, values))
         return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs])
-
-    def _adam(
-        self,
-        weights: torch.Tensor,
-        gradient: torch.Tensor,
-        moments: list[torch.Tensor],
-        norm: torch.Tensor,
-        steps: np.ndarray,
-        rate: np.ndarray,
-    ) -> None:
-        """Take each animal's step of Adam in place; who has a gradient that is not finite stays as it is."""
-        ppo, tensor = self.ppo, self.brain.tensor
-        sound = torch.isfinite(norm)[:, None]
-        held = (
-            torch.clamp(ppo.max_grad_norm / (norm + 1e-6), max=1.0)[:, None].float()
-            if ppo.max_grad_norm
-            else 1.0
-        )
-        slope = torch.where(sound, torch.nan_to_num(gradient) * held, 0.0)
-        first, second = moments
-        first += torch.where(sound, 0.1 * (slope - first), 0.0)
-        second += torch.where(sound, 0.001 * (slope * slope - second), 0.0)
-        pace = tensor((rate / (1 - power(0.9, steps))).astype(np.float32))[:, None]
-        root = tensor((1 / np.sqrt(1 - power(0.999, steps))).astype(np.float32))[:, None]
-        keep = tensor((1 - rate * ppo.weight_decay).astype(np.float32))[:, None]
-        moved = weights * keep - pace * first / (second.sqrt() * root + ppo.adam_epsilon)
-        weights.copy_(torch.where(sound, moved, weights))
 
     def _try(self) -> None:
         """Go animal by animal where torch has no way for several at once; raise ValueError where such a
@@ -380,50 +365,7 @@ def _stacked(items: list[Any]) -> Any:
     return torch.stack(items)
 
 
-def _advantages(
-    reward: np.ndarray,
-    value: np.ndarray,
-    bootstrap: np.ndarray,
-    lengths: np.ndarray,
-    discount: np.ndarray,
-    gae_lambda: float,
-) -> np.ndarray:
-    """Return the advantages f32[k, horizon] (Schulman et al. 2016, eq. 16),
-    zero beyond each rollout's length."""
-    out, later, gain = np.zeros_like(value), np.array(bootstrap, np.float32), np.zeros(len(value), np.float32)
-    for t in range(value.shape[1] - 1, -1, -1):
-        there = t < lengths
-        td_error = reward[:, t] + discount * later - value[:, t]
-        gain = np.where(there, td_error + discount * np.float32(gae_lambda) * gain, gain)
-        later = np.where(there, value[:, t], later)
-        out[:, t] = np.where(there, gain, 0)
-    return out
-
-
-def _normal(advantage: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what to take from each animal's advantages, and to multiply them with,
-    for mean 0 and deviation 1."""
-    n = there.sum(axis=1)
-    mean = (advantage.astype(float) * there).sum(axis=1) / n
-    spread = np.sqrt((((advantage - mean[:, None]) * there) ** 2).sum(axis=1) / n)
-    single = n < 2
-    return np.where(single, 0, mean), np.where(single, 1, 1 / (spread + 1e-8))
-
-
-def _explained(advantage: np.ndarray, value: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return which share of the targets' variance the values explain, per animal; NaN where there is none."""
-
-    def variance(v: np.ndarray) -> np.ndarray:
-        n = there.sum(axis=1)
-        mean = (v * there).sum(axis=1) / n
-        return (((v - mean[:, None]) * there) ** 2).sum(axis=1) / n
-
-    target = variance((advantage + value).astype(float))
-    left = variance(advantage.astype(float))
-    return np.where(target > 0, 1 - left / np.where(target > 0, target, 1), np.nan)
-
-
-def _shares(
+def _minibatches(
     there: np.ndarray, parts: int, seed: int, uid: np.ndarray, updates: np.ndarray, epoch: int
 ) -> list[np.ndarray]:
     """Return masks bool[k, horizon] that share out each animal's transitions

@@ -1,8 +1,6 @@
-"""What a plain network says, without torch: a kernel over blocks of organisms,
-whose sums no library takes in an order of its own.
+"""What plain networks say, without torch: kernels whose sums no library takes in an order of its own.
 
-Observations of a block are turned on their side, (units, organisms), so that all loops run along the
-organisms, as vectors. A row's bits depend neither on the other rows, nor on its place among them, nor on the
+What one organism thinks depends, to the bit, neither on the others, nor on its place among them, nor on the
 number of threads.
 """
 
@@ -10,137 +8,125 @@ from __future__ import annotations
 
 import numpy as np
 
-from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
-from ecs_eco.learning.arithmetic import fused_njit, largest, tanh
+from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
+from ecs_eco.engine.blocks import BLOCK as ROWS_OF_BLOCK
+from ecs_eco.engine.blocks import apart, flat_block_of
+from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.tiles import ROWS, product, round_up
 
 BLOCK = 64  # organisms: four vectors of the widest kind
-STEP = 2 * LANES if WIDE else LANES  # organisms whose units are computed at once
 
 
 @fused_njit
-def infer(first, last, observations, weights, widths, starts, logits, values):
-    """Write the outputs of a tower for organisms first to last of the observations f32[widths[0], n]:
+def infer_shared(first, last, observations, weights, layers, logits, values):
+    """Write what organisms first to last of the observations f32[c, n] think with the same weights f32[size]:
     logits f32[n, k], values f32[n].
 
-    `widths` i64[layers + 1] are those of the observations, the hidden layers and the output; `starts` i64[2 *
-    layers] where each layer's matrix and bias begin in the weights: hidden matrices are (in, out), the last
-    one (out, in). Output k is the value; a tower may have fewer.
+    Observations of a block are transposed on their side, (units, organisms), so that all loops run along the
+    organisms, as vectors.
     """
-    n_layers, widest, n_logits = len(widths) - 1, largest(widths), logits.shape[1]
-    below, above = np.zeros(widest * BLOCK, np.float32), np.zeros(widest * BLOCK, np.float32)
+    n_observations, n_logits = observations.shape[0], logits.shape[1]
+    widest = units = 0
+    for layer in layers:
+        widest, units = max(widest, layer.outputs), units + round_up(layer.outputs, ROWS)
+    biases = len(weights) + LANES
+    observed = biases + units * LANES
+    below = observed + n_observations * BLOCK
+    above = below + round_up(widest, ROWS) * BLOCK
+    scratch = np.zeros(above + round_up(widest, ROWS) * BLOCK, np.float32)
+    _lay_weights(weights, layers, biases, scratch)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)
-        width = (size + STEP - 1) // STEP * STEP  # the last block is often a small one
-        _take(observations, widths[0], start, size, below)
-        for level in range(n_layers):
-            n_in, n_out = widths[level], widths[level + 1]
-            matrix = weights[starts[2 * level] : starts[2 * level] + n_in * n_out]
-            bias = weights[starts[2 * level + 1] : starts[2 * level + 1] + n_out]
-            hidden = level < n_layers - 1
-            _product(
-                matrix, bias, n_in, n_out, n_out if hidden else 1, 1 if hidden else n_in, width, below, above
-            )
-            if hidden:
-                for i in range(0, n_out * BLOCK, LANES):
-                    store(above, i, tanh(load(above, i)))
-            below, above = above, below
-        for j in range(min(widths[n_layers], n_logits)):
-            for i in range(size):
-                logits[start + i, j] = below[j * BLOCK + i]
-        if widths[n_layers] > n_logits:
-            for i in range(size):
-                values[start + i] = below[n_logits * BLOCK + i]
+        width, bias, output = round_up(size, LANES), biases, 0
+        _take(observations, start, size, scratch, observed)
+        for layer in layers:
+            a, b, source = layer.inputs, layer.outputs, below if layer.below else observed
+            product(scratch, layer.weights, 1, b, b, source, BLOCK, a, bias, LANES, above, BLOCK, width)
+            bias += round_up(b, ROWS) * LANES
+            if layer.hidden:
+                for i in range(above, above + b * BLOCK, LANES):
+                    store(scratch, i, tanh(load(scratch, i)))
+                below, above = above, below
+                continue
+            for o in range(b):
+                for i in range(size):
+                    number = scratch[above + o * BLOCK + i]
+                    if output + o < n_logits:
+                        logits[start + i, output + o] = number
+                    else:
+                        values[start + i] = number
+            output += b
+
+
+@lone_fused_njit
+def _lay_weights(weights, layers, biases, scratch):
+    """Copy the weights, and write each bias as a whole vector."""
+    for i in range(len(weights)):
+        scratch[i] = weights[i]
+    for layer in layers:
+        bias = layer.weights + layer.inputs * layer.outputs
+        for o in range(layer.outputs):
+            for lane in range(LANES):
+                scratch[biases + o * LANES + lane] = weights[bias + o]
+        biases += round_up(layer.outputs, ROWS) * LANES
 
 
 @fused_njit
-def _take(observations, n, start, size, below):
+def _take(observations, start, size, scratch, to):
     """Put what organisms from `start` on observe into a block: as vectors where each of the n observations
     lies in one piece."""
+    n = observations.shape[0]
     if size == BLOCK and observations.strides[1] == 4:
         step = observations.strides[0] // 4
         for k in range(n):
             for lane in range(0, BLOCK, LANES):
-                store(below, k * BLOCK + lane, load(observations, k * step + start + lane))
+                store(scratch, to + k * BLOCK + lane, load(observations, k * step + start + lane))
         return
     for k in range(n):
         for i in range(size):
-            below[k * BLOCK + i] = observations[k, start + i]
+            scratch[to + k * BLOCK + i] = observations[k, start + i]
 
 
-@fused_njit
-def _product(matrix, bias, n_in, n_out, step_in, step_out, width, below, above):
-    """Write above[n_out, width] = bias + matrix · below[n_in, width], whose rows are BLOCK apart, in tiles of
-    four units and one or two vectors, as the processor has registers, and the units that are left one by one.
+@lone_fused_njit
+def infer_individual(first, last, rows, weights, layers, x, logits, values):
+    """Write the logits f32[n, k] and values f32[n] of what animals first … last − 1 observe, f32[n, c], each
+    with weights of its own: animal j's are row `rows[j]` of a column `Blocked.by_address`.
 
-    Each input is added to its unit as it is multiplied, which many processors do in one step.
+    Of a layer's inputs, every fourth is added up on its own. Up to LANES numbers behind each animal's weights
+    are read, and let be.
     """
-    for j in range(0, n_out // 4 * 4, 4):
-        if WIDE:
-            for lane in range(0, width, 2 * LANES):
-                _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
-        else:
-            for lane in range(0, width, LANES):
-                _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane)
-    for j in range(n_out // 4 * 4, n_out):
-        _unit(matrix, bias, n_in, j, step_in, step_out, width, below, above)
-
-
-@fused_njit
-def _one(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
-    """Compute units j … j + 3 of a vector of organisms."""
-    u0, u1, u2, u3 = every(bias, j), every(bias, j + 1), every(bias, j + 2), every(bias, j + 3)
-    for k in range(n_in):
-        x, at = load(below, k * BLOCK + lane), k * step_in + j * step_out
-        u0, u1 = u0 + x * every(matrix, at), u1 + x * every(matrix, at + step_out)
-        u2, u3 = u2 + x * every(matrix, at + 2 * step_out), u3 + x * every(matrix, at + 3 * step_out)
-    _put(above, j * BLOCK + lane, u0, u1, u2, u3)
-
-
-@fused_njit
-def _two(matrix, bias, n_in, j, step_in, step_out, below, above, lane):
-    """Compute units j … j + 3 of two vectors of organisms, u and v."""
-    u0, u1, u2, u3 = every(bias, j), every(bias, j + 1), every(bias, j + 2), every(bias, j + 3)
-    v0, v1, v2, v3 = u0, u1, u2, u3
-    for k in range(n_in):
-        x, y = load(below, k * BLOCK + lane), load(below, k * BLOCK + lane + LANES)
-        at = k * step_in + j * step_out
-        p0, p1, p2, p3 = (
-            every(matrix, at),
-            every(matrix, at + step_out),
-            every(matrix, at + 2 * step_out),
-            every(matrix, at + 3 * step_out),
-        )
-        u0, u1, u2, u3 = u0 + x * p0, u1 + x * p1, u2 + x * p2, u3 + x * p3
-        v0, v1, v2, v3 = v0 + y * p0, v1 + y * p1, v2 + y * p2, v3 + y * p3
-    _put(above, j * BLOCK + lane, u0, u1, u2, u3)
-    _put(above, j * BLOCK + lane + LANES, v0, v1, v2, v3)
-
-
-@fused_njit
-def _put(above, at, u0, u1, u2, u3):
-    store(above, at, u0)
-    store(above, at + BLOCK, u1)
-    store(above, at + 2 * BLOCK, u2)
-    store(above, at + 3 * BLOCK, u3)
-
-
-@fused_njit
-def _unit(matrix, bias, n_in, j, step_in, step_out, width, below, above):
-    """Compute unit j: of the four vectors of a whole block at once, of fewer one by one."""
-    if width == BLOCK:
-        a = b = c = d = every(bias, j)
-        for k in range(n_in):
-            weight, at = every(matrix, k * step_in + j * step_out), k * BLOCK
-            a, b = a + weight * load(below, at), b + weight * load(below, at + LANES)
-            c, d = c + weight * load(below, at + 2 * LANES), d + weight * load(below, at + 3 * LANES)
-        at = j * BLOCK
-        store(above, at, a)
-        store(above, at + LANES, b)
-        store(above, at + 2 * LANES, c)
-        store(above, at + 3 * LANES, d)
-        return
-    for lane in range(0, width, LANES):
-        a = every(bias, j)
-        for k in range(n_in):
-            a = a + every(matrix, k * step_in + j * step_out) * load(below, k * BLOCK + lane)
-        store(above, j * BLOCK + lane, a)
+    zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], x.shape[1]
+    for layer in layers:
+        wide = max(wide, layer.outputs)
+    wide = round_up(wide, LANES)
+    units = np.zeros(2 * wide, np.float32)
+    for j in range(first, last):
+        w, start, below, above = flat_block_of(rows[j], weights), rows[j] % ROWS_OF_BLOCK * size, 0, wide
+        ahead = apart(rows[j], rows[min(j + 1, last - 1)], weights)  # the next animal's weights
+        for i in range(x.shape[1]):
+            units[i] = x[j, i]
+        for layer in layers:
+            a, b, at = layer.inputs, layer.outputs, start + layer.weights
+            for o in range(0, b, LANES):
+                here, y0, y1, y2, y3 = at + o, load(w, at + o + a * b), zero, zero, zero
+                for i in range(below, below + a // 4 * 4, 4):
+                    y0, y1 = (
+                        y0 + every(units, i) * load(w, here),
+                        y1 + every(units, i + 1) * load(w, here + b),
+                    )
+                    y2, y3 = (
+                        y2 + every(units, i + 2) * load(w, here + 2 * b),
+                        y3 + every(units, i + 3) * load(w, here + 3 * b),
+                    )
+                    for _ in range(4):
+                        prefetch(w, here + ahead)
+                        here += b
+                for i in range(below + a // 4 * 4, below + a):
+                    y0 = y0 + every(units, i) * load(w, here)
+                    here += b
+                y0 = (y0 + y1) + (y2 + y3)
+                store(units, above + o, tanh(y0) if layer.hidden else y0)
+            below, above = above, below
+        for o in range(k):
+            logits[j, o] = units[np.uint64(below + o)]
+        values[j] = units[below + k]

@@ -1,22 +1,23 @@
-"""PPO for plain networks, several times as fast as autograd: the loss's slopes are a kernel,
-and the way back is by hand.
+"""PPO for plain networks, several times as fast as autograd: the gradient and Adam's step are kernels.
 
-torch_ppo.py says what is done here, and decides all but the gradient and the optimiser's step;
-both are tested equal.
+torch_ppo.py says what is done here, and decides all but these two; both are tested equal.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.compiled.threads import in_parallel
-from ecs_eco.learning.backward import CHUNK, Passes
+from ecs_eco.learning.adam import adam
 from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.ppo_kernels import adam
+from ecs_eco.learning.loss import LossSettings
+from ecs_eco.learning.ppo_kernels import shared_gradient
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import TERMS, TorchLearner
+from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
 
 
 class Learner(TorchLearner):
@@ -33,49 +34,58 @@ class Learner(TorchLearner):
         super().__init__(brain, ppo, seed, workers)
         self.steps = 0  # of Adam
         self.moment_1, self.moment_2 = np.zeros(brain.size, np.float32), np.zeros(brain.size, np.float32)
-        self._passes = Passes(brain)
         self._gradient = np.zeros((0, brain.size), np.float32)  # a row per chunk of a minibatch
 
     def _optimiser(self) -> Any:
         return None  # Adam is a kernel here
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        return {
-            "moment_1": self.moment_1.copy(),
-            "moment_2": self.moment_2.copy(),
-            "steps": np.array(self.steps),
-        }
+        moments = {"moment_1": self.moment_1, "moment_2": self.moment_2}
+        kept = {name: _checkpoint_row(self.brain, moment) for name, moment in moments.items()}
+        return kept | {"steps": np.array(self.steps)}
 
     def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
-        self.moment_1[...], self.moment_2[...] = state["moment_1"], state["moment_2"]
+        for name, moment in (("moment_1", self.moment_1), ("moment_2", self.moment_2)):
+            for part, kept in zip(
+                self.brain.views(moment), _checkpoint_views(self.brain, state[name]), strict=True
+            ):
+                part[...] = kept
         self.steps = int(state["steps"])
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
         """Take one step of Adam down the mean loss over transitions;
         return the terms and the gradient's norm."""
-        brain, passes, ppo, rollout = self.brain, self._passes, self.ppo, self.rollout
+        brain, ppo, rollout = self.brain, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)
         if n_chunks > len(self._gradient):
             self._gradient = np.zeros((n_chunks, brain.size), np.float32)
         terms = np.zeros((n_chunks, len(TERMS) + 1))
         first, last = self.bands.part(n_chunks)
-        settings = np.array(
-            [clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(chosen)], "f4"
-        )
+        numbers = clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale
+        settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(chosen))
         log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
-        passes.begin(self.workers)
 
         def work(worker: int) -> None:
             for chunk in range(first + worker, last, self.workers):
                 index, gradient = chosen[chunk * CHUNK : (chunk + 1) * CHUNK], self._gradient[chunk]
-                passes.gradient(worker, index, log, settings, gradient, terms[chunk])
+                shared_gradient(
+                    brain.weights,
+                    brain.layers,
+                    brain.offsets,
+                    log,
+                    index,
+                    settings,
+                    share,
+                    gradient,
+                    terms[chunk],
+                )
                 if len(brain.spreads):
-                    brain.views(gradient)[0][-1].matrix[brain.spreads] = 0  # biases alone
+                    brain.named_views(gradient)["policy.head.weight"][brain.spreads] = 0  # biases alone
 
         in_parallel(work, self.workers)
         self.bands.whole(n_chunks, self._gradient, terms)
         self.steps += 1
-        total: np.ndarray = terms.sum(axis=0) / len(chosen)
+        total: np.ndarray = terms.sum(axis=0)
         total[-1] = adam(
             brain.weights,
             self._gradient[:n_chunks],
@@ -88,3 +98,28 @@ class Learner(TorchLearner):
             ppo.weight_decay,
         )
         return total
+
+
+def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
+    """Return a moment of all weights as checkpoints keep it."""
+    kept = np.zeros(sum(_whole_lines(math.prod(shape)) for shape in brain.shapes), np.float32)
+    for part, place in zip(brain.views(moment), _checkpoint_views(brain, kept), strict=True):
+        place[...] = part
+    return kept
+
+
+def _checkpoint_views(brain: Brain, kept: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the parts of what a checkpoint keeps in the order of `shapes`: each begins at a multiple of 64
+    bytes, and the matrix of a head is (out, in)."""
+    at = 0
+    for a, b, *_, hidden in brain.layers.tolist():
+        matrix = kept[at : at + a * b]
+        yield matrix.reshape(a, b) if hidden else matrix.reshape(b, a).T
+        at += _whole_lines(a * b)
+        yield kept[at : at + b]
+        at += _whole_lines(b)
+
+
+def _whole_lines(n: int) -> int:
+    """Return n numbers up to a multiple of 64 bytes."""
+    return -(-n // 16) * 16

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ecs_eco.learning.advantages import fill_advantages
 from ecs_eco.learning.arithmetic import fused_njit
 
 STEP = np.dtype(
@@ -14,7 +15,7 @@ STEP = np.dtype(
         ("log_probability", "f4"),  # of the choice when it was made
         ("value", "f4"),  # expected then
         ("reward", "f4"),  # that followed, known a tick later
-        ("advantage", "f4"),  # filled in by `advantages`
+        ("advantage", "f4"),  # filled in by `fill_advantages`
     ]
 )
 _FIELDS = tuple(STEP.fields or ())
@@ -124,7 +125,10 @@ class Rollout:
                 f"rows {lost[:5].tolist()} ({lost.size} in all) have open records but no finite value: "
                 "hand in the values of all the living, and end or cut the others first"
             )
-        _sweep(self.steps, self.ended, later, np.float32(self.discount), np.float32(gae_lambda))
+        gain = np.zeros_like(later)
+        fill_advantages(
+            self.steps, self.ended, later, gain, np.float32(self.discount), np.float32(gae_lambda)
+        )
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
@@ -279,16 +283,3 @@ def _end(steps, ended, last, rows, rewards):
             steps[at].reward += rewards[i]
             ended[at] = True
             last[rows[i]] = -1
-
-
-@fused_njit
-def _sweep(steps, ended, later, discount, gae_lambda):
-    """Go back in time; `later` and `gain` hold the value and the advantage of what each row did next."""
-    gain = np.zeros_like(later)
-    for i in range(len(steps) - 1, -1, -1):
-        step = steps[i]
-        if ended[i]:
-            later[step.row], gain[step.row] = 0, 0
-        td_error = step.reward + discount * later[step.row] - step.value
-        step.advantage = td_error + discount * gae_lambda * gain[step.row]
-        later[step.row], gain[step.row] = step.value, step.advantage

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
 from dataclasses import Field, dataclass, field, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.errors import unknown_name
-from ecs_eco.learning.words import hint, ours
+from ecs_eco.learning.aliases import hint, resolve
 
 
 def _setting(
@@ -24,7 +23,7 @@ def _setting(
 class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017); `fields(PPO)[i].metadata["doc"]` documents each.
 
-    The words of others (gamma, lr, batch_size …, `ecs_eco.learning.words`) are taken with a warning that says
+    The words of others (gamma, lr, batch_size …, `ecs_eco.learning.aliases`) are taken with a warning that says
     ours. Raises ValueError that names the field, the value and what is allowed.
     """
 
@@ -80,37 +79,27 @@ class PPO:
         0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"
     )
 
-    def __post_init__(self) -> None:
-        for f in _fields():
-            object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
+    if not TYPE_CHECKING:  # type checkers see our names alone
 
-
-@functools.cache
-def _fields() -> tuple[Field[Any], ...]:
-    return fields(PPO)
+        def __init__(self, *values: Any, **settings: Any) -> None:
+            """Take the settings by our names, or by those of others, with a hint."""
+            for alias, name in resolve(settings).items():
+                warnings.warn(f"PPO: {hint(alias)}", stacklevel=2)
+                settings[name] = settings.pop(alias)
+            known = [f.name for f in fields(PPO)]
+            if unknown := [name for name in settings if name not in known]:
+                raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
+            given = dict(zip(known, values, strict=False))
+            if len(values) > len(known) or given.keys() & settings:
+                raise TypeError(f"PPO takes {len(known)} settings, each once: give them by name")
+            for f in fields(PPO):
+                value = (given | settings).get(f.name, f.default)
+                object.__setattr__(self, f.name, _checked(f, value))
 
 
 def check_setting(name: str, value: object) -> None:
     """Raise ValueError where a hyperparameter cannot have this value."""
     _checked(PPO.__dataclass_fields__[name], value)
-
-
-_init = PPO.__init__
-
-
-def _in_any_words(self: PPO, *values: Any, **settings: Any) -> None:
-    """Take the settings by our names, or by those of others, with a hint."""
-    for word, name in ours(settings).items():
-        warnings.warn(f"PPO: {hint(word)}", stacklevel=2)
-        settings[name] = settings.pop(word)
-    known = [f.name for f in _fields()]
-    if unknown := [name for name in settings if name not in known]:
-        raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
-    _init(self, *values, **settings)
-
-
-functools.update_wrapper(_in_any_words, _init)
-PPO.__init__ = _in_any_words  # type: ignore[method-assign]
 
 
 def _checked(f: Field[Any], value: object) -> Any:

@@ -1,66 +1,110 @@
-"""Matrix products with sums in registers, for networks of single animals.
+"""Matrix products with sums in registers, for small networks.
 
-Matrices lie in one flat array, and are named by the places where they begin: of every slice numba counts, in
+Matrices lie in one flat array, and are named by the layout where they begin: of every slice numba counts, in
 atomic steps, who holds it.
 """
 
 from __future__ import annotations
 
-from ecs_eco.compiled.vectors import LANES, every, load, store
+from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
 ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 has to have under way at once
 
 
 @fused_njit
-def up(n, multiple):
+def round_up(n, multiple):
     """Return the least multiple that is no less than n."""
     return (n + multiple - 1) // multiple * multiple
 
 
 @fused_njit
-def product(room, x, step_row, step, rows, matrix, step_matrix, n, bias, out, step_out, columns):
-    """Write out (rows, columns) = bias (columns) + x · matrix (n, columns), in tiles of ROWS rows and LANES
-    columns.
+def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias_row, out, step_out, columns):
+    """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or two
+    where processors have the registers.
 
-    Number k of row r of x is at x + r * step_row + k * step of the room f32[…], row k of the matrix at
-    matrix + k * step_matrix, row r of the result at out + r * step_out. Tiles go beyond the rows and columns:
-    what they read there is let be, what they write there comes before what belongs there; behind the last
-    row, up to ROWS - 1 rows and LANES numbers are lost. Each number is the sum in the order of k, whatever
-    the others are.
+    Number k of row r of x is at x + r * step_row + k * step of the scratch f32[…], row k of the matrix at
+    matrix + k * step_matrix, row r of the result at out + r * step_out. A bias with `bias_row` 0 has a number
+    for each column; else that of row r is a vector, at bias + r * bias_row. Tiles go beyond the rows and
+    columns: what they read there is let be, what they write there comes before what belongs there; behind the
+    last row, up to ROWS - 1 rows and LANES numbers are lost. Each number is the sum in the order of k,
+    whatever the others are.
     """
-    for c in range((columns - 1) // LANES * LANES, -1, -LANES):
+    lane = (columns - 1) // LANES * LANES
+    step_bias = 0 if bias_row else 1
+    while lane >= 0:
+        pair = WIDE and lane > 0
+        lane -= LANES if pair else 0
         for r in range(0, rows, ROWS):
-            at, k, to, y0 = x + r * step_row, matrix + c, out + r * step_out + c, load(room, bias + c)
-            y1 = y2 = y3 = y0
-            for _ in range(n):
-                w = load(room, k)
-                y0 = y0 + every(room, at) * w
-                y1 = y1 + every(room, at + step_row) * w
-                y2 = y2 + every(room, at + 2 * step_row) * w
-                y3 = y3 + every(room, at + 3 * step_row) * w
-                at += step
-                k += step_matrix
-            store(room, to, y0)
-            store(room, to + step_out, y1)
-            store(room, to + 2 * step_out, y2)
-            store(room, to + 3 * step_out, y3)
+            at, w, to = x + r * step_row, matrix + lane, out + r * step_out + lane
+            first = bias + r * bias_row + lane * step_bias
+            if pair:
+                _pair(
+                    scratch, at, step_row, step, w, step_matrix, n, first, bias_row, step_bias, to, step_out
+                )
+            else:
+                _single(scratch, at, step_row, step, w, step_matrix, n, first, bias_row, to, step_out)
+        lane -= LANES
 
 
 @fused_njit
-def column_sums(room, matrix, rows, wide, out):
+def _single(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, out, step_out):
+    """Compute four rows of a vector."""
+    y0, y1 = load(scratch, bias), load(scratch, bias + bias_row)
+    y2, y3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
+    for _ in range(n):
+        w = load(scratch, matrix)
+        y0 = y0 + every(scratch, x) * w
+        y1 = y1 + every(scratch, x + step_row) * w
+        y2 = y2 + every(scratch, x + 2 * step_row) * w
+        y3 = y3 + every(scratch, x + 3 * step_row) * w
+        x += step
+        matrix += step_matrix
+    _put(scratch, out, step_out, y0, y1, y2, y3)
+
+
+@fused_njit
+def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, step_bias, out, step_out):
+    """Compute four rows of two vectors, y and z."""
+    y0, y1 = load(scratch, bias), load(scratch, bias + bias_row)
+    y2, y3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
+    bias += LANES * step_bias
+    z0, z1 = load(scratch, bias), load(scratch, bias + bias_row)
+    z2, z3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
+    for _ in range(n):
+        v, w = load(scratch, matrix), load(scratch, matrix + LANES)
+        x0, x1 = every(scratch, x), every(scratch, x + step_row)
+        x2, x3 = every(scratch, x + 2 * step_row), every(scratch, x + 3 * step_row)
+        y0, y1, y2, y3 = y0 + x0 * v, y1 + x1 * v, y2 + x2 * v, y3 + x3 * v
+        z0, z1, z2, z3 = z0 + x0 * w, z1 + x1 * w, z2 + x2 * w, z3 + x3 * w
+        x += step
+        matrix += step_matrix
+    _put(scratch, out, step_out, y0, y1, y2, y3)
+    _put(scratch, out + LANES, step_out, z0, z1, z2, z3)
+
+
+@fused_njit
+def _put(scratch, out, step_out, y0, y1, y2, y3):
+    store(scratch, out, y0)
+    store(scratch, out + step_out, y1)
+    store(scratch, out + 2 * step_out, y2)
+    store(scratch, out + 3 * step_out, y3)
+
+
+@fused_njit
+def column_sums(scratch, matrix, rows, wide, out):
     """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every fourth
     row first, then these."""
     for c in range(0, wide, LANES):
         at = matrix + c
         y0, y1, y2, y3 = (
-            load(room, at),
-            load(room, at + wide),
-            load(room, at + 2 * wide),
-            load(room, at + 3 * wide),
+            load(scratch, at),
+            load(scratch, at + wide),
+            load(scratch, at + 2 * wide),
+            load(scratch, at + 3 * wide),
         )
         for _ in range(ROWS, rows, ROWS):
             at += ROWS * wide
-            y0, y1 = y0 + load(room, at), y1 + load(room, at + wide)
-            y2, y3 = y2 + load(room, at + 2 * wide), y3 + load(room, at + 3 * wide)
-        store(room, out + c, (y0 + y1) + (y2 + y3))
+            y0, y1 = y0 + load(scratch, at), y1 + load(scratch, at + wide)
+            y2, y3 = y2 + load(scratch, at + 2 * wide), y3 + load(scratch, at + 3 * wide)
+        store(scratch, out + c, (y0 + y1) + (y2 + y3))

@@ -18,6 +18,7 @@ import numpy as np
 import torch
 
 from ecs_eco.compiled.threads import in_parallel
+from ecs_eco.learning.advantages import summarize
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
@@ -67,11 +68,9 @@ class TorchLearner:
         ppo, rollout = self.ppo, self.rollout
         done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
         rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
-        report = _summary(rollout.steps) | {"learning_rate": rate, "n_transitions": rollout.n}
-        shift, scale = 0.0, 1.0
-        if ppo.normalise_advantage and rollout.n > 1:
-            advantage = rollout.steps["advantage"]
-            shift, scale = advantage.mean(dtype=float), 1 / (advantage.std(dtype=float) + 1e-8)
+        mean, deviation, explained, reward = summarize(rollout.steps)
+        normal = ppo.normalise_advantage and rollout.n > 1
+        shift, scale = (mean, 1 / (deviation + 1e-8)) if normal else (0.0, 1.0)
         generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
         if self.brain.memory:  # what is shuffled are stretches of a life, else single transitions
             self._lives, self._stretches = rollout.stretches(ppo.unroll)
@@ -91,9 +90,15 @@ class TorchLearner:
                             "rewards and values must be finite"
                         )
         terms /= max(1, steps)
+        n_transitions = rollout.n
         rollout.clear()
         self.updates += 1
-        return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
+        return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | {
+            "explained_variance": explained,
+            "reward": reward,
+            "learning_rate": rate,
+            "n_transitions": n_transitions,
+        }
 
     def _optimiser(self) -> torch.optim.Optimizer:
         """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov
@@ -296,13 +301,3 @@ def ppo_loss(
         value_loss = torch.maximum(value_loss, (held - target) ** 2)
     loss = policy_loss - entropy_weight * entropy + ppo.value_weight * value_loss
     return loss, (policy_loss, value_loss, entropy, ratio - 1 - log_ratio, (ratio != clipped).float())
-
-
-def _summary(steps: np.ndarray) -> dict[str, float]:
-    """Return what the rollout says before it is learnt from; NaN where it says nothing."""
-    if not len(steps):
-        return {"explained_variance": float("nan"), "reward": float("nan")}
-    target_variance = float((steps["advantage"] + steps["value"]).var(dtype=float))
-    left = float(steps["advantage"].var(dtype=float))
-    explained = 1 - left / target_variance if target_variance > 0 else float("nan")
-    return {"explained_variance": explained, "reward": float(steps["reward"].mean(dtype=float))}

@@ -4,7 +4,7 @@ import torch
 
 from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import Brain
-from ecs_eco.learning.backward import CHUNK
+from ecs_eco.learning.torch_ppo import CHUNK
 
 TRUNKS = ("shared", "separate")
 

@@ -7,7 +7,7 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals, Learner, choose
-from ecs_eco.learning.individual_kernels import _look_back
+from ecs_eco.learning.advantages import fill_advantages, summarize
 from ecs_eco.learning.rollout import STEP
 
 GROUPS, MASK = (3, 2), (1 << 64) - 1
@@ -181,21 +181,19 @@ def test_five_lives_agree_with_five_plain_learners(hidden, settings):
         assert np.abs(individuals.draw(table.uid[[r]], 5)[0] - policy.weights[r]).max() > 5 * rate
 
 
-def test_advantages_and_their_scale_are_those_counted_by_hand():
-    lived, terms = np.zeros(3, STEP), np.zeros(8)
-    value, reward = np.array([1, 2, 0], np.float32), np.array([1, 3, -1], np.float32)
-    half = np.float32(0.5)
-    shift, scale = _look_back(
-        lived, np.array([-1, -2, -3], np.float32), value, reward, np.float32(4), half, half, True, terms
-    )
+def test_advantages_and_what_they_say_are_those_counted_by_hand():
+    steps, half = np.zeros(3, STEP), np.float32(0.5)
+    steps["value"], steps["reward"] = [1, 2, 0], [1, 3, -1]
+    later, gain = np.array([4], np.float32), np.zeros(1, np.float32)
+    fill_advantages(steps, np.zeros(3, np.bool_), later, gain, half, half)
     # -1 + 0.5 * 4 - 0 = 1;  3 + 0.5 * 0 - 2 + 0.25 * 1 = 1.25;  1 + 0.5 * 2 - 1 + 0.25 * 1.25 = 1.3125
-    assert lived["advantage"].tolist() == [1.3125, 1.25, 1]
-    assert lived["log_probability"].tolist() == [-1, -2, -3]
-    assert shift == np.float32(1.1875)
-    assert 1 / scale == pytest.approx((0.0546875 / 3) ** 0.5)  # of 0.125, 0.0625 and -0.1875
+    assert steps["advantage"].tolist() == [1.3125, 1.25, 1]
+    mean, deviation, explained, reward = summarize(steps)
+    assert mean == 1.1875
+    assert deviation == pytest.approx((0.0546875 / 3) ** 0.5)  # of 0.125, 0.0625 and -0.1875
     targets = np.array([2.3125, 3.25, 1])
-    assert terms[6] == pytest.approx(1 - 0.0546875 / 3 / targets.var())
-    assert terms[7] == 1
+    assert explained == pytest.approx(1 - 0.0546875 / 3 / targets.var())
+    assert reward == 1
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

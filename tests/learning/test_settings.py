@@ -5,7 +5,7 @@ from dataclasses import fields
 import pytest
 
 from ecs_eco.learning import PPO
-from ecs_eco.learning.words import WORDS
+from ecs_eco.learning.aliases import ALIASES
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_the_words_of_others_are_taken_with_a_hint():
     assert (ppo.learning_rate, ppo.minibatch, ppo.horizon, ppo.entropy) == (1e-3, 64, 16, 0.0)
     assert len(hints) == 4
     assert hints[0].filename == __file__
-    assert set(WORDS.values()) <= {f.name for f in fields(PPO)}
+    assert set(ALIASES.values()) <= {f.name for f in fields(PPO)}
     with pytest.raises(ValueError, match="gamma and discount are the same setting"):
         PPO(gamma=0.9, discount=0.9)
     with pytest.raises(ValueError, match="clip_coef and clip_range are the same setting, clip"):

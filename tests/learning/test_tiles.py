@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.compiled.vectors import LANES
-from ecs_eco.learning.tiles import ROWS, column_sums, product, up
+from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
 
 
 def room_of(*parts, room_left):
@@ -15,29 +15,39 @@ def made(rng, *shape):
     return rng.normal(size=shape).astype(np.float32)
 
 
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("transposed", [False, True])
 @pytest.mark.parametrize(("rows", "n", "wide"), [(24, 32, 32), (4, 7, 16), (8, 1, 48)])
-def test_products_are_those_of_numpy(rows, n, wide, turned):
+def test_products_are_those_of_numpy(rows, n, wide, transposed):
     rng = np.random.default_rng(n)
     x, matrix, bias = made(rng, rows, n), made(rng, n, wide), made(rng, wide)
-    room, (_, at_matrix, at_bias, out) = room_of(x.T if turned else x, matrix, bias, room_left=rows * wide)
-    step_row, step = (1, rows) if turned else (n, 1)
-    product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, out, wide, wide)
+    room, (_, at_matrix, at_bias, out) = room_of(
+        x.T if transposed else x, matrix, bias, room_left=rows * wide
+    )
+    step_row, step = (1, rows) if transposed else (n, 1)
+    product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, 0, out, wide, wide)
     np.testing.assert_allclose(
         room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5, atol=2e-5
     )
+
+
+def test_a_bias_may_be_of_rows():
+    rng = np.random.default_rng(2)
+    x, matrix, bias = made(rng, 8, 3), made(rng, 3, 48), made(rng, 8)
+    room, (_, at_matrix, at_bias, out) = room_of(x, matrix, np.repeat(bias, LANES), room_left=8 * 48)
+    product(room, 0, 3, 1, 8, at_matrix, 48, 3, at_bias, LANES, out, 48, 48)
+    np.testing.assert_allclose(room[out:].reshape(8, 48), x @ matrix + bias[:, None], rtol=2e-5, atol=2e-5)
 
 
 def test_a_number_does_not_depend_on_the_others():
     rng = np.random.default_rng(5)
     x, matrix, bias = made(rng, 2 * ROWS, 7), made(rng, 7, 2 * LANES), made(rng, 2 * LANES)
     among, (_, at_matrix, at_bias, out) = room_of(x, matrix, bias, room_left=4 * ROWS * LANES)
-    product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, out, 2 * LANES, 2 * LANES)
+    product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, 0, out, 2 * LANES, 2 * LANES)
     expected = among[out:].reshape(2 * ROWS, -1)[ROWS:, LANES:]
     alone, (_, at_matrix, at_bias, out) = room_of(
         x[ROWS:], matrix[:, LANES:], bias[LANES:], room_left=ROWS * LANES
     )
-    product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, out, LANES, LANES)
+    product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, 0, out, LANES, LANES)
     np.testing.assert_array_equal(alone[out:].reshape(ROWS, LANES), expected)
 
 
@@ -50,4 +60,4 @@ def test_sums_of_columns(rows):
 
 
 def test_multiples():
-    assert [up(n, 4) for n in (1, 4, 5)] == [4, 4, 8]
+    assert [round_up(n, 4) for n in (1, 4, 5)] == [4, 4, 8]

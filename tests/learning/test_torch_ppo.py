@@ -95,9 +95,7 @@ def test_the_gradients_of_both_are_equal(trunk, clip_value, groups):
         moved(learner.brain)
         learner.rollout.advantages(rows, values, ppo.gae_lambda)
         learner._step(np.arange(learner.rollout.n), 0.0, ppo.clip, 0.1, 1.5)
-    layers, ours.brain.layers = ours.brain.layers, ours.brain.views(ours._gradient[0])
-    gradients = ours.brain.named()
-    ours.brain.layers = layers
+    gradients = ours.brain.named_views(ours._gradient[0])
     for name, parameter in theirs.brain.module.named_parameters():
         size = np.abs(gradients[name]).max()
         np.testing.assert_allclose(

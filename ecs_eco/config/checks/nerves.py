@@ -27,8 +27,8 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import at_most, named
 from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 from ecs_eco.inputs.section import LARGEST, function_name
+from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
-from ecs_eco.learning.words import WORDS
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
 MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes seconds, a decision a millisecond
@@ -225,9 +225,9 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     known = ppo_defaults()
     for name, value in species.ppo.items():
         most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
-        if name in WORDS and name not in known:
-            fault = f"another word for {WORDS[name]}, which is given twice"
-            yield Problem(at, fault, value, f"{WORDS[name]} alone")
+        if name in ALIASES and name not in known:
+            fault = f"another word for {ALIASES[name]}, which is given twice"
+            yield Problem(at, fault, value, f"{ALIASES[name]} alone")
         elif name not in known:
             fault = "no hyperparameter of this name"
             yield Problem(at, fault, value, listed(known, 40), nearest(name, known))

@@ -44,8 +44,8 @@ from ecs_eco.inputs.section import (
     quantity,
     table,
 )
+from ecs_eco.learning.aliases import resolve
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.words import ours
 
 # groups of actions and their members; those of speed are the gaits
 GROUPS: dict[str, tuple[str, ...] | None] = {
@@ -149,7 +149,7 @@ class Species(
         if not isinstance(data, dict) or not isinstance(given := data.get("ppo", {}), dict):
             return check(data)
         try:
-            words = ours(given)
+            words = resolve(given)
         except ValueError:  # one is given twice, which is reported elsewhere
             words = {}
         policy = data.get("policy")

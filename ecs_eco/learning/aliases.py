@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-WORDS = {  # their word → ours
+ALIASES = {  # their word → ours
     "gamma": "discount",
     "lr": "learning_rate",
     "batch_size": "minibatch",
@@ -25,11 +25,11 @@ WORDS = {  # their word → ours
 }
 
 
-def ours(given: Iterable[str]) -> dict[str, str]:
+def resolve(given: Iterable[str]) -> dict[str, str]:
     """Return our name of each of these that is another word for one; raises ValueError where both are given,
     or two words for one."""
     names = list(given)
-    known = {word: WORDS[word] for word in names if word in WORDS}
+    known = {word: ALIASES[word] for word in names if word in ALIASES}
     for i, (word, name) in enumerate(known.items()):
         twice = name if name in names else next((w for w in [*known][:i] if known[w] == name), "")
         if twice:
@@ -39,4 +39,4 @@ def ours(given: Iterable[str]) -> dict[str, str]:
 
 def hint(word: str) -> str:
     """Return what to say of another word that was taken: what it is called here."""
-    return f"{word} is called {WORDS[word]} here"
+    return f"{word} is called {ALIASES[word]} here"

@@ -1,0 +1,63 @@
+"""Adam's step as a kernel."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.compiled.jit import njit
+
+# sums may be taken in any order here: always the same one for the same number of weights
+summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
+
+
+@summing_njit
+def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, decay=0.0):
+    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows;
+    return its length.
+
+    Weights decay apart from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
+    nothing changes.
+    """
+    gradient = gradients[0]
+    for c in range(1, len(gradients)):
+        for i in range(len(gradient)):
+            gradient[i] += gradients[c, i]
+    square = 0.0
+    for i in range(len(gradient)):
+        square += np.float64(gradient[i]) ** 2
+    norm = np.sqrt(square)
+    if not np.isfinite(norm):
+        return norm
+    hold = np.float32(max_norm / (norm + 1e-6) if 0 < max_norm < norm else 1.0)
+    scale, root = np.float32(rate / (1 - 0.9**step)), np.float32(1 / np.sqrt(1 - 0.999**step))
+    keep = np.float32(1 - rate * decay)
+    for i in range(len(gradient)):
+        slope = gradient[i] * hold
+        moment_1[i] += np.float32(0.1) * (slope - moment_1[i])
+        moment_2[i] += np.float32(0.001) * (slope * slope - moment_2[i])
+        weights[i] = weights[i] * keep - scale * moment_1[i] / (
+            np.sqrt(moment_2[i]) * root + np.float32(epsilon)
+        )
+    return norm
+
+
+@njit
+def adam_each(weights, gradients, moment_1, moment_2, steps, rates, epsilon, max_norm, decay):
+    """Take a step of Adam with each row of weights f32[k, size]; return the lengths of the gradients f64[k]."""
+    norms = np.empty(len(weights))
+    for i in range(len(weights)):
+        norms[i] = adam(
+            weights[i],
+            gradients[i : i + 1],
+            moment_1[i],
+            moment_2[i],
+            steps[i],
+            rates[i],
+            epsilon,
+            max_norm,
+            decay,
+        )
+    return norms

@@ -1,0 +1,107 @@
+"""Activations and gradient of a plain network over some transitions, for weights that many share or one has.
+
+All is in one flat array, the scratch: the activations of all layers, the deltas (the gradient by each
+layer's sums, before tanh), the weights, their gradient, and what `Layout` names. A layer's activations are
+(rows, wide), a row for each transition, up to a multiple of ROWS, and wide the layer's units, up to a
+multiple of LANES. What is behind the units, and behind a matrix's rows, is read and let be.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ecs_eco.compiled.vectors import LANES, load, spread, store
+from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
+
+
+class Layout(NamedTuple):
+    """Where parts of the scratch begin, behind the activations."""
+
+    deltas: int
+    weights: int
+    gradient: int
+    transposed: int  # the matrices above the first layer, (out, in)
+    zeros: int
+    end: int
+
+
+@fused_njit
+def layout_of(layers, rows):
+    """Return the layout in a scratch for up to `rows` transitions at once, and `layers` LAYER[n]."""
+    units = size = transposed = widest = 0
+    for layer in layers:
+        narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
+        units, size = layer.above + wide, size + (layer.inputs + 1) * layer.outputs
+        transposed, widest = layer.transposed + layer.outputs * narrow, max(widest, narrow, wide)
+    deltas = round_up(rows, ROWS) * units
+    gradient = 2 * deltas + size + LANES
+    there = gradient + size + ROWS * widest + LANES  # tiles go beyond it
+    return Layout(deltas, 2 * deltas, gradient, there, there + transposed, there + transposed + widest)
+
+
+@lone_fused_njit
+def gather_observations(observations, chosen, scratch):
+    """Write the chosen observations [t, c] to the input layer, zeros into the rows behind them."""
+    n, c, wide = len(chosen), observations.shape[1], round_up(observations.shape[1], LANES)
+    for i in range(n * wide, round_up(n, ROWS) * wide):
+        scratch[np.uint64(i)] = 0
+    for i in range(n):
+        t = chosen[i]
+        for k in range(c):
+            scratch[np.uint64(i * wide + k)] = observations[t, k]
+
+
+@fused_njit
+def transpose_weights(scratch, layout, layers):
+    """Write the matrix (a, b) of each layer above the first as (b, wide), whenever weights have changed."""
+    for layer in layers:
+        a, b, wide = layer.inputs, layer.outputs, round_up(layer.inputs, LANES)
+        matrix, transposed = layout.weights + layer.weights, layout.transposed + layer.transposed
+        for i in range(a if layer.below else 0):
+            for o in range(b):
+                scratch[np.uint64(transposed + o * wide + i)] = scratch[np.uint64(matrix + i * b + o)]
+
+
+@fused_njit
+def forward(scratch, layout, layers, rows):
+    """Fill the activations of all layers from the observations."""
+    for layer in layers:
+        a, b, matrix = layer.inputs, layer.outputs, layout.weights + layer.weights
+        narrow, wide, above = round_up(a, LANES), round_up(b, LANES), rows * layer.above
+        product(
+            scratch, rows * layer.below, narrow, 1, rows, matrix, b, a, matrix + a * b, 0, above, wide, wide
+        )
+        if layer.hidden:
+            for i in range(above, above + rows * wide, LANES):
+                store(scratch, i, tanh(load(scratch, i)))
+
+
+@fused_njit
+def backward(scratch, layout, layers, rows, n):
+    """Fill the gradient from the deltas of the outputs of n transitions in these rows."""
+    for i in range(len(layers) - 1, -1, -1):
+        layer = layers[i]
+        narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
+        above, below = layout.deltas + rows * layer.above, layout.deltas + rows * layer.below
+        transposed, zeros = layout.transposed + layer.transposed, layout.zeros
+        if layer.below:
+            b = layer.outputs
+            product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, 0, below, narrow, narrow)
+            _through_tanh(scratch, below, rows * layer.below, rows * narrow)
+    for layer in layers:  # from the first to the last, for tiles go beyond what is theirs
+        a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
+        narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
+        product(scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, 0, gradient, b, b)
+        column_sums(scratch, deltas, rows, wide, gradient + a * b)
+
+
+@fused_njit
+def _through_tanh(scratch, deltas, h, n):
+    """Turn n numbers of the gradient by tanh's results h into those by what it was taken of."""
+    one = spread(np.float32(1))
+    for i in range(0, n, LANES):
+        y = load(scratch, h + i)
+        store(scratch, deltas + i, load(scratch, deltas + i) * (one - y * y))
