@@ -2,7 +2,7 @@
 
 What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
 it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
-`ecs_eco.compiled.numba_private`.
+`ecs_eco.compiled.numba_private`. Where `numba_version.plain()`, nothing imports this file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ecs_eco.compiled.numba_private import Dispatcher, InnerPipeline, OuterPipel
 if TYPE_CHECKING:
     from ecs_eco.compiled.kernel_cache import Types
     from ecs_eco.compiled.kernel_folder import Folder
-    from ecs_eco.compiled.numba_private import Signature
+    from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
 
 prepare()
 
@@ -57,14 +57,13 @@ class Inner(Dispatcher):
 
 
 def kernel(function: Callable[..., Any], **options: Any) -> Any:
-    """Return a function as a kernel; as it is where numba is told to compile nothing (NUMBA_DISABLE_JIT)."""
+    """Return a function as a kernel."""
     njit: Any = numba.njit  # these options are not annotated
     options["no_cfunc_wrapper"] = True
     made: Any = njit(**options, pipeline_class=OuterPipeline)(function)
-    if hasattr(made, "targetctx"):
-        made.__class__ = Kernel
-        made.inner = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
-        made.inner.__class__ = Inner
+    made.__class__ = Kernel
+    made.inner = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
+    made.inner.__class__ = Inner
     return made
 
 
@@ -74,7 +73,7 @@ def kept_kernel(
     """Return a function as a kernel whose compiled forms are kept in a folder."""
     promises: dict[str, Any] = {"noalias": True} if noalias else {}
     made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
-    if isinstance(made, Kernel) and os.path.isfile(function.__code__.co_filename):
+    if os.path.isfile(function.__code__.co_filename):
         options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
         made.kept = KernelCache(function, folder, options)
         made.inner.kept = KernelCache(function, folder, f"{options} inner")
@@ -82,7 +81,7 @@ def kept_kernel(
 
 
 def c_function(
-    function: Callable[..., Any], signature: Signature, origin: Any, folder: Folder, name: str
+    function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
     """Return a function that C can call; the kernel `origin` is what it is made of, and stands for it in the
     folder under that name, for a closure is another one in each process."""

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -179,8 +178,8 @@ def divided(one: Kernel) -> Kernel:
 
 
 def can_be_divided(one: object) -> TypeGuard[Kernel]:
-    """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    return isinstance(one, Kernel) and not one.py_func.__defaults__ and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+    """Whether this is a kernel of ours that is given all its arguments."""
+    return isinstance(one, Kernel) and not one.py_func.__defaults__
 
 
 def record_of_a_team() -> np.ndarray:
