@@ -11,6 +11,7 @@ from ecs_eco.cli.options import Quiet, Trust
 from ecs_eco.cli.terminal import complain, exits, progress, say, whole
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import kernel_folder
+from ecs_eco.compiled.numba_version import plain
 from ecs_eco.config import load
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.shipped import shipped
@@ -60,21 +61,21 @@ def warm(
     for world in worlds or []:
         allow(trust, world, None)
 
-    configs = {world: load(world) for world in worlds or []}
+    listed = [] if plain() else shipped()  # which kernels they call; other worlds live for some ticks
+    configs = {world: load(world) for world in worlds or (sorted(shipped()) if plain() else [])}
     folder, names = (
         kernel_folder.cache_folder(),
         list(dict.fromkeys(known_to_list(c.name) for c in configs.values())),
     )
-    before = len(list(folder.glob("*.nbc")))
+    before = len(_kernels(folder))
     with progress("kernels", quiet, "kernels") as bar:
-        first_start.warm(names or sorted(shipped()), workers or cores(), bar)
+        if listed:
+            first_start.warm(names or sorted(listed), workers or cores(), bar)
         for world, config in configs.items():
-            if world not in shipped():
+            if world not in listed:
                 _try(config)
-    say(
-        f"{len(list(folder.glob('*.nbc'))) - before} kernels compiled, "
-        f"{len(list(folder.glob('*.nbc')))} are in {folder}"
-    )
+    after = len(_kernels(folder))
+    say(f"{after - before} kernels compiled, {after} are in {folder}")
 
 
 @cache.command()
@@ -99,17 +100,31 @@ def _others(folder: Path) -> list[Path]:
     return [other for other in sorted(folder.parent.glob("kernels-*")) if other != folder and other.is_dir()]
 
 
+def _kernels(folder: Path) -> list[Path]:
+    return list(folder.rglob("*.nbc"))
+
+
 def _content(folder: Path) -> str:
-    sizes = [file.stat().st_size for file in folder.glob("*.nbc")]
+    sizes = [file.stat().st_size for file in _kernels(folder)]
     return f"{len(sizes)} kernels, {sum(sizes) / 1e6:.1f} MB"
 
 
 def _clear(folder: Path) -> int:
-    removed = len(list(folder.glob("*.nbc")))
-    ours = ("*.nbc", f"*{kernel_folder.CLAIM}", f"*{MARK}", "*.nbc.*.tmp")  # what is in a folder of kernels
-    for file in [path for pattern in ours for path in folder.glob(pattern)]:
+    removed = len(_kernels(folder))
+    ours = (
+        "*.nbc",
+        "*.nbi",
+        f"*{kernel_folder.CLAIM}",
+        f"*{MARK}",
+        "*.nbc.*.tmp",
+    )  # what is in such a folder
+    for file in [path for pattern in ours for path in folder.rglob(pattern)]:
         file.unlink(missing_ok=True)
     try:
+        for part in sorted(
+            filter(Path.is_dir, folder.rglob("*")), reverse=True
+        ):  # numba's own cache has some
+            part.rmdir()
         folder.rmdir()
     except FileNotFoundError:
         pass

@@ -141,7 +141,7 @@ def _disk() -> Facts:
         usable = jit.FOLDER.usable()
     path, facts = jit.FOLDER.path, []
     if path.is_dir():
-        status, files = path.lstat(), list(path.glob("*.nbc"))
+        status, files = path.lstat(), list(path.rglob("*.nbc"))
         size = sum(file.stat().st_size for file in files)
         facts.append(("cache", str(path)))
         about = f"owner {_owner(path)}, mode {stat.S_IMODE(status.st_mode):04o}"

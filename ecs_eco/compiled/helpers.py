@@ -4,6 +4,8 @@ To wake a thread that sleeps, and to be woken by it, takes some 100 µs, as long
 tick divides. A helper looks at a counter instead, free of the GIL, for up to a millisecond before it sleeps;
 so does who waits for it. Who sees the counter change rests for a moment more: the other one still
 holds the GIL on its way into a kernel, and to find it taken is to sleep, and to be woken, too.
+
+Where `numba_version.plain()`, all sleep at once.
 """
 
 from __future__ import annotations
@@ -12,11 +14,13 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 
-from ecs_eco.compiled.parts import serve
-from ecs_eco.compiled.spinning import changes, looks_of
+from ecs_eco.compiled.numba_version import plain
+
+if not plain():
+    from ecs_eco.compiled.parts import serve
+    from ecs_eco.compiled.spinning import changes, looks_of
 
 AWAKE = 1e-3  # [s] of looking at a counter before one sleeps
 ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
@@ -24,7 +28,7 @@ PATIENCE = 5.0  # [s] for a thread that is to end
 
 
 def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    if plain():
         return bool(counter[0] != last)
     return bool(changes(counter, last, looks_of(AWAKE), looks_of(pause)))
 
@@ -34,10 +38,11 @@ class Helper:
 
     It begins with the first piece, and lives until `end`. One thread alone may ask it. What it and who waits
     for it write is ordered by the GIL, which both hold whenever they touch anything but the counters. While
-    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.compiled.parts`).
+    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.compiled.parts`), if there is
+    one.
     """
 
-    def __init__(self, record: np.ndarray) -> None:
+    def __init__(self, record: np.ndarray | None = None) -> None:
         self._record = record
         self._asked, self._done = np.zeros(1, np.int64), np.zeros(1, np.int64)  # pieces
         self._asleep = self._awaited = False
@@ -110,6 +115,6 @@ class Helper:
 
     def _served(self, last: int) -> bool:
         """Take parts of kernels, until there is other work or there has been none for a while."""
-        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        if self._record is None:
             return bool(self._asked[0] != last)
         return bool(serve(self._record, self._asked, last, looks_of(AWAKE), looks_of(ASKED)))

@@ -6,8 +6,13 @@ from typing import Any
 import numba
 
 from ecs_eco.compiled import portable
-from ecs_eco.compiled.kernel import c_function, kept_kernel
 from ecs_eco.compiled.kernel_folder import Folder, cache_folder
+from ecs_eco.compiled.numba_version import plain
+
+if plain():
+    from ecs_eco.compiled.plain import c_function, kept_kernel
+else:
+    from ecs_eco.compiled.kernel import c_function, kept_kernel
 
 portable.check()
 if portable.on():

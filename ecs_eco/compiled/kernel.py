@@ -2,7 +2,7 @@
 
 What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
 it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
-`ecs_eco.compiled.numba_private`.
+`ecs_eco.compiled.numba_private`. Where `numba_version.plain()`, nothing imports this file.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ from ecs_eco.compiled.views import giving_fields, taking_fields, views_of
 if TYPE_CHECKING:
     from ecs_eco.compiled.kernel_cache import Types
     from ecs_eco.compiled.kernel_folder import Folder
-    from ecs_eco.compiled.numba_private import Signature
-    from ecs_eco.compiled.views import View
+    from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
 
 prepare()
 
@@ -79,9 +78,7 @@ class KernelOnViews:
 
 
 def kernel(function: Callable[..., Any], **options: Any) -> Any:
-    """Return a function as a kernel; as it is where numba is told to compile nothing (NUMBA_DISABLE_JIT)."""
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-        return function
+    """Return a function as a kernel."""
     options["no_cfunc_wrapper"] = True
     if isinstance(function, FunctionType) and (views := views_of(function)):
         made = KernelOnViews(function, views, options)
@@ -104,7 +101,7 @@ def _inner(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     return made
 
 
-def called_by_python(one: object) -> object:
+def called_by_python(one: Any) -> Any:
     """Return the kernel that Python's calls of a kernel come to."""
     return one.on_fields if isinstance(one, KernelOnViews) else one
 
@@ -115,9 +112,8 @@ def kept_kernel(
     """Return a function as a kernel whose compiled forms are kept in a folder."""
     promises: dict[str, Any] = {"noalias": True} if noalias else {}
     made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
-    called = called_by_python(made)
-    # else nothing is compiled: NUMBA_DISABLE_JIT
-    if isinstance(called, Kernel) and os.path.isfile(function.__code__.co_filename):
+    called: Kernel = called_by_python(made)
+    if os.path.isfile(function.__code__.co_filename):
         options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
         fields = "".join(f" {name}{kind._fields}" for name, kind in views_of(function).items())
         called.kept = KernelCache(function, folder, options + fields)
@@ -127,7 +123,7 @@ def kept_kernel(
 
 
 def c_function(
-    function: Callable[..., Any], signature: Signature, origin: Any, folder: Folder, name: str
+    function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
     """Return a function that C can call; the kernel `origin` is what it is made of, and stands for it in the
     folder under that name, for a closure is another one in each process."""

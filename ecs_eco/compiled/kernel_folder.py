@@ -16,6 +16,7 @@ from pathlib import Path
 import numba
 
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.numba_version import plain
 
 _SWITCHES = (
     "BOUNDSCHECK",
@@ -52,7 +53,10 @@ def cache_folder() -> Path:
         parent = os.path.join(
             os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco"
         )
-    return Path(parent).absolute() / f"kernels-{'portable-' * portable.on()}{_sources_hash()}"
+    return (
+        Path(parent).absolute()
+        / f"kernels-{'portable-' * portable.on()}{'plain-' * plain()}{_sources_hash()}"
+    )
 
 
 def why_not_private(folder: Path) -> str:

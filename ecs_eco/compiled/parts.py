@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -179,9 +178,8 @@ def divided(one: Kernel) -> Kernel:
 
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
-    """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    of_ours = isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
-    return of_ours and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+    """Whether this is a kernel of ours that is given all its arguments."""
+    return isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
 
 
 def record_of_a_team() -> np.ndarray:

@@ -17,6 +17,8 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
+from ecs_eco.compiled.numba_version import interpreted
+
 VARIABLE = "ECS_ECO_PORTABLE"
 CPU = "x86-64-v2"
 """What kernels are compiled for: numpy itself runs on no lesser processor (SSE 4.2, from 2008 on)."""
@@ -131,7 +133,7 @@ def check() -> None:
         return
     if not possible():
         raise PortableError(f"the portable mode is for x86-64, and this machine is {platform.machine()}")
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+    if interpreted():
         raise PortableError(
             "NUMBA_DISABLE_JIT: interpreted kernels compute in another precision; "
             "the portable mode needs compiled ones"

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
+
+if TYPE_CHECKING:
+    from numba import types as annotated
 
 types: Any = numba.types  # not annotated throughout
 _NUMBERS = types.Number, types.Boolean, types.NoneType, types.Omitted
@@ -42,13 +45,13 @@ def _type(written: str) -> Any:
     raise ValueError(f"{written!r} names no number, array or tuple of them")
 
 
-def borrows(result: Any, arguments: Iterable[Any]) -> bool:
+def borrows(result: annotated.Type, arguments: Iterable[annotated.Type]) -> bool:
     """Return whether a function of these types can keep no array: it gets arrays and numbers, and tuples of
     them, and returns no array."""
     return _holds(result, *_NUMBERS) and all(_holds(one, *_NUMBERS, types.Array) for one in arguments)
 
 
-def _holds(kind: Any, *allowed: type) -> bool:
+def _holds(kind: annotated.Type, *allowed: type) -> bool:
     """Return whether a type is one of those allowed, or a tuple of them."""
     if isinstance(kind, types.BaseTuple):
         return all(_holds(one, *allowed) for one in kind)

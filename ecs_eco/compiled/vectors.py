@@ -11,7 +11,6 @@ import operator
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numba
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
@@ -19,6 +18,7 @@ from numba import types
 from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
 
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.numba_version import interpreted
 
 if TYPE_CHECKING:
     from ecs_eco.compiled.numba_private import Context, DataModelManager
@@ -180,7 +180,7 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
         lower_builtin(of, *kind)(make)
 
 
-if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+if interpreted():
 
     def load(array: np.ndarray, at: int) -> np.ndarray:
         """Return array[at : at + 16]; zeros behind the array's end."""

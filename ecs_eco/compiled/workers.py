@@ -12,13 +12,14 @@ import weakref
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ecs_eco.compiled.helpers import Helper
+from ecs_eco.compiled.numba_version import plain
 from ecs_eco.compiled.pace import Pace
-from ecs_eco.compiled.team import Team
 
-if TYPE_CHECKING:
-    from ecs_eco.compiled.helpers import Helper
+if not plain():
+    from ecs_eco.compiled.team import Team
 PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
 PART = 1000  # organisms of some 30 ns each: who comes late leaves so many to others
 MOST_PARTS = 4  # of one kernel, for each thread
@@ -31,8 +32,8 @@ class Workers:
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.team = None if threads == 1 else Team(threads - 1)
-        self.helpers: list[Helper] = [] if self.team is None else self.team.helpers
+        self.team = None if threads == 1 or plain() else Team(threads - 1)
+        self.helpers = [Helper() for _ in range(threads - 1)] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import NamedTuple
 
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.numba_version import interpreted
 from ecs_eco.compiled.processor import processor
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
@@ -75,7 +75,7 @@ def target() -> Target:
         )
     _, name, features = instructions()
     digest = hashlib.sha256(" ".join(features).encode()).hexdigest()[:8]
-    compiled = " without compilation" if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else ""
+    compiled = " without compilation" if interpreted() else ""
     return Target(
         f"{platform.system()} {platform.machine()}",
         name + compiled,

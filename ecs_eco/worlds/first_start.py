@@ -20,7 +20,7 @@ from typing import Any
 
 from ecs_eco.compiled import jit, signatures
 from ecs_eco.compiled.garbage import uncollected
-from ecs_eco.compiled.kernel import Kernel, called_by_python
+from ecs_eco.compiled.numba_version import plain
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.processes import python
 
@@ -82,7 +82,7 @@ def compile_listed(
             progress(done, len(lines))
         with suppress(Exception):  # one that has changed is compiled when it is called
             kernel, signature = kernel_of(function), signatures.read(types)
-            if isinstance(kernel, Kernel) and not kernel.known(signature):
+            if not kernel.known(signature):
                 kernel.compile(signature)
     for world in worlds:
         _mark(world).touch()
@@ -127,7 +127,7 @@ def two_processes(world: str) -> Iterator[Compiled]:
     path, helper, collecting = jit.FOLDER.path, None, gc.isenabled()
     out, there, own = Compiled(), len(list(path.glob("*.nbc"))), jit.FOLDER.compiled
     try:
-        if not _mark(world).exists() and cores() > 1 and _compiles() and jit.FOLDER.writable():
+        if not _mark(world).exists() and cores() > 1 and not plain() and jit.FOLDER.writable():
             jit.FOLDER.shared, out.processes = True, 2
             helper = _start(["backwards", world])
             gc.disable()  # until all is `loaded`: most of what compiling makes stays
@@ -146,10 +146,6 @@ def two_processes(world: str) -> Iterator[Compiled]:
 def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _compiles() -> bool:
-    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 def help_on(arguments: Sequence[str]) -> None:

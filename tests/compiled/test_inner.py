@@ -10,6 +10,9 @@ import pytest
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.numba_private import Linked
+from ecs_eco.compiled.numba_version import plain
+
+pytestmark = pytest.mark.skipif(plain(), reason="public numba compiles")
 
 
 @njit

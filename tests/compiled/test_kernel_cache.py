@@ -16,6 +16,9 @@ from ecs_eco.compiled import jit, kernel_folder
 from ecs_eco.compiled import kernel_cache as module
 from ecs_eco.compiled.kernel_cache import KernelCache
 from ecs_eco.compiled.kernel_folder import Folder, why_not_private
+from ecs_eco.compiled.numba_version import plain
+
+pytestmark = pytest.mark.skipif(plain(), reason="public numba compiles")
 
 KERNEL = """
 from ecs_eco.compiled.jit import njit

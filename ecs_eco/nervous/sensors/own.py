@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numba
 import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
+from ecs_eco.compiled.numba_version import interpreted
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Shape
 from ecs_eco.engine.addresses import address_of, column_at
@@ -97,8 +97,7 @@ class Plain(NamedTuple):
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
         """Make them of the senses of a table, each with its first column."""
-        compiled = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # else there are no addresses
-        arrays = [sense.plain(table) if compiled else None for sense, _ in senses]
+        arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # it has no addresses
         read = [
             (a, sense.factor, column)
             for a, (sense, column) in zip(arrays, senses, strict=True)

@@ -1,0 +1,53 @@
+"""Kernels compiled by public numba alone: what `kernel` is where `numba_version.plain()`.
+
+Results are the same, bit by bit. numba makes machine code of a function that other kernels call twice, keeps
+compiled forms in its own files, asks LLVM for no loop that `noalias` permits, and counts who holds an array in
+each call. Kernels have no parts: other threads take whole calls.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numba
+
+from ecs_eco.compiled.numba_version import interpreted
+
+if TYPE_CHECKING:
+    from ecs_eco.compiled.kernel_folder import Folder
+    from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
+
+_config: Any = numba.config  # its values have no types
+_njit: Any = numba.njit  # nor have these options
+_cfunc: Any = numba.cfunc
+
+
+def kept_kernel(
+    function: Callable[..., Any], folder: Folder, fastmath: bool | set[str] = False, noalias: bool = False
+) -> Any:
+    """Return a function as a kernel whose compiled forms are kept in a folder; as it is where numba compiles
+    nothing."""
+    keep = not interpreted() and os.path.isfile(function.__code__.co_filename) and folder.usable()
+    with _keeps_in(folder):
+        return _njit(nogil=True, error_model="numpy", fastmath=fastmath, cache=keep)(function)
+
+
+def c_function(
+    function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
+) -> Any:
+    """Return a function that C can call. It is compiled in each process: numba keeps no function that is made
+    within another one."""
+    return _cfunc(signature, nopython=True, nogil=True, error_model="numpy")(function)
+
+
+@contextmanager
+def _keeps_in(folder: Folder) -> Iterator[None]:
+    """Within, numba keeps what it compiles in this folder: others of the process have theirs."""
+    usual, _config.CACHE_DIR = _config.CACHE_DIR, str(folder.path)
+    try:
+        yield
+    finally:
+        _config.CACHE_DIR = usual
