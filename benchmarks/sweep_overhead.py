@@ -22,9 +22,10 @@ _bench.pin_threads()
 
 from ecs_eco.config import load
 from ecs_eco.lab import run_sweep
-from ecs_eco.lab.executors import completed, engine
+from ecs_eco.lab.executors import engine
 from ecs_eco.lab.folder import read_sweep
 from ecs_eco.lab.table import rows_of
+from ecs_eco.lab.work import completed
 
 SMALL = {
     "space.size": [120.0, 120.0],

@@ -18,7 +18,7 @@ FORMER = {  # what the documentation of former versions imported from; of a pack
     "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
     "ecs_eco.archipelago": "ecs_eco.lab",
     "ecs_eco.experiments": "ecs_eco.lab",
-    "ecs_eco.experiments.compare": "ecs_eco.lab.comparing",
+    "ecs_eco.experiments.compare": "ecs_eco.lab.comparison",
     "ecs_eco.random": "ecs_eco.engine.random",
     "ecs_eco.record.arrow": "ecs_eco.record.parquet",
     "ecs_eco.record.repeat": "ecs_eco.runs.repeat",

@@ -81,7 +81,7 @@ def words_of(kind: str, folder: Path, more: int = 0) -> list[Any]:
         "comparison": [
             "compare",
             world,
-            "--control",
+            "--treatment",
             f"{COUNT}=5",
             "--ticks",
             "4",
@@ -180,7 +180,7 @@ def _typed(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _model(kind: str) -> Any:
-    from ecs_eco.lab.comparison_plan import Planned as Comparison
+    from ecs_eco.lab.comparison import Planned as Comparison
     from ecs_eco.lab.folder import Manifest as Sweep
     from ecs_eco.lab.searching.journal import Planned as Search
     from ecs_eco.record.archipelago import Manifest as Archipelago

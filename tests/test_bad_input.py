@@ -154,16 +154,16 @@ def test_a_wrong_value_from_outside_is_refused(
         (["run", "predator-prey", "--threads", "0"], ["--threads", "0"]),
         (["run", "predator-prey", "--tick", "3"], ["--tick"]),
         (
-            ["compare", "predator-prey", "--control", "random-polcy"],
-            ["--control", 'did you mean "random-policy"?'],
+            ["compare", "predator-prey", "--treatment", "random-polcy"],
+            ["--treatment", 'did you mean "random-policy"?'],
         ),
         (
-            ["compare", "predator-prey", "--control", "species.dear.count=3"],
+            ["compare", "predator-prey", "--treatment", "species.dear.count=3"],
             ["species.dear.count", 'mean "deer"?'],
         ),
         (
-            ["compare", "predator-prey", "--control", "dt=2", "--control", "dt=2"],
-            ["--control", "named twice"],
+            ["compare", "predator-prey", "--treatment", "dt=2", "--treatment", "dt=2"],
+            ["--treatment", "named twice"],
         ),
         (["report", "nowhere"], ["DIR", '"nowhere"', "ecs-eco run"]),
         (["report", "."], ["DIR", "manifest.json"]),

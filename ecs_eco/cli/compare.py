@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +13,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
-from ecs_eco.analysis.compare import compare as compare_arms
 from ecs_eco.cli.folders import POLICIES, known_policies, results
 from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World
 from ecs_eco.cli.terminal import (
@@ -28,8 +28,7 @@ from ecs_eco.cli.terminal import (
 )
 from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_training
-from ecs_eco.lab.comparison import Comparison, Key, run_jobs
-from ecs_eco.lab.comparison_plan import Planned, plan_of, write_plan
+from ecs_eco.lab.comparison import Comparison, Key, Planned, missing, run_jobs
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
 from ecs_eco.lab.runs import run_arm
 from ecs_eco.lab.trained import train_or_find
@@ -41,9 +40,11 @@ from ecs_eco.record.claim import Claim
 @exits
 def compare(
     world: World,
-    control: Annotated[
+    treatment: Annotated[
         list[str] | None,
         typer.Option(
+            "--treatment",
+            "--control",
             metavar="NAME|KEY=VALUE",
             help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, "
             "learning, frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, "
@@ -92,7 +93,7 @@ def compare(
     comparison."""
     allow(trust, world, set_)
     check_engine(on)
-    arms = arms_of(world, set_ or [], control or ["random-policy"])
+    arms = arms_of(world, set_ or [], treatment or ["random-policy"])
     if policies != "trained":
         known_policies(policies, arms[0].config)
         if training_seeds is not None:
@@ -104,15 +105,14 @@ def compare(
             )
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
-    ticks = ticks or arms[0].config.ticks
-    plan = plan_of(arms, ticks, training_seeds is not None, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)
-    with claim_folder(out, f"{arms[0].config.name}-compare", plan) as claim:
-        folder = _seen_from_everywhere(claim.path, on)
-        comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
+    ticks = ticks or arms[0].config.ticks
+    comparison = Comparison(out or Path(), arms, ticks, range(1, seeds + 1), training, retrain)
+    with claim_folder(out, comparison) as claim:
+        comparison = replace(comparison, folder=_seen_from_everywhere(claim.path, on))
         with engine(on, workers) as pool:
-            write_plan(claim.path, plan)
-            prepare(pool, folder, arms[0].config)
+            comparison.begin()
+            prepare(pool, comparison.folder, arms[0].config)
             _train(comparison, pool, quiet)
             _run(comparison, pool, quiet)
         _report(comparison)
@@ -123,22 +123,22 @@ def _seen_from_everywhere(path: Path, on: str) -> Path:
     return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
-def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
+def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
     """Claim the folder of a comparison: new, or one where the same comparison was begun.
 
     Raises ForeignFile if it holds another one, FolderInUse if another process writes there.
     """
-    if out is None or not container.has(out, Planned):
-        return results(out, default)
-    container.check(out, Planned, plan)
-    return Claim(out)
+    begun = out is not None and container.has(out, Planned)
+    if begun:
+        container.check(comparison.folder, Planned, comparison.plan)
+    return results(out, f"{comparison.arms[0].config.name}-compare", begun)
 
 
 def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
     """Train what is missing; end the command if a training failed."""
-    missing = {key: training for key, training in comparison.trainings.items() if not training.done}
-    trained = _do(train_or_find, missing, comparison, pool, quiet, "training", "policies")
-    if trained < len(missing):
+    left = missing(comparison.trainings)
+    trained = _do(train_or_find, left, comparison, pool, quiet, "training", "policies")
+    if trained < len(left):
         folder = comparison.folder / "policies"
         complain(f"Not all policies could be trained; those that are there are in {folder}.")
         raise typer.Exit(FAILED)
@@ -147,13 +147,13 @@ def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
 def _run(comparison: Comparison, pool: Executor, quiet: bool) -> None:
     """Run what is missing; end the command if a run failed."""
     n = len(comparison.runs)
-    missing = {key: run for key, run in comparison.runs.items() if not run.done}
-    if len(missing) < n and not quiet:
-        complain(f"{n - len(missing)} of {n} runs are there already.")
-    done = _do(run_arm, missing, comparison, pool, quiet, "comparing", "runs")
-    if done < len(missing):
+    left = missing(comparison.runs)
+    if len(left) < n and not quiet:
+        complain(f"{n - len(left)} of {n} runs are there already.")
+    done = _do(run_arm, left, comparison, pool, quiet, "comparing", "runs")
+    if done < len(left):
         complain(
-            f"{len(missing) - done} of {n} runs failed; what the others recorded is in {comparison.folder}."
+            f"{len(left) - done} of {n} runs failed; what the others recorded is in {comparison.folder}."
         )
         raise typer.Exit(FAILED)
 
@@ -195,12 +195,7 @@ def _do(
 def _report(comparison: Comparison) -> None:
     """Compare the arms, write the comparison, and print it: in how many runs all persisted, and a table."""
     policies = comparison.policies_in_words()
-    result = compare_arms(
-        comparison.folders(),
-        comparison.folder,
-        training=comparison.training_seeds_of_runs(),
-        policies=policies,
-    )
+    result = comparison.result()
     for name, text in result["opening"].items():
         say(f"{name}: {text}")
     for name, words in policies.items():

@@ -14,15 +14,17 @@ from ecs_eco.record.claim import Claim, claim_new, claim_next
 POLICIES = ("trained", "random", "untrained")
 
 
-def results(out: Path | None, default: str) -> Claim:
+def results(out: Path | None, default: str, begun: bool = False) -> Claim:
     """Claim the folder for results: `out`, or a free one in runs/;
-    ConfigError if it cannot be written or has content.
+    ConfigError if it cannot be written or has content, unless it was `begun` by the same command.
 
     Raises FolderInUse if another process writes there. A claim that is not used leaves nothing behind.
     """
     try:
         if out is None:
             return claim_next(out := Path("runs") / default)
+        if begun:
+            return Claim(out)
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
         if any(parent.is_file() for parent in out.parents):

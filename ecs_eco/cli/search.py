@@ -21,7 +21,6 @@ from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.lab.ray_executor import WorkerLost
 from ecs_eco.lab.searching.journal import has_search
 from ecs_eco.lab.searching.run import Search
-from ecs_eco.record.claim import Claim
 
 SECTION = {  # options, and the keys of [search] that they set
     **{
@@ -150,8 +149,7 @@ def search(
 
     for note in notes(config):
         complain(f"note: {note}")
-    folder = results(out, f"{config.name}-search") if out is None or not has_search(out) else Claim(out)
-    with folder as claim:
+    with results(out, f"{config.name}-search", out is not None and has_search(out)) as claim:
         try:
             with shown(
                 config.name,

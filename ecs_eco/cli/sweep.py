@@ -48,12 +48,10 @@ def sweep_plan(
     if trust:
         allow_code(file.plan.world, file.folder)
     design = design_of(file)
-    if out is not None and has_sweep(out):
+    begun = out is not None and has_sweep(out)
+    if out is not None and begun:
         check_plan(out, design)
-        claim = Claim(out)
-    else:
-        claim = results(out, f"{Path(plan).stem}-sweep")
-    with claim:
+    with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
         do_sweep(begin(claim.path, design), on, workers, quiet, sbatch)
 
 

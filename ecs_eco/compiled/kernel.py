@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.kernel_cache import Types
     from ecs_eco.compiled.kernel_folder import Folder
     from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
+    from ecs_eco.compiled.views import View
 
 prepare()
 

@@ -1,6 +1,6 @@
-"""Many runs: plans of jobs, each a world with values, a seed, a treatment and policies, and how they are done.
+"""Many runs as one lab book: a job is a world, its values, a seed, a treatment and policies; a plan is a list of
+jobs. Comparisons, sweeps, searches and archipelagos, on processes here, a Ray cluster or SLURM.
 
-Comparisons, sweeps, searches, archipelagos and training, on processes of this machine, a Ray cluster or SLURM.
 Single runs belong to `ecs_eco.runs`, statistics to `ecs_eco.analysis`, output on the terminal to
 `ecs_eco.cli`: nothing here prints.
 """
@@ -11,7 +11,7 @@ from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.lab.archipelago import Archipelago
-    from ecs_eco.lab.comparing import compare
+    from ecs_eco.lab.comparison import compare
     from ecs_eco.lab.jobs import run_job
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.lab.searching.run import search
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Archipelago", "compare", "pretrain", "run_job", "run_sweep", "search"]
 _HOME = {
     "Archipelago": "archipelago",
-    "compare": "comparing",
+    "compare": "comparison",
     "pretrain": "pretraining",
     "run_job": "jobs",
     "run_sweep": "sweep",

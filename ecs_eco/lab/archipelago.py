@@ -14,8 +14,8 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 from ecs_eco.lab import island
-from ecs_eco.lab.executors import LOCAL, completed, engine, prepare
-from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.executors import LOCAL, engine, prepare
+from ecs_eco.lab.work import completed
 from ecs_eco.record import container
 from ecs_eco.record.archipelago import ISLANDS, Manifest, digest_of, read, write
 from ecs_eco.record.checkpoint import name_of
@@ -27,7 +27,6 @@ from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
-MOST_LOSSES = 100  # of workers in one stretch, before the run gives up
 
 
 class Archipelago:
@@ -193,18 +192,12 @@ class Archipelago:
 def _all(
     pool: Executor, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
 ) -> dict[str, Any]:
-    """Do all jobs on an executor; those whose worker was killed again. Return the results by name."""
+    """Do all jobs on an executor; return the results by name."""
     done: dict[str, Any] = {}
-    for _ in range(MOST_LOSSES):
-        lost: BaseException | None = None
-        for name, future in completed(pool, work, {name: jobs[name] for name in jobs if name not in done}):
-            try:
-                done[name] = future.result()
-                note(len(done))
-            except BrokenExecutor as error:
-                lost = error
-        if lost is None:
-            return done
-        if isinstance(own := getattr(pool, "of", pool), Pool):
-            own.shutdown()  # of what is left; `submit` starts others
-    raise RecordingError(f"{MOST_LOSSES} workers were lost one after the other: {lost}") from lost
+    for name, future in completed(pool, work, jobs):
+        try:
+            done[name] = future.result()
+        except BrokenExecutor as error:
+            raise RecordingError(f"the worker of {name} was lost again and again: {error}") from error
+        note(len(done))
+    return done

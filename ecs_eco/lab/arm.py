@@ -54,7 +54,7 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
         if any(other.name == arm.name for other in arms):
-            raise refusal("named twice", name, "each control once")
+            raise refusal("named twice", name, "each treatment once")
         arms.append(arm)
     return arms
 
@@ -102,7 +102,7 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
         raise refusal("no species has a policy to train", training_seeds, allowed, source="--training-seeds")
     changed = [treatment for _, treatment in treated if treatment.changes_config]
     if retrain and not changed:
-        allowed = "--retrain with a --control that changes one, such as KEY=VALUE"
+        allowed = "--retrain with a --treatment that changes one, such as KEY=VALUE"
         raise refusal("no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):

@@ -1,23 +1,64 @@
-"""A comparison: arms, each run with the same seeds, its jobs and which are done; the caller has the pool."""
+"""A comparison: a world as it is and under treatments, each run with the same seeds, in one folder. From
+Python, `compare` does all of it on any executor; `ecs-eco compare` does the same with a bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
+from pydantic import Field
+
+from ecs_eco.analysis.compare import compare as differences
 from ecs_eco.config import WorldConfig
-from ecs_eco.lab.arm import Arm
-from ecs_eco.lab.comparison_plan import plan_of
-from ecs_eco.lab.executors import completed
-from ecs_eco.lab.runs import has_run
-from ecs_eco.lab.trained import is_trained
+from ecs_eco.engine.arguments import called_with
+from ecs_eco.inputs.section import Section
+from ecs_eco.lab.arm import Arm, arms_of, check_training
+from ecs_eco.lab.executors import LOCAL, engine, prepare
+from ecs_eco.lab.runs import has_run, run_arm
+from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.treatments import species_with_policy
-from ecs_eco.record.container import inside
+from ecs_eco.lab.work import completed, interleaved
+from ecs_eco.record import container
+from ecs_eco.record.claim import ours
+from ecs_eco.record.container import Container, inside
+from ecs_eco.record.manifest import Filename, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
 
 Result = TypeVar("Result")
+
+
+class PlannedArm(Section):
+    """What decides an arm."""
+
+    config_hash: Sha
+    policies: str | dict[str, str]
+    learn: bool | dict[str, bool] | None
+    controls: list[str]
+
+
+class Planned(Container):
+    """The manifest of a comparison; not the numbers of seeds, so that more can be added, as can arms."""
+
+    FILE: ClassVar = "plan.json"
+    KIND: ClassVar = "comparison"
+    COMMAND: ClassVar = "compare"
+    OTHER: ClassVar = "holds another comparison"
+    DECIDES: ClassVar = ("world", "ticks", "training seeds", "retrain")
+    GROWS: ClassVar = True
+
+    kind: Literal["comparison"]
+    world: str
+    ticks: Tick
+    trains: bool = Field(alias="training seeds")
+    retrain: bool
+    arms: dict[Filename, PlannedArm]
+
+    @classmethod
+    def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a comparison, those of each arm by themselves."""
+        return super().settings(content) | {f"the arm {name}": arm for name, arm in content["arms"].items()}
 
 
 class Key(NamedTuple):
@@ -59,6 +100,9 @@ class Training(NamedTuple):
         return is_trained(*self)
 
 
+Jobs = Mapping[Key, Run | Training]
+
+
 @dataclass(frozen=True)
 class Comparison:
     """Arms, the first of which is the world as it is, and the seeds that all are run with, in a folder."""
@@ -72,8 +116,41 @@ class Comparison:
 
     @property
     def plan(self) -> dict[str, Any]:
-        """What plan.json holds."""
-        return plan_of(self.arms, self.ticks, self.training_seeds is not None, self.retrain)
+        """The settings that identify the comparison, as plan.json holds them."""
+        arms = {
+            arm.name: {
+                "config_hash": arm.config.config_hash,
+                "policies": arm.policies,
+                "learn": arm.learn,
+                "controls": list(arm.controls),
+            }
+            for arm in self.arms
+        }
+        return {
+            "world": self.arms[0].config.name,
+            "ticks": self.ticks,
+            "training seeds": self.training_seeds is not None,
+            "retrain": self.retrain,
+            "arms": arms,
+        }
+
+    def begin(self) -> None:
+        """Write the settings into the folder, with the arms that were there before.
+
+        Raises ForeignFile where the folder holds another comparison, or one of the other mode.
+        """
+        there = container.begin(self.folder, Planned, self.plan)
+        if self.plan["arms"].keys() - there["arms"].keys():
+            container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
+
+    def result(self) -> dict[str, Any]:
+        """Compare the arms from their runs, write compare.json, compare.html and figures; return the first."""
+        return differences(
+            self.folders(),
+            self.folder,
+            training=self.training_seeds_of_runs(),
+            policies=self.policies_in_words(),
+        )
 
     def trains(self, arm: Arm) -> bool:
         """Return whether an arm runs with policies that are trained for the comparison."""
@@ -160,6 +237,16 @@ def _of_some(arm: Arm) -> str:
     return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
 
 
+def missing(jobs: Jobs) -> Jobs:
+    """Return the jobs that are not done, so that any beginning of them is as even over arms and seeds as can
+    be. Raises ForeignFile where something else is in the folder of one."""
+    arms: dict[str, list[Key]] = {}
+    for key, job in jobs.items():
+        if not job.done:
+            arms.setdefault(key.arm, []).append(key)
+    return {key: jobs[key] for key in interleaved(list(arms.values()))}
+
+
 def run_jobs(
     work: Callable[..., Result],
     jobs: Mapping[Key, Sequence[Any]],
@@ -186,3 +273,52 @@ def run_jobs(
                 break
         progress(len(results), len(jobs))
     return results
+
+
+def compare(
+    world: str,
+    treatments: Sequence[str] = ("random-policy",),
+    *,
+    out: str | Path,
+    changes: Sequence[str] = (),
+    seeds: int = 8,
+    ticks: int | None = None,
+    training_seeds: int | None = None,
+    retrain: bool = False,
+    executor: str | Executor = LOCAL,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Run a world as it is and under treatments with the same seeds into a folder, or go on there; return the
+    content of its compare.json.
+
+    `executor` is "local", "ray", or one of your own, whose workers see the folder under its absolute path.
+    Raises ConfigError, ForeignFile where the folder holds another comparison, and what the first run that
+    failed raised, once the others are done.
+    """
+    called_with("progress", progress, "done", "total")
+    arms = arms_of(world, list(changes), treatments)
+    check_training(arms, training_seeds, retrain)
+    training = None if training_seeds is None else range(1, training_seeds + 1)
+    folder = Path(out).absolute()
+    ticks = ticks or arms[0].config.ticks
+    comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
+    stages: list[tuple[Callable[..., object], Jobs]] = [
+        (train_or_find, comparison.trainings),
+        (run_arm, comparison.runs),
+    ]
+    errors: list[BaseException] = []
+    with ours(folder), engine(executor, workers) as pool:
+        comparison.begin()
+        prepare(pool, folder, arms[0].config)
+        for work, jobs in stages:
+            run_jobs(
+                work,
+                missing(jobs),
+                pool,
+                progress or (lambda done, total: None),
+                lambda _, error: errors.append(error),
+            )
+            if errors:
+                raise errors[0]
+        return comparison.result()

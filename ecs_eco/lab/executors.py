@@ -4,11 +4,11 @@ thread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
@@ -19,9 +19,6 @@ LOCAL, RAY, SLURM = "local", "ray", "slurm"
 ENGINES = (LOCAL, RAY, SLURM)
 WORKERS = 2  # local processes where no number is given
 TICKS = 40  # of a world that is run to have its kernels compiled; with the first update of most policies
-
-Key = TypeVar("Key", bound=Hashable)
-Result = TypeVar("Result")
 
 
 def check_engine(on: str, source: str = "--on") -> None:
@@ -56,44 +53,13 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
     """Lend an executor: one made for it and ended with it, or the one given, which is left running.
 
-    Where an exception leaves the block, calls that have not begun are cancelled, and an executor made here
-    is ended with all it does.
+    Where an exception leaves the block, an executor made here is ended with all it does.
     """
-    if isinstance(on, str):
-        with executor(on, workers) as made:
-            yield made
+    if isinstance(on, Executor):
+        yield on
         return
-    lent = Lent(on, workers)
-    try:
-        yield lent
-    except BaseException:
-        lent.terminate()
-        raise
-
-
-class Lent(Executor):
-    """An executor that belongs to the user: its end is none of ours, only what was submitted here."""
-
-    def __init__(self, of: Executor, workers: int | None = None) -> None:
-        self.of, self.workers = of, workers or workers_of(of)
-        self._submitted: set[Future[Any]] = set()
-
-    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
-        """Submit a call to the user's executor."""
-        future = self.of.submit(fn, *args, **kwargs)
-        self._submitted.add(future)
-        future.add_done_callback(self._submitted.discard)
-        return future
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the executor running."""
-        if cancel_futures:
-            self.terminate()
-
-    def terminate(self) -> None:
-        """Cancel what was submitted here; what has begun goes on where the executor cannot stop it."""
-        for future in tuple(self._submitted):
-            future.cancel()
+    with executor(on, workers) as made:
+        yield made
 
 
 def workers_of(pool: Executor) -> int:
@@ -104,35 +70,11 @@ def workers_of(pool: Executor) -> int:
     return WORKERS
 
 
-def completed(
-    pool: Executor, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
-) -> Iterator[tuple[Key, Future[Result]]]:
-    """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-    from ecs_eco.lab.pool import Pool, done_here
-
-    if isinstance(pool, Pool) and min(pool.workers, len(jobs)) == 1:
-        for key, arguments in jobs.items():
-            yield key, done_here(fn, arguments, {})
-        return
-    keys = {pool.submit(fn, *arguments): key for key, arguments in jobs.items()}
-    for future in as_completed(keys):
-        yield keys[future], future
-
-
-def terminate(pool: Executor) -> None:
-    """End what an executor is doing; one that cannot finishes what it has begun."""
-    if hasattr(pool, "terminate"):
-        pool.terminate()
-    else:
-        pool.shutdown(wait=False, cancel_futures=True)
-
-
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
     """Before many calls on a cluster: see that each machine has the folder, and compile the kernels there.
 
     Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
     """
-    pool = pool.of if isinstance(pool, Lent) else pool
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)
 

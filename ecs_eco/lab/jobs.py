@@ -133,19 +133,24 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     except RecordingError as error:
         raise RecordingError(f"{error}; remove this file, and the job finds its run") from None
     job = sweep.jobs[number]
-    wanted = {
-        "number": number,
-        "sweep": sweep.hash,
-        "values": job.values,
-        "config_hash": job.config_hash,
-        "world_seed": job.world_seed,
-        "training_seed": job.training_seed,
-        "treatment": job.treatment,
-        "ticks": sweep.ticks,
-    }
+    wanted = _identity(sweep, job)
     if different := [key for key, value in wanted.items() if done[key] != value]:
         raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
     return done
+
+
+def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
+    """Return what tells a job from all others."""
+    return {
+        "number": job.number,
+        "sweep": sweep.hash,
+        "values": job.values,
+        "treatment": job.treatment,
+        "training_seed": job.training_seed,
+        "world_seed": job.world_seed,
+        "config_hash": job.config_hash,
+        "ticks": sweep.ticks,
+    }
 
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
@@ -161,17 +166,9 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     if not has_run(place / RUN, sweep.ticks, arm, job.world_seed):
         run_arm(arm, job.world_seed, sweep.ticks, place / RUN, sweep.content["checkpoint_every"], note)
     manifest = read_manifest(place / RUN)
-    return {
+    return _identity(sweep, job) | {
         "format": 1,
-        "number": job.number,
-        "sweep": sweep.hash,
-        "values": job.values,
-        "treatment": job.treatment,
-        "training_seed": job.training_seed,
-        "world_seed": job.world_seed,
-        "config_hash": job.config_hash,
         "digest": manifest["digest"],
-        "ticks": sweep.ticks,
         "git_commit": manifest["git_commit"],
         "versions": manifest["versions"],
         "weights": manifest["weights"],

@@ -59,7 +59,7 @@ class Plan(Section):
         "trained",
     )
     treatments: Names = about(
-        "treatments beside the world as it is, as `ecs-eco compare --control` takes them", []
+        "treatments beside the world as it is, as `ecs-eco compare --treatment` takes them", []
     )
     reporters: dict[str, Any] = about(
         "what to measure besides the world's own reporters, as in a world file", {}

@@ -114,6 +114,7 @@ class Pool(Executor):
         if workers < 1:
             raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
+        self.at_once = workers + 1  # calls to submit: no worker waits for its next, and few are lost with one
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:

@@ -6,15 +6,13 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from concurrent.futures import wait as _wait
+from concurrent.futures import wait as wait_for
 from pathlib import Path
-from queue import SimpleQueue
-from threading import RLock, Thread
+from threading import Thread
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.processes import SAFE
@@ -48,57 +46,59 @@ class Imported(list[str]):
 class Call(Future[Any]):
     """The future of a task. It can also be cancelled while it runs: it is told to stop, as by Ctrl-C."""
 
-    def __init__(self, executor: RayExecutor, work: tuple[Any, ...]) -> None:
+    def __init__(self, ray: Any, reference: Any, calls: set[Self]) -> None:
         super().__init__()
-        self._executor, self.work = executor, work
-        self.reference: Any = None  # of the task, once it was sent
+        self._ray, self.reference, self._calls = ray, reference, calls
+        calls.add(self)  # until the task has ended
+        reference.future().add_done_callback(self._take)
 
     def cancel(self) -> bool:
         """Cancel the call, whether it runs or not; False where it is done."""
-        cancelled = super().cancel()
-        if cancelled and self.reference is not None:
-            self._executor.ray.cancel(self.reference)
+        before, cancelled = self.cancelled(), super().cancel()
+        if cancelled and not before:
+            self._ray.cancel(self.reference)
         return cancelled
+
+    def _take(self, done: Future[Any]) -> None:
+        """Take the result of the task."""
+        self._calls.discard(self)
+        if not self.set_running_or_notify_cancel():
+            return
+        error = done.exception()
+        if error is None:
+            self.set_result(done.result())
+        else:
+            self.set_exception(_plain(error))
 
 
 class RayExecutor(Executor):
-    """Calls as tasks of a Ray cluster: that at `address` or RAY_ADDRESS, one that runs on this machine,
-    or one that is started here for the time being, with `workers` CPUs.
+    """Calls as tasks of a Ray cluster: that at RAY_ADDRESS, one that runs on this machine, or one that is
+    started here for the time being, with `workers` CPUs.
 
-    At most `workers` tasks at a time, None: as many as the cluster has room for. Raises ConfigError where Ray
-    is missing or no cluster answers.
+    Raises ConfigError where Ray is missing or no cluster answers.
     """
 
-    def __init__(
-        self, workers: int | None = None, address: str | None = None, retries: int = RETRIES
-    ) -> None:
+    def __init__(self, workers: int | None = None) -> None:
         self.ray = _ray()
         self._connected = not self.ray.is_initialized()
         if self._connected:
-            _connect(self.ray, workers, address or os.environ.get("RAY_ADDRESS"))
-        self._most, self._retries = workers, retries
-        self._options = {"num_cpus": 1, "max_retries": retries, "runtime_env": {"env_vars": settings()}}
+            _connect(self.ray, workers, os.environ.get("RAY_ADDRESS"))
+        self.at_once = workers  # None: as many as the cluster has room for
+        self._options = {"num_cpus": 1, "max_retries": RETRIES, "runtime_env": {"env_vars": settings()}}
         self._task = self.ray.remote(**self._options)(_call)
-        self._lock, self._waiting, self._sent = RLock(), deque[Call](), set[Call]()
-        self._done: SimpleQueue[tuple[Call, Future[Any]] | None] = SimpleQueue()
-        self._collector = Thread(target=self._collect, daemon=True, name="ecs-eco-ray")
-        self._collector.start()
+        self._calls = set[Call]()
         self._open = True
 
     @property
     def workers(self) -> int:
         """How many calls are carried out at a time."""
-        return self._most or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
+        return self.at_once or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         """Submit a call."""
         if not self._open:
             raise RuntimeError("cannot schedule new futures after shutdown")
-        call = Call(self, (fn, args, kwargs))
-        with self._lock:
-            self._waiting.append(call)
-            self._send()
-        return call
+        return Call(self.ray, self._task.remote(fn, args, kwargs), self._calls)
 
     def on_each_machine(self, folder: Path, fn: Callable[..., Any], /, *args: Any) -> None:
         """Call a function once on each machine of the cluster, all at once, and wait for them; raise what it
@@ -121,7 +121,7 @@ class RayExecutor(Executor):
             _, rest = self.ray.wait(asked, num_returns=len(asked), timeout=0, fetch_local=False)
             for reference in rest:  # to cancel one that has just ended can end this process (Ray 2.60)
                 self.ray.cancel(reference)
-            raise _plain(error, self._retries) from None
+            raise _plain(error) from None
         if without:
             fault = f"is not there on {listed(without)}"
             allowed = "a folder that all machines of the cluster share"
@@ -130,24 +130,19 @@ class RayExecutor(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Leave the cluster once all calls are done, and end it where it was started for this."""
         self._open = False
-        with self._lock:
-            if cancel_futures:
-                for call in (*self._waiting, *self._sent):
-                    call.cancel()
-            rest = (*self._waiting, *self._sent)
+        calls = tuple(self._calls)
+        for call in calls if cancel_futures else ():
+            call.cancel()
         if wait:
-            self._leave(rest)
+            self._leave(calls)
         else:
-            Thread(target=self._leave, args=(rest,), daemon=True).start()
+            Thread(target=self._leave, args=(calls,), daemon=True).start()
 
     def terminate(self) -> None:
         """Tell all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
-        with self._lock:
-            stopped = [call for call in (*self._waiting, *self._sent) if call.cancel()]
-            self._send()  # hands out those that wait, as cancelled
-            sent = [call.reference for call in stopped if call.reference is not None]
-        if sent:
-            _, late = self.ray.wait(sent, num_returns=len(sent), timeout=GRACE, fetch_local=False)
+        stopped = [call.reference for call in tuple(self._calls) if call.cancel()]
+        if stopped:
+            _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)
             for reference in late:
                 self.ray.cancel(reference, force=True)
 
@@ -160,39 +155,10 @@ class RayExecutor(Executor):
 
     def _leave(self, calls: Sequence[Call]) -> None:
         """Wait for calls; then end what is ours."""
-        _wait(calls)
-        self._done.put(None)
-        self._collector.join()
+        wait_for(calls)
         if self._connected and self.ray.is_initialized():
             self.ray.shutdown()
         self._connected = False
-
-    def _send(self) -> None:
-        """Send calls to the cluster, up to the number of workers; the lock is held."""
-        for call in tuple(self._waiting):
-            if call.cancelled():
-                self._waiting.remove(call)
-                call.set_running_or_notify_cancel()
-        while self._waiting and (self._most is None or len(self._sent) < self._most):
-            call = self._waiting.popleft()
-            call.reference = self._task.remote(*call.work)
-            self._sent.add(call)
-            call.reference.future().add_done_callback(lambda done, call=call: self._done.put((call, done)))
-
-    def _collect(self) -> None:
-        """Hand out results as they arrive, and send the next calls."""
-        while (arrived := self._done.get()) is not None:
-            call, done = arrived
-            with self._lock:
-                self._sent.discard(call)
-                self._send()
-            if not call.set_running_or_notify_cancel():
-                continue
-            error = done.exception()
-            if error is None:
-                call.set_result(done.result())
-            else:
-                call.set_exception(_plain(error, self._retries))
 
 
 def settings() -> dict[str, str]:
@@ -280,7 +246,7 @@ def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
     return ""
 
 
-def _plain(error: BaseException, retries: int) -> BaseException:
+def _plain(error: BaseException) -> BaseException:
     """Return the error that a call raised, without what Ray puts around it."""
     from ray import exceptions
 
@@ -297,6 +263,6 @@ def _plain(error: BaseException, retries: int) -> BaseException:
     )
     if isinstance(error, lost):
         return WorkerLost(
-            f"its worker was lost {retries + 1} times (out of memory?): {str(error).splitlines()[0]}"
+            f"its worker was lost {RETRIES + 1} times (out of memory?): {str(error).splitlines()[0]}"
         )
     return error

@@ -1,8 +1,8 @@
 """A whole sweep on an executor: trainings before the jobs that need them; who is lost is called again."""
 
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from bisect import insort
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,9 @@ from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.folder import Sweep, begin
 from ecs_eco.lab.jobs import read_done, run_job, train
 from ecs_eco.lab.plan import read_plan
-from ecs_eco.lab.pool import Pool
 from ecs_eco.lab.trained import is_trained
+from ecs_eco.lab.work import Work, interleaved
 
-RETRIES = 5  # how often a job is called again whose worker was killed
 Task = int | str  # the number of a job, or the name of a training
 
 
@@ -52,8 +51,6 @@ def run_sweep(
     """
     called_with("progress", progress, "the outcome")
     sweep = begin(Path(folder), design_of(read_plan(plan), trust=trust))
-    if isinstance(executor, Executor):
-        return do_jobs(sweep, executor, progress=progress)
     with engine(executor, workers) as pool:
         return do_jobs(sweep, pool, progress=progress)
 
@@ -77,107 +74,62 @@ def do_jobs(
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
         prepare(executor, sweep.folder, sweep.base)
-    return _Jobs(sweep, executor, numbers, progress).do()
-
-
-class _Jobs:
-    """Jobs that are ready, that wait for a training, and that run."""
-
-    def __init__(
-        self,
-        sweep: Sweep,
-        executor: Executor,
-        numbers: Sequence[int],
-        progress: Callable[[Outcome], None] | None,
-    ) -> None:
-        self.sweep, self.executor, self.progress = sweep, executor, progress
-        self.outcome = Outcome()
-        self.lost: dict[Task, int] = {}  # how often the worker of a task was
-        self.running: dict[Future[Any], Task] = {}
-        self.allowed = [s.sha256 for s in sweep.base._code.sources if sweep.base._code.allowed]
-        self.waiting: dict[str, list[int]] = {}
-        self.ready: deque[Task] = deque()
-        for number in numbers:
-            training = sweep.jobs[number].training
-            if training is None or self._is_trained(training):
-                self.ready.append(number)
+    outcome, waiting = Outcome(), _by_training(sweep, numbers)
+    folder = str(sweep.folder)
+    allowed = [source.sha256 for source in sweep.base._code.sources if sweep.base._code.allowed]
+    with Work[Task](executor) as work:
+        ready = waiting.pop("")
+        for name in waiting:
+            work.add(name, train, folder, name, allowed)
+        for number in evenly(sweep, ready):
+            work.add(number, run_job, folder, number, allowed)
+        for task, future in work:
+            why = _failure(future, work.lost[task])
+            if isinstance(task, str) and why is None:
+                for number in waiting[task]:
+                    work.add(number, run_job, folder, number, allowed)
+            elif isinstance(task, str):
+                outcome.failed |= dict.fromkeys(waiting[task], f"its training failed: {why}")
+            elif why is None:
+                insort(outcome.done, task)
             else:
-                self.waiting.setdefault(training, []).append(number)
-        self.ready.extendleft(reversed(self.waiting))
+                outcome.failed[task] = why
+            outcome.retried = work.lost.total()
+            if progress is not None:
+                progress(outcome)
+    return outcome
 
-    def _is_trained(self, name: str) -> bool:
-        if name in self.waiting:
-            return False
-        training = self.sweep.trainings[name]
-        config = self.sweep.world(training.values, training.treatment).config
-        return is_trained(self.sweep.policies_folder(name), config, training.seed)
 
-    def do(self) -> Outcome:
-        try:
-            while self.ready or self.running:
-                self._submit()
-                self._take()
-                if self.progress is not None:
-                    self.progress(self.outcome)
-        except BaseException:
-            for future in self.running:
-                future.cancel()
-            raise
-        return self.outcome
+def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
+    """Return jobs so that any beginning of them is as even over points, treatments and seeds as can be."""
+    points: dict[int, dict[str, list[int]]] = {}
+    for number in numbers:
+        job = sweep.jobs[number]
+        points.setdefault(job.point, {}).setdefault(job.treatment, []).append(number)
+    return interleaved([interleaved(list(treatments.values())) for treatments in points.values()])
 
-    def _submit(self) -> None:
-        """Submit what is ready: one more than a pool has workers, so that none waits for its next and few are
-        lost with a worker."""
-        most = self.executor.workers + 1 if isinstance(self.executor, Pool) else len(self.ready)
-        while self.ready and len(self.running) < max(1, most):
-            task = self.ready.popleft()
-            call: Callable[..., Any] = run_job if isinstance(task, int) else train
-            future = self.executor.submit(call, str(self.sweep.folder), task, self.allowed)
-            self.running[future] = task
-            if future.done():
-                return
 
-    def _take(self) -> None:
-        """Take what is done."""
-        done, _ = wait(self.running, return_when=FIRST_COMPLETED)
-        broken = False
-        for future in done:
-            task = self.running.pop(future)
-            try:
-                future.result()
-            except BrokenExecutor as error:
-                broken = True
-                self._lose(task, error)
-            except (Exception, CancelledError) as error:
-                self._fail(task, f"{type(error).__name__}: {error}")
-            else:
-                self._done(task)
-        if broken and isinstance(self.executor, Pool):
-            for future, task in list(self.running.items()):  # all of them are lost
-                self._lose(task, future.exception())
-            self.running.clear()
-            self.executor.terminate()
+def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
+    """Return the numbers of jobs by the training that they wait for, "" where they need none, or have it."""
+    missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
+    for number in numbers:
+        name = sweep.jobs[number].training or ""
+        if name and name not in missing:
+            training = sweep.trainings[name]
+            config = sweep.world(training.values, training.treatment).config
+            missing[name] = not is_trained(sweep.policies_folder(name), config, training.seed)
+        waiting.setdefault(name if missing.get(name) else "", []).append(number)
+    return waiting
 
-    def _done(self, task: Task) -> None:
-        if isinstance(task, int):
-            self.outcome.done.append(task)
-        else:
-            self.ready.extend(self.waiting.pop(task))
 
-    def _lose(self, task: Task, error: BaseException | None) -> None:
-        """Call a task again whose worker was killed, unless that happened too often."""
-        self.lost[task] = self.lost.get(task, 0) + 1
-        if not isinstance(self.executor, Pool):
-            self._fail(task, f"its worker was lost: {error}")
-        elif self.lost[task] > RETRIES:
-            self._fail(task, f"its worker was killed {self.lost[task]} times (out of memory?)")
-        else:
-            self.outcome.retried += 1
-            self.ready.append(task)
-
-    def _fail(self, task: Task, why: str) -> None:
-        if isinstance(task, int):
-            self.outcome.failed[task] = why
-            return
-        for number in self.waiting.pop(task):
-            self.outcome.failed[number] = f"its training failed: {why}"
+def _failure(future: Future[Any], lost: int) -> str | None:
+    """Return why a call failed, None where it did not; `lost` is how often its worker was killed."""
+    try:
+        future.result()
+    except BrokenExecutor as error:
+        if lost:
+            return f"its worker was killed {lost} times (out of memory?)"
+        return f"its worker was lost: {error}"
+    except (Exception, CancelledError) as error:
+        return f"{type(error).__name__}: {error}"
+    return None

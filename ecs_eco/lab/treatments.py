@@ -1,7 +1,7 @@
 """Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
 
 A treatment may change values of the configuration, by dotted key, the initial policies, whether they learn,
-or the species as a world is built (`ecs_eco.life.treatments`). `--control` names them.
+or the species as a world is built (`ecs_eco.life.treatments`). `--treatment` names them.
 """
 
 import re
@@ -122,7 +122,7 @@ def _depends_on_light(config: WorldConfig, name: str) -> bool:
 
 
 Policies: TypeAlias = str | dict[str, str]  # a word or folder for all species, or by species
-OPTION = "--control"  # where treatments are named, as errors say
+OPTION = "--treatment"  # where treatments are named, as errors say
 ABSENT = "no-"  # followed by the name of a species: without that species
 
 
@@ -152,7 +152,7 @@ def needs_genome(config: WorldConfig) -> None:
 class Treatment:
     """What one arm of a comparison"""
 
-    name: str  # as --control takes it
+    name: str  # as --treatment takes it
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, if it changes nothing else

@@ -342,7 +342,8 @@ def _each(
     executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish."""
-    from ecs_eco.lab.executors import completed, engine
+    from ecs_eco.lab.executors import engine
+    from ecs_eco.lab.work import completed
 
     with engine(executor, 1 if executor == "local" and workers is None else workers) as pool:
         for i, future in completed(pool, _one, {i: (run, config, case) for i, case in enumerate(cases)}):

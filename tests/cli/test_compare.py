@@ -14,7 +14,7 @@ from ecs_eco.cli import app
 from ecs_eco.cli.compare import claim_folder
 from ecs_eco.engine.errors import FolderInUse
 from ecs_eco.lab.arm import Arm, arms_of
-from ecs_eco.lab.comparison_plan import plan_of, write_plan
+from ecs_eco.lab.comparison import Comparison
 
 FEW = [
     "species.grass.count=60",
@@ -49,7 +49,7 @@ def written(folder: Path) -> dict[Path, int]:
 
 @pytest.mark.slow
 def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
-    output = invoke(*SET, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
+    output = invoke(*SET, "--seeds", "2", "--ticks", "4", "--treatment", "dt=0.5", "--out", "out")
     manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
     assert {(p.parent.name, m["seed"], m["dt"], m["done"]) for p, m in manifests.items()} == {
         ("world", 1, 1.0, 4),
@@ -66,7 +66,7 @@ def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
 
 @pytest.mark.slow
 def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_done_twice(here: Path) -> None:
-    treatments = ["--control", "random-policy", "--control", "dt=0.5"]
+    treatments = ["--treatment", "random-policy", "--treatment", "dt=0.5"]
     words = [*SET, "--workers", "1", "--training-seeds", "2", "--ticks", "4", *treatments, "--retrain"]
     invoke(*words, "--seeds", "1", "--out", "out")
     before = written(here / "out")
@@ -98,18 +98,18 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
 
 def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> None:
     arms = arms_of("predator-prey", [], ["random-policy"])
-    plan = plan_of(arms, 10, True, False)
-    with claim_folder(here / "out", "x", plan) as claim:
+    comparison = Comparison(here / "out", arms, 10, [1], [1])
+    with claim_folder(here / "out", comparison) as claim:
         out = claim.path
-        write_plan(out, plan)
+        comparison.begin()
         with pytest.raises(FolderInUse, match=f"out: is being written by process {os.getpid()} "):
-            claim_folder(out, "x", plan)
-    with claim_folder(out, "x", plan) as claim:
+            claim_folder(out, comparison)
+    with claim_folder(out, comparison) as claim:
         assert claim.path == out
-    more = plan_of(arms_of("predator-prey", [], ["learning"]), 10, True, False)
-    with claim_folder(out, "x", more) as claim:
+    more = Comparison(out, arms_of("predator-prey", [], ["learning"]), 10, [1], [1])
+    with claim_folder(out, more) as claim:
         assert claim.path == out  # another control may be added
-    write_plan(out, more)
+    more.begin()
     assert set(json.loads((out / "plan.json").read_text())["arms"]) == {"world", "random-policy", "learning"}
     output = invoke(
         "--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2
@@ -124,7 +124,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     [
         (["--retrain"], "nothing is trained"),
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
-        (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
+        (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "0"], "a whole number from 1"),
         (["--training-seeds", "2", "--policies", "random"], "--policies, or --training-seeds"),
         (["--policies", "nowhere"], "no such folder"),
@@ -136,7 +136,6 @@ def test_options_that_contradict_each_other_are_refused(words: list[str], expect
 
 def test_policies_of_a_folder_are_those_of_all_arms_but_the_random_one(here: Path) -> None:
     from ecs_eco import World
-    from ecs_eco.lab.comparison import Comparison
     from ecs_eco.learning.weights import save
 
     (here / "mine").mkdir()
@@ -181,6 +180,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch:
 @pytest.mark.slow
 def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
+    monkeypatch.setattr("ecs_eco.lab.work.RETRIES", 1)
     output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
     assert output.count("was killed from outside") == 1
     assert "4 of 4 runs failed" in output

@@ -67,7 +67,7 @@ def test_folders_that_are_none_are_refused(command: str, out: str, what: str, me
     (meadow.parent / "loop").symlink_to("loop")
     before = sorted(meadow.parent.rglob("*"))
     output = (
-        refused(command, str(meadow), "--control", "ticks=2", "--out", out)
+        refused(command, str(meadow), "--treatment", "ticks=2", "--out", out)
         if command == "compare"
         else refused(command, str(meadow), "--out", out)
     )

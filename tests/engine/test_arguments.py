@@ -9,7 +9,7 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lab import search
-from ecs_eco.lab.comparing import compare
+from ecs_eco.lab.comparison import compare
 from ecs_eco.lab.pretraining import pretrain
 from ecs_eco.runs.run import fork, resume, run_to_folder
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from ecs_eco.lab import work
 from ecs_eco.lab.arm import arms_of
 from ecs_eco.lab.comparison import Comparison, Key, run_jobs
 from ecs_eco.lab.pool import Pool
@@ -80,7 +81,8 @@ def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
     assert progress == [(0, 3), (1, 3), (1, 3), (2, 3)]
 
 
-def test_a_killed_worker_is_reported_once() -> None:
+def test_a_killed_worker_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "RETRIES", 1)
     failures = []
     jobs = {Key("a", seed): (1,) for seed in range(6)}
     with Pool(2) as pool:

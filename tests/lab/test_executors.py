@@ -5,14 +5,15 @@ from __future__ import annotations
 import builtins
 import sys
 import threading
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Any
 
 import pytest
 
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lab.executors import completed, engine, executor, terminate, workers_of
+from ecs_eco.lab.executors import engine, executor, workers_of
 from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.work import Work, completed
 
 
 def test_without_a_name_it_is_two_processes_of_this_machine() -> None:
@@ -56,20 +57,27 @@ def test_an_executor_that_is_lent_is_left_running_and_what_waits_in_it_is_cancel
         begun.set()
         return hold.wait(60)
 
-    with ThreadPoolExecutor(1) as own:
-        with pytest.raises(KeyboardInterrupt), engine(own) as lent:  # noqa: PT012
-            first, second = lent.submit(work), lent.submit(work)
+    def interrupted(own: Executor) -> None:
+        with engine(own) as lent, Work[int](lent) as calls:
+            calls.add(1, work)
+            calls.add(2, work)
+            assert calls.arrived(0.0) == []
+            futures.extend(calls.running)
             assert begun.wait(60)
             raise KeyboardInterrupt
-        assert second.cancelled()
+
+    futures: list[Future[bool]] = []
+    with ThreadPoolExecutor(1) as own:
+        with pytest.raises(KeyboardInterrupt):
+            interrupted(own)
+        assert futures[1].cancelled()
         hold.set()
-        assert first.result()
+        assert futures[0].result()
         assert own.submit(int, "3").result() == 3
 
 
 def test_results_come_as_they_are_done_with_their_keys() -> None:
     with ThreadPoolExecutor(2) as own, engine(own, 5) as lent:
-        assert workers_of(lent) == 5
         results = {
             key: future.exception() or future.result()
             for key, future in completed(lent, int, {"a": ("1",), "b": ("x",)})
@@ -78,10 +86,18 @@ def test_results_come_as_they_are_done_with_their_keys() -> None:
     assert isinstance(results["b"], ValueError)
 
 
-def test_an_executor_without_an_end_of_its_own_is_told_to_begin_no_more() -> None:
-    own = ThreadPoolExecutor(3)
-    assert workers_of(own) == 3
-    assert workers_of(Executor()) == 2
-    terminate(own)
-    with pytest.raises(RuntimeError, match="after shutdown"):
-        own.submit(int)
+def test_calls_that_are_stopped_leave_an_executor_of_ones_own_running() -> None:
+    hold = threading.Event()
+    with ThreadPoolExecutor(1) as own:
+        assert workers_of(own) == 1
+        assert workers_of(Executor()) == 2
+        calls = Work[int](own)
+        for key in range(3):
+            calls.add(key, hold.wait, 60)
+        assert calls.arrived(0.0) == []
+        waiting = list(calls.running)[1:]
+        calls.stop()
+        assert [future.cancelled() for future in waiting] == [True, True]
+        assert len(calls) == 0
+        hold.set()
+        assert own.submit(int, "3").result() == 3

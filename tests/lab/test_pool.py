@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.lab.executors import completed
 from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.work import completed
 
 
 def raise_interrupt() -> None:

@@ -17,7 +17,8 @@ from ecs_eco.lab.ray_executor import Imported, _knock, settings
 ROOT = Path(__file__).parents[2]
 CALLS = """
 import json, os, signal, time
-from ecs_eco.lab.executors import completed, executor
+from ecs_eco.lab.executors import executor
+from ecs_eco.lab.work import completed
 from ecs_eco.engine.errors import ConfigError, Problem
 
 def square(x):

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from ecs_eco.engine.errors import ForeignFile
-from ecs_eco.lab import run_sweep
+from ecs_eco.lab import run_sweep, work
 from ecs_eco.lab import sweep as run
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
@@ -124,7 +124,7 @@ def test_a_job_whose_worker_is_always_killed_fails_in_the_end(
 ) -> None:
     sweep = begun(tmp_path)
     monkeypatch.setattr(run, "run_job", always_killed)
-    monkeypatch.setattr(run, "RETRIES", 1)
+    monkeypatch.setattr(work, "RETRIES", 1)
     with Pool(2) as pool:
         outcome = do_jobs(sweep, pool, [1])
     assert "was killed 2 times (out of memory?)" in outcome.failed[1]

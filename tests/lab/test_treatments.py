@@ -87,11 +87,11 @@ def compare(*words: str) -> str:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["diel-migration", "--control", "constant-ligth"], 'did you mean "constant-light"'),
-        (["diel-migration", "--control", "no-krlil"], 'did you mean "no-krill"'),
-        (["diel-migration", "--control", "energy-only"], "nobody's happiness depends on light"),
-        (["diel-migration", "--control", "energy-and-light"], "changes only learning"),
-        (["predator-prey", "--control", "inverted-light"], "there is no sun"),
+        (["diel-migration", "--treatment", "constant-ligth"], 'did you mean "constant-light"'),
+        (["diel-migration", "--treatment", "no-krlil"], 'did you mean "no-krill"'),
+        (["diel-migration", "--treatment", "energy-only"], "nobody's happiness depends on light"),
+        (["diel-migration", "--treatment", "energy-and-light"], "changes only learning"),
+        (["predator-prey", "--treatment", "inverted-light"], "there is no sun"),
     ],
 )
 def test_what_a_world_has_nothing_for_is_refused(

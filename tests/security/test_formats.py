@@ -100,7 +100,7 @@ def test_pages_of_comparisons_and_searches_show_markup_as_text(place: Ground) ->
     folder.mkdir()
     (folder / "world.toml").write_text(as_toml(place.garden | {"title": SCRIPT}), encoding="utf-8")
     few = ("--ticks", "2", "--workers", "1", "-q")
-    control = ("--control", "species.snail.body.radius=0.2", "--seeds", "2")
+    control = ("--treatment", "species.snail.body.radius=0.2", "--seeds", "2")
     assert cli("compare", folder / "world.toml", *control, "--out", folder / "compared", *few)() == ""
     words = (
         "--trials",

@@ -1,7 +1,7 @@
 """A search: ask, evaluate, tell; finals; confirmation; report. Its whole state is in its folder."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -13,7 +13,7 @@ from ecs_eco.config import load
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, listed, nearest
-from ecs_eco.lab.executors import LOCAL, engine, prepare, terminate, workers_of
+from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.journal import begin
 from ecs_eco.lab.searching.optimise import OPTIMISERS, Optimiser, merit
@@ -21,6 +21,7 @@ from ecs_eco.lab.searching.plan import Budget, Plan, plan_of
 from ecs_eco.lab.searching.report import BEST, Outcome, WorldFile, write_results
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
 from ecs_eco.lab.trained import forget_trained
+from ecs_eco.lab.work import Work
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
 
@@ -67,8 +68,9 @@ def search(
         folder = claim.path if executor == LOCAL else claim.path.absolute()
         running = None
         try:
-            with engine(executor, workers) as pool:
-                running = Search(plan, folder, pool, optimiser, budget, trials, cpu, progress)
+            with engine(executor, workers) as pool, Work[Any](pool) as work:
+                most = workers or workers_of(pool)
+                running = Search(plan, folder, work, most, optimiser, budget, trials, cpu, progress)
                 prepare(pool, folder, config)
                 running.run()
         finally:
@@ -84,21 +86,22 @@ class Search:
         self,
         plan: Plan,
         out: Path,
-        pool: Executor,
+        work: Work[Any],
+        workers: int,
         optimiser: str,
         budget: float | None,
         trials: int | None,
         cpu: float | None,
         progress: Progress | None,
     ) -> None:
-        self.pool, self.workers = pool, workers_of(pool)
+        self.work, self.workers = work, workers
         self.budget = Budget(budget, trials, cpu, self.workers)
         self.plan, self.out, self.kind = plan, out, optimiser
         self.journal = begin(out, {**plan.header(), "optimiser": optimiser})
         self.sampler = Sampler(plan, optimiser, self.journal) if optimiser in SAMPLERS else None
         self.optimiser = self.sampler or Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
-        self.running: dict[Future[dict[str, Any]], Any] = {}  # and the meaning of each
+        self.proposed: dict[int, dict[str, float]] = {}
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
@@ -128,20 +131,19 @@ class Search:
         known = {e["candidate"] for e in self.journal.of("candidate")}
         numbers = (number for number in count() if number not in known)  # 0 is the world as written
         coming, waiting = next(numbers), True
-        while waiting or self.running:
+        while waiting or len(self.work):
             while waiting and self._free and (self.sampler is None or self.sampler.ready(coming)):
-                waiting = self.budget.allows_another(len(self.running))
+                waiting = self.budget.allows_another(len(self.work))
                 waiting = waiting and not (self.sampler is not None and self.sampler.finished(coming))
                 if waiting:
                     values = self.optimiser.ask(coming) if coming else self.plan.start
-                    self._submit((coming, values), self._job(coming, values if coming else {}))
+                    self.proposed[coming] = values
+                    self.work.add(coming, evaluate, self._job(coming, values if coming else {}))
                     coming = next(numbers)
-            for (number, values), result in self._results():
-                self._tell(number, values, result)
-            self._show()
-            if self.running and self.budget.is_over():
-                terminate(self.pool)
-                self.running.clear()
+            for number, result in self._results():
+                self._tell(number, self.proposed.pop(number), result)
+            if len(self.work) and self.budget.is_over():
+                self.work.stop()
                 return
 
     def _learn(self, entry: dict[str, Any]) -> None:
@@ -184,31 +186,26 @@ class Search:
             self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self.budget.elapsed)
 
     def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
-        waiting = list(jobs.items())
-        while waiting or self.running:
-            while waiting and self._free:
-                self._submit(*waiting.pop(0))
+        for tag, job in jobs.items():
+            self.work.add(tag, evaluate, job)
+        while len(self.work):
             yield from self._results()
-            self._show()
 
     # --- jobs
 
     @property
     def _free(self) -> int:
         """Workers with nothing to do."""
-        return self.workers - len(self.running)
-
-    def _submit(self, tag: Any, job: Job) -> None:
-        self.running[self.pool.submit(evaluate, job)] = tag
+        return self.workers - len(self.work)
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second: (tag, result).
+        """Results that arrive within a second: (key, result).
 
-        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed.
+        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed again and again.
         """
-        done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
-        for future in done:
-            yield self.running.pop(future), future.result()
+        for key, future in self.work.arrived(1.0):
+            yield key, future.result()
+        self._show()
 
     def _job(self, number: int, values: dict[str, float]) -> Job:
         least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]

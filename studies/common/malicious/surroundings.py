@@ -126,7 +126,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
         "--confirm-training-seeds",
         "1",
     ]
-    compare = ["compare", "world.toml", "--control", "no-mutation", "--seeds", "2", "--ticks", "2"]
+    compare = ["compare", "world.toml", "--treatment", "no-mutation", "--seeds", "2", "--ticks", "2"]
     commands = [
         [*script, *compare, *two],
         [*script, "sweep", "plan.toml", *two],

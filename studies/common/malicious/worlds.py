@@ -167,7 +167,7 @@ def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attac
         "compare": cli(
             "compare",
             path,
-            "--control",
+            "--treatment",
             "no-mutation",
             "--seeds",
             "1",

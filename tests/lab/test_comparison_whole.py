@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ecs_eco.engine.errors import ForeignFile
-from ecs_eco.lab.comparing import compare
+from ecs_eco.lab.comparison import compare
 from ecs_eco.record.seal import read_manifest
 
 WORLD = """\

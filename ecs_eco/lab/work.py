@@ -1,0 +1,121 @@
+"""Calls on any executor, by key: given as there is room, and made again where their worker was killed."""
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from typing import Any, Generic, NamedTuple, Self, TypeVar
+
+from ecs_eco.lab.pool import Pool
+
+RETRIES = 5  # how often a call is made again whose worker was killed
+Key = TypeVar("Key", bound=Hashable)
+Item = TypeVar("Item")
+
+
+class Call(NamedTuple):
+    """A function to be called with arguments, by its key."""
+
+    key: Any
+    fn: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+class Work(Generic[Key]):
+    """Calls that wait, and calls that an executor carries out; a context manager.
+
+    Calls of the project's own Pool are made again where their worker was killed; other executors do so
+    themselves. Leaving `with` by an exception cancels all calls that have not begun.
+    """
+
+    def __init__(self, pool: Executor) -> None:
+        self.pool = pool
+        self.waiting: deque[Call] = deque()
+        self.running: dict[Future[Any], Call] = {}
+        self.lost: Counter[Key] = Counter()  # how often the worker of a call was
+
+    def __len__(self) -> int:
+        """How many calls wait or run."""
+        return len(self.waiting) + len(self.running)
+
+    def add(self, key: Key, fn: Callable[..., Any], *arguments: Any) -> None:
+        """Have a function called once there is room."""
+        self.waiting.append(Call(key, fn, arguments))
+
+    def arrived(self, timeout: float | None = None) -> list[tuple[Key, Future[Any]]]:
+        """Return what is done within a time [s], the first of it at least where that is None."""
+        self._submit()
+        done, _ = wait(self.running, timeout, FIRST_COMPLETED)
+        if isinstance(self.pool, Pool) and any(map(_lost_its_worker, done)):
+            done, _ = wait(self.running)  # a pool that lost one worker loses all
+            self.pool.terminate()
+        arrived = [(future, self.running.pop(future)) for future in done]
+        return [(call.key, future) for future, call in arrived if not self._again(call, future)]
+
+    def stop(self) -> None:
+        """End all calls; an executor that cannot end what it has begun finishes that."""
+        self.waiting.clear()
+        for future in self.running:
+            future.cancel()
+        self.running.clear()
+        if hasattr(self.pool, "terminate"):
+            self.pool.terminate()
+
+    def _submit(self) -> None:
+        """Submit what there is room for, which is all where an executor does not say."""
+        room = getattr(self.pool, "at_once", None) or len(self)
+        while self.waiting and len(self.running) < room:
+            call = self.waiting.popleft()
+            future = self.pool.submit(call.fn, *call.arguments)
+            self.running[future] = call
+            if future.done():
+                return
+
+    def _again(self, call: Call, future: Future[Any]) -> bool:
+        """Have a call made again whose worker was killed, unless that happened too often."""
+        if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
+            return False
+        self.lost[call.key] += 1
+        if self.lost[call.key] > RETRIES:
+            return False
+        self.waiting.append(call)
+        return True
+
+    def __iter__(self) -> Iterator[tuple[Key, Future[Any]]]:
+        """Yield keys with their futures as these are done, until nothing is left."""
+        while len(self):
+            yield from self.arrived()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            for future in self.running:
+                future.cancel()
+
+
+def completed(
+    pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]]
+) -> Iterator[tuple[Key, Future[Any]]]:
+    """Call `fn` with the arguments of each job; yield keys with their futures as these are done.
+
+    A single job of a Pool is done in this process.
+    """
+    with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool) as work:
+        for key, arguments in jobs.items():
+            work.add(key, fn, *arguments)
+        yield from work
+
+
+def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
+    """Return what is in groups so that any beginning of it is as even over groups, and over places in them, as
+    can be: with groups of equal size neither differs by more than one."""
+    n, most = len(groups), max(map(len, groups), default=0)
+    again = math.lcm(n, most)  # from here on places would meet the same groups
+    at = ((k % n, (k + k // again) % most) for k in range(n * most))
+    return [groups[i][j] for i, j in at if j < len(groups[i])]
+
+
+def _lost_its_worker(future: Future[Any]) -> bool:
+    return not future.cancelled() and isinstance(future.exception(), BrokenExecutor)
