@@ -70,16 +70,29 @@ class Kind:
     sites: np.ndarray | None = None
 
     def __getattr__(self, key: str) -> Any:
-        """Return the value of a key of the section, or its default where the section lacks it."""
-        if not key.startswith("_"):
-            if self.section is not None and key in type(self.section).model_fields:
-                return getattr(self.section, key)
-            for model in sections():
-                known = model.model_fields.get(key)
-                if known is not None and not known.is_required():
-                    return known.get_default(call_default_factory=True)
-            if key == "body":
-                return PLAIN
+        """Return the value of a key of the section, or its default where the section lacks it; it is then an
+        attribute, until there is another section."""
+        if key.startswith("_"):
+            raise AttributeError(key)
+        vars(self)[key] = value = self._value(key)
+        return value
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute; with another section forget the keys of the former one."""
+        super().__setattr__(name, value)
+        if name == "section":
+            for key in vars(self).keys() - type(self).__dataclass_fields__.keys():
+                del vars(self)[key]
+
+    def _value(self, key: str) -> Any:
+        if self.section is not None and key in type(self.section).model_fields:
+            return getattr(self.section, key)
+        for model in sections():
+            known = model.model_fields.get(key)
+            if known is not None and not known.is_required():
+                return known.get_default(call_default_factory=True)
+        if key == "body":
+            return PLAIN
         raise AttributeError(f"neither a species nor an object type has {key!r}")
 
     @property
