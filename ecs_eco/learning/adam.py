@@ -44,7 +44,7 @@ def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, 
     return norm
 
 
-@njit
+@summing_njit
 def adam_each(weights, gradients, moment_1, moment_2, steps, rates, epsilon, max_norm, decay):
     """Take a step of Adam with each row of weights f32[k, size]; return the lengths of the gradients f64[k]."""
     norms = np.empty(len(weights))

@@ -14,6 +14,7 @@ import numpy as np
 
 from ecs_eco.compiled.vectors import LANES, load, spread, store
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
 
 
@@ -30,9 +31,10 @@ class Layout(NamedTuple):
 
 @fused_njit
 def layout_of(layers, rows):
-    """Return the layout in a scratch for up to `rows` transitions at once, and `layers` LAYER[n]."""
+    """Return the layout in a scratch for up to `rows` transitions at once, and `layers` as in layers.py."""
     units = size = transposed = widest = 0
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
         units, size = layer.above + wide, size + (layer.inputs + 1) * layer.outputs
         transposed, widest = layer.transposed + layer.outputs * narrow, max(widest, narrow, wide)
@@ -57,7 +59,8 @@ def gather_observations(observations, chosen, scratch):
 @fused_njit
 def transpose_weights(scratch, layout, layers):
     """Write the matrix (a, b) of each layer above the first as (b, wide), whenever weights have changed."""
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         a, b, wide = layer.inputs, layer.outputs, round_up(layer.inputs, LANES)
         matrix, transposed = layout.weights + layer.weights, layout.transposed + layer.transposed
         for i in range(a if layer.below else 0):
@@ -68,7 +71,8 @@ def transpose_weights(scratch, layout, layers):
 @fused_njit
 def forward(scratch, layout, layers, rows):
     """Fill the activations of all layers from the observations."""
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         a, b, matrix = layer.inputs, layer.outputs, layout.weights + layer.weights
         narrow, wide, above = round_up(a, LANES), round_up(b, LANES), rows * layer.above
         product(
@@ -82,8 +86,8 @@ def forward(scratch, layout, layers, rows):
 @fused_njit
 def backward(scratch, layout, layers, rows, n):
     """Fill the gradient from the deltas of the outputs of n transitions in these rows."""
-    for i in range(len(layers) - 1, -1, -1):
-        layer = layers[i]
+    for level in range(len(layers) - 1, -1, -1):
+        layer = layer_of(layers, level)
         narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
         above, below = layout.deltas + rows * layer.above, layout.deltas + rows * layer.below
         transposed, zeros = layout.transposed + layer.transposed, layout.zeros
@@ -91,7 +95,8 @@ def backward(scratch, layout, layers, rows, n):
             b = layer.outputs
             product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, 0, below, narrow, narrow)
             _through_tanh(scratch, below, rows * layer.below, rows * narrow)
-    for layer in layers:  # from the first to the last, for tiles go beyond what is theirs
+    for level in range(len(layers)):  # from the first to the last, for tiles go beyond what is theirs
+        layer = layer_of(layers, level)
         a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
         narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
         product(scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, 0, gradient, b, b)

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.learning import individual_kernels as kernels
+from ecs_eco.learning.brain import PlainNetwork
 from ecs_eco.learning.inference import infer_individual
-from ecs_eco.learning.plain_network import PlainNetwork
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
 
 if TYPE_CHECKING:
+    from ecs_eco.engine.blocks import Blocked
     from ecs_eco.engine.schema import Columns
 
 WEIGHTS = 170  # used, there and back in learning, in the 30 ns that `split` counts as an organism
@@ -147,7 +148,9 @@ class Individuals(PlainNetwork):
         if not len(rows):
             return
         full = kernels.record(
-            _experience(experience),
+            *_addresses(experience.observations, experience.choices),
+            _addresses(experience.log_probability, experience.value, experience.reward),
+            experience.length,
             rows,
             np.ascontiguousarray(x, np.float32),
             choice,
@@ -200,6 +203,7 @@ class Individuals(PlainNetwork):
         """
         n = len(rows)
         settings = self._settings(n, plasticity, own or {})
+        rates, epochs = setting_of(settings, "learning_rate"), setting_of(settings, "epochs")
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
@@ -209,8 +213,10 @@ class Individuals(PlainNetwork):
             split(
                 kernels.train,
                 stop - start,
-                _policy(policy),
-                _experience(experience),
+                _addresses(policy.weights, policy.moment_1, policy.moment_2),
+                (policy.steps, policy.updates, experience.length),
+                *_addresses(experience.observations, experience.choices),
+                _addresses(experience.log_probability, experience.value, experience.reward),
                 rows[mine],
                 uid[mine],
                 bootstrap[mine],
@@ -219,12 +225,11 @@ class Individuals(PlainNetwork):
                 self.layers,
                 self.offsets,
                 report[mine],
-                work=int(lengths[mine] @ settings["epochs"][mine]) * self.size // WEIGHTS,
+                work=int(lengths[mine] @ epochs[mine]) * self.size // WEIGHTS,
             )
         if self.bands.size > 1:
             self._tell(policy, rows, report)
             experience.length[rows] = 0
-        rates = settings["learning_rate"]
         learnt = (rates != 0) & (lengths > 0)
         require_finite(report, uid)
         told = report, lengths, rates
@@ -235,13 +240,13 @@ class Individuals(PlainNetwork):
     def _settings(
         self, n: int, plasticity: tuple[Any, Any, Any] | None, own: Mapping[str, np.ndarray]
     ) -> np.ndarray:
-        """Return the hyperparameters SETTINGS[n] of n animals: those of the species, but for their plasticity
-        and their `own` [n]."""
-        settings = np.empty(n, kernels.SETTINGS)
-        for name in kernels.SETTINGS.names or ():
-            settings[name] = own.get(name, getattr(self.ppo, name))
+        """Return the hyperparameters f64[n, Hyperparameters] of n animals: those of the species, but for their
+        plasticity and their `own` [n]."""
         if plasticity is not None:
-            settings["learning_rate"], settings["discount"], settings["entropy"] = plasticity
+            own = {**own, **dict(zip(("learning_rate", "discount", "entropy"), plasticity, strict=True))}
+        settings = np.empty((n, len(kernels.Hyperparameters._fields)))
+        for i, name in enumerate(kernels.Hyperparameters._fields):
+            settings[:, i] = own.get(name, getattr(self.ppo, name))
         return settings
 
     def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
@@ -250,6 +255,11 @@ class Individuals(PlainNetwork):
         for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):
             column[rows] = self.bands.gathered(n, column[rows[first:last]])
         self.bands.whole(n, report)
+
+
+def setting_of(settings: np.ndarray, name: str) -> np.ndarray:
+    """Return one hyperparameter f32[n] of the settings f64[n, Hyperparameters] of n animals."""
+    return settings[:, kernels.Hyperparameters._fields.index(name)].astype(np.float32)
 
 
 def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
@@ -283,24 +293,6 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     return means
 
 
-def _policy(policy: Columns) -> kernels.PolicyColumns:
-    """Return the columns of Policy as kernels take them."""
-    return kernels.PolicyColumns(
-        policy.weights.by_address(),
-        policy.moment_1.by_address(),
-        policy.moment_2.by_address(),
-        policy.steps,
-        policy.updates,
-    )
-
-
-def _experience(experience: Columns) -> kernels.ExperienceColumns:
-    """Return the columns of Experience as kernels take them."""
-    return kernels.ExperienceColumns(
-        experience.observations.by_address(),
-        experience.choices.by_address(),
-        experience.log_probability.by_address(),
-        experience.value.by_address(),
-        experience.reward.by_address(),
-        experience.length,
-    )
+def _addresses(*columns: Blocked) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Return columns as kernels take them."""
+    return tuple(column.by_address() for column in columns)

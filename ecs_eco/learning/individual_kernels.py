@@ -8,7 +8,7 @@ Each animal's numbers are summed in an order that depends on nothing but its own
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,50 +33,26 @@ TERMS = (
     "explained_variance",
     "reward",
 )
-SETTINGS = np.dtype(  # hyperparameters of one animal
-    [
-        ("learning_rate", "f4"),
-        ("discount", "f4"),
-        ("entropy", "f4"),
-        ("gae_lambda", "f4"),
-        ("clip", "f4"),
-        ("clip_value", "f4"),
-        ("value_weight", "f4"),
-        ("adam_epsilon", "f8"),
-        ("max_grad_norm", "f8"),
-        ("weight_decay", "f8"),
-        ("epochs", "i8"),
-        ("minibatch", "i8"),
-        ("normalise_advantage", "?"),
-    ],
-    align=True,
-)
 AHEAD = 8  # animals: so many others are recorded while the layout of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
-Addressed: TypeAlias = tuple[np.ndarray, np.ndarray]
-"""A column `by_address`."""
 
+class Hyperparameters(NamedTuple):
+    """Those of one animal: fields of PPO."""
 
-class PolicyColumns(NamedTuple):
-    """The columns of the component Policy."""
-
-    weights: Addressed
-    moment_1: Addressed
-    moment_2: Addressed
-    steps: np.ndarray
-    updates: np.ndarray
-
-
-class ExperienceColumns(NamedTuple):
-    """The columns of the component Experience."""
-
-    observations: Addressed
-    choices: Addressed
-    log_probability: Addressed
-    value: Addressed
-    reward: Addressed
-    length: np.ndarray
+    learning_rate: np.float32
+    discount: np.float32
+    entropy: np.float32
+    gae_lambda: np.float32
+    clip: np.float32
+    clip_value: np.float32
+    value_weight: np.float32
+    adam_epsilon: np.float64
+    max_grad_norm: np.float64
+    weight_decay: np.float64
+    epochs: np.int64
+    minibatch: np.int64
+    normalise_advantage: np.bool_
 
 
 class Workspace(NamedTuple):
@@ -103,9 +79,10 @@ def draw_newborn(key, who, deviations, weights):
 
 
 @fused_njit
-def record(experience, rows, x, choice, log_probability, value):
-    """Append a transition to each animal's rollout; return how many had no room."""
-    observations, choices, log_probabilities, values, rewards, length = experience
+def record(observations, choices, returns, length, rows, x, choice, log_probability, value):
+    """Append a transition to each animal's rollout; return how many had no room. `returns` are the columns of
+    log-probabilities, values and rewards."""
+    log_probabilities, values, rewards = returns
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
         _prefetch_place(
@@ -157,38 +134,77 @@ def full_rollouts(length, rows, uid, born, tick, horizon, due):
 
 
 @fused_njit
-def train(first, last, policy, experience, rows, uid, bootstrap, settings, seed, layers, offsets, report):
+def train(
+    first,
+    last,
+    networks,
+    counters,
+    observations,
+    choices,
+    returns,
+    rows,
+    uid,
+    bootstrap,
+    settings,
+    seed,
+    layers,
+    offsets,
+    report,
+):
     """Let animals first … last − 1 learn from their rollouts and empty them; `report` f64[n, TERMS] gets the
     means over each one's steps.
 
-    They expect `bootstrap` f32[n] of what comes, and have `settings` SETTINGS[n]; with a learning rate of 0
-    nothing changes.
+    `networks` are the columns of weights and both moments, `counters` those of steps, updates and the
+    rollouts' lengths, `returns` those of log-probabilities, values and rewards. Animals expect `bootstrap`
+    f32[n] of what comes, and have `settings` f64[n, Hyperparameters]; with a learning rate of 0 nothing
+    changes.
     """
-    horizon = experience.reward[1].shape[1]
+    steps, updates, length = counters
+    horizon = returns[0][1].shape[1]
     work = _workspace(layers, offsets, horizon)
     ended, later, gain = np.zeros(horizon, np.bool_), np.empty(1, np.float32), np.empty(1, np.float32)
     for j in range(first, last):
-        row, own, terms = rows[j], settings[j], report[j]
-        n = max(0, min(experience.length[row], horizon))
-        experience.length[row] = 0
+        row, own, terms = rows[j], _hyperparameters(settings, j), report[j]
+        n = max(0, min(length[row], horizon))
+        length[row] = 0
         if n == 0 or own.learning_rate == 0:
             continue
-        steps = work.steps[:n]
-        _read_transitions(row, experience, steps)
+        lived = work.steps[:n]
+        _read_transitions(row, returns, lived)
         later[0], gain[0] = bootstrap[j], 0
-        fill_advantages(steps, ended, later, gain, own.discount, own.gae_lambda)
-        mean, deviation, terms[6], terms[7] = summarize(steps)
+        fill_advantages(lived, ended, later, gain, own.discount, own.gae_lambda)
+        mean, deviation, terms[6], terms[7] = summarize(lived)
         shift, scale = (mean, 1 / (deviation + 1e-8)) if own.normalise_advantage and n > 1 else (0.0, 1.0)
         loss = LossSettings(
             own.clip, own.clip_value, own.entropy, own.value_weight, np.float32(shift), np.float32(scale)
         )
         if j + 1 < last:  # the next animal's arrive while this one learns
-            for column in (policy.weights, policy.moment_1, policy.moment_2):
+            for column in networks:
                 prefetch_row(rows[j + 1], column)
-            prefetch_row(rows[j + 1], experience.observations)
-        key = mix(mix(seed ^ uid[j]) + np.uint64(policy.updates[row]))
-        policy.updates[row] += 1
-        _fit(row, n, policy, experience, work, layers, offsets, own, loss, key, terms)
+            prefetch_row(rows[j + 1], observations)
+        key = mix(mix(seed ^ uid[j]) + np.uint64(updates[row]))
+        updates[row] += 1
+        _fit(row, n, networks, steps, observations, choices, work, layers, offsets, own, loss, key, terms)
+
+
+@fused_njit
+def _hyperparameters(settings, j):
+    """Return row j of the settings."""
+    return Hyperparameters(
+        np.float32(settings[j, 0]),
+        np.float32(settings[j, 1]),
+        np.float32(settings[j, 2]),
+        np.float32(settings[j, 3]),
+        np.float32(settings[j, 4]),
+        np.float32(settings[j, 5]),
+        np.float32(settings[j, 6]),
+        settings[j, 7],
+        settings[j, 8],
+        settings[j, 9],
+        np.int64(settings[j, 10]),
+        np.int64(settings[j, 11]),
+        settings[j, 12] != 0,
+    )
 
 
 @fused_njit
@@ -206,22 +222,22 @@ def _workspace(layers, offsets, horizon):
 
 
 @fused_njit
-def _read_transitions(row, experience, steps):
+def _read_transitions(row, returns, steps):
     """Fill in what an animal lived through."""
     at = row % BLOCK
-    log_probability = block_of(row, experience.log_probability)[at]
-    value, reward = block_of(row, experience.value)[at], block_of(row, experience.reward)[at]
+    log_probability = block_of(row, returns[0])[at]
+    value, reward = block_of(row, returns[1])[at], block_of(row, returns[2])[at]
     for t in range(len(steps)):
         steps[t].log_probability, steps[t].value, steps[t].reward = log_probability[t], value[t], reward[t]
 
 
 @fused_njit
-def _fit(row, n, policy, experience, work, layers, offsets, own, loss, key, terms):
+def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, own, loss, key, terms):
     """Take an animal's steps of Adam, and write the terms of the loss, as means over them."""
-    at, size, layout = row % BLOCK, policy.weights[1].shape[1], work.layout
-    kept = block_of(row, policy.weights)[at]
-    moment_1, moment_2 = block_of(row, policy.moment_1)[at], block_of(row, policy.moment_2)[at]
-    seen, taken = block_of(row, experience.observations)[at], block_of(row, experience.choices)[at]
+    at, size, layout = row % BLOCK, networks[0][1].shape[1], work.layout
+    kept = block_of(row, networks[0])[at]
+    moment_1, moment_2 = block_of(row, networks[1])[at], block_of(row, networks[2])[at]
+    seen, taken = block_of(row, observations)[at], block_of(row, choices)[at]
     weights = work.network[layout.weights : layout.weights + size]
     gradient = work.network[layout.gradient : layout.gradient + size].reshape(1, size)
     for i in range(0, size, LANES):
@@ -241,13 +257,13 @@ def _fit(row, n, policy, experience, work, layers, offsets, own, loss, key, term
                 gather_transitions(work.loss, work.steps, taken, work.numbers, offsets, chosen, share)
             transpose_weights(work.network, layout, layers)
             loss_gradient(work.network, layout, layers, len(chosen), offsets, loss, work.loss)
-            policy.steps[row] += 1
+            steps[row] += 1
             terms[5] += adam(
                 weights,
                 gradient,
                 moment_1,
                 moment_2,
-                policy.steps[row],
+                steps[row],
                 own.learning_rate,
                 own.adam_epsilon,
                 own.max_grad_norm,

@@ -19,7 +19,7 @@ from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.engine.random import mix_int
 from ecs_eco.learning.adam import adam_each
 from ecs_eco.learning.advantages import fill_advantages, summarize
-from ecs_eco.learning.individual import Individuals, require_finite, summary
+from ecs_eco.learning.individual import Individuals, require_finite, setting_of, summary
 from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.rollout import STEP
@@ -145,7 +145,7 @@ class IndividualModules(Individuals):
         began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions. Nobody has `own`
         hyperparameters here."""
         settings = self._settings(len(rows), plasticity, {})
-        rates = settings["learning_rate"]
+        rates = setting_of(settings, "learning_rate")
         lengths = experience.length[rows]
         learning = np.flatnonzero((rates != 0) & (lengths > 0))
         report = np.zeros((len(rows), len(TERMS) + 3))
@@ -200,7 +200,7 @@ class IndividualModules(Individuals):
         ppo, tensor = self.ppo, self.brain.tensor
         lengths = experience.length[rows].astype(np.int64)
         steps, (mean, deviation, explained, reward) = self._advantages_of(
-            experience, rows, lengths, bootstrap, settings["discount"]
+            experience, rows, lengths, bootstrap, setting_of(settings, "discount")
         )
         normal = ppo.normalise_advantage & (lengths > 1)
         shift, scale = np.where(normal, mean, 0), np.where(normal, 1 / (deviation + 1e-8), 1)
@@ -211,7 +211,7 @@ class IndividualModules(Individuals):
             *(tensor(steps[name]) for name in ("log_probability", "value", "advantage")),
             tensor(began),
         )
-        scalars = tuple(tensor(v.astype(np.float32)) for v in (settings["entropy"], shift, scale))
+        scalars = tuple(tensor(v.astype(np.float32)) for v in (setting_of(settings, "entropy"), shift, scale))
         kept = policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows]
         weights, moment_1, moment_2 = kept
         report, n_steps = np.zeros((len(rows), len(TERMS) + 3)), 0
@@ -232,7 +232,7 @@ class IndividualModules(Individuals):
                     moment_1,
                     moment_2,
                     policy.steps[rows] + n_steps,
-                    settings["learning_rate"],
+                    setting_of(settings, "learning_rate"),
                     ppo.adam_epsilon,
                     ppo.max_grad_norm,
                     ppo.weight_decay,

@@ -12,6 +12,7 @@ from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
 from ecs_eco.engine.blocks import BLOCK as ROWS_OF_BLOCK
 from ecs_eco.engine.blocks import apart, flat_block_of
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
+from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import ROWS, product, round_up
 
 BLOCK = 64  # organisms: four vectors of the widest kind
@@ -27,7 +28,8 @@ def infer_shared(first, last, observations, weights, layers, logits, values):
     """
     n_observations, n_logits = observations.shape[0], logits.shape[1]
     widest = units = 0
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         widest, units = max(widest, layer.outputs), units + round_up(layer.outputs, ROWS)
     biases = len(weights) + LANES
     observed = biases + units * LANES
@@ -39,7 +41,8 @@ def infer_shared(first, last, observations, weights, layers, logits, values):
         size = min(BLOCK, last - start)
         width, bias, output = round_up(size, LANES), biases, 0
         _take(observations, start, size, scratch, observed)
-        for layer in layers:
+        for level in range(len(layers)):
+            layer = layer_of(layers, level)
             a, b, source = layer.inputs, layer.outputs, below if layer.below else observed
             product(scratch, layer.weights, 1, b, b, source, BLOCK, a, bias, LANES, above, BLOCK, width)
             bias += round_up(b, ROWS) * LANES
@@ -63,7 +66,8 @@ def _lay_weights(weights, layers, biases, scratch):
     """Copy the weights, and write each bias as a whole vector."""
     for i in range(len(weights)):
         scratch[i] = weights[i]
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         bias = layer.weights + layer.inputs * layer.outputs
         for o in range(layer.outputs):
             for lane in range(LANES):
@@ -96,7 +100,8 @@ def infer_individual(first, last, rows, weights, layers, x, logits, values):
     are read, and let be.
     """
     zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], x.shape[1]
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         wide = max(wide, layer.outputs)
     wide = round_up(wide, LANES)
     units = np.zeros(2 * wide, np.float32)
@@ -105,7 +110,8 @@ def infer_individual(first, last, rows, weights, layers, x, logits, values):
         ahead = apart(rows[j], rows[min(j + 1, last - 1)], weights)  # the next animal's weights
         for i in range(x.shape[1]):
             units[i] = x[j, i]
-        for layer in layers:
+        for level in range(len(layers)):
+            layer = layer_of(layers, level)
             a, b, at = layer.inputs, layer.outputs, start + layer.weights
             for o in range(0, b, LANES):
                 here, y0, y1, y2, y3 = at + o, load(w, at + o + a * b), zero, zero, zero

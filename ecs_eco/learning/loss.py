@@ -17,6 +17,7 @@ import numpy as np
 from ecs_eco.compiled.vectors import LANES, load, store, where_less
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
+from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import round_up
 
 BLOCK = 32  # transitions
@@ -151,7 +152,8 @@ def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scr
 def _transpose_outputs(activations, layers, rows, start, size, outputs):
     """Turn the outputs of the block's first `size` transitions on their side; behind them are zeros."""
     first = 0
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         if not layer.hidden:
             wide = round_up(layer.outputs, LANES)
             at = rows * layer.above + start * wide
@@ -167,7 +169,8 @@ def _transpose_outputs(activations, layers, rows, start, size, outputs):
 def _transpose_back(outputs, layers, rows, start, size, deltas, activations):
     """Write the gradient of the block's first `size` transitions as rows, zeros into those behind them."""
     first = 0
-    for layer in layers:
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
         if not layer.hidden:
             wide = round_up(layer.outputs, LANES)
             at = deltas + rows * layer.above + start * wide
