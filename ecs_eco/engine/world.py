@@ -6,6 +6,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -60,6 +61,12 @@ class World:
         self.debug: Any = None  # the checks of the debug mode
         self.owner = threading.current_thread()  # it alone touches the world
         self.workers = Workers(self.threads)
+        # kernel, n, *arguments, work=None: runs `kernel(first, last, *arguments)` over 0…n, on all threads where
+        # `work` items are worth it
+        self.split: Callable[..., None] = self.workers.split
+        # pieces of work that do not depend on each other: does them, on all threads where it pays; no two may write
+        # to the same array
+        self.together: Callable[..., None] = partial(self.workers.together, self.tables.values())
         self.schedule = Schedule()
         self.turnover = Turnover(self)  # how births and deaths take effect
         self._places = 0  # in the phases, that systems have taken
@@ -312,11 +319,3 @@ class World:
         """Invalidate all that is derived from positions: handles may have moved something."""
         for table in self.tables.values():
             table.version += 1
-
-    def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
-        self.workers.split(kernel, n, *arguments, work=work)
-
-    def together(self, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where it pays; no two may write to the same array."""
-        self.workers.together(self.tables.values(), *work)

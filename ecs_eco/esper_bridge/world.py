@@ -118,7 +118,7 @@ class Told(Turnover):
 
     def heard(self) -> bool:
         """Return whether deaths are told one by one."""
-        return super().heard() or "death" in self.world.context.registry.events
+        return bool(self.world.on_death) or "death" in self.world.context.registry.events
 
     def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
         """Call the hooks of deaths, then esper's handlers."""

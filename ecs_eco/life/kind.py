@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ecs_eco.config.features.feeding import Diet
-    from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.engine.table import Table
     from ecs_eco.genomes.heredity import Heredity
     from ecs_eco.nervous.nerves import Nerves
@@ -59,7 +58,7 @@ class Kind:
     eaten: dict[str, float] = field(default_factory=dict)
     """Food → the energy that all its members gained from it in the last tick."""
     barren: bool = False
-    """Whether an intervention has switched its reproduction off."""
+    """Whether an intervention has switched its reproduction off: `reproduction` is None then."""
     refused: int = 0
     """Births that `max_count` refused since a recorder last noted them."""
     nursery: Table | None = None
@@ -78,13 +77,15 @@ class Kind:
         return value
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute; with another section forget the keys of the former one."""
+        """Set an attribute; what followed from a former section is forgotten."""
         super().__setattr__(name, value)
-        if name == "section":
+        if name in ("section", "barren"):
             for key in vars(self).keys() - type(self).__dataclass_fields__.keys():
                 del vars(self)[key]
 
     def _value(self, key: str) -> Any:
+        if key == "reproduction" and (self.barren or not isinstance(self.section, Species)):
+            return None
         if self.section is not None and key in type(self.section).model_fields:
             return getattr(self.section, key)
         for model in sections():
@@ -104,11 +105,6 @@ class Kind:
     def foods(self) -> list[Diet]:
         """Its diet, in order of the names of what it eats."""
         return sorted(self.diet, key=lambda food: food.eats)
-
-    @property
-    def reproduction(self) -> AnyReproduction | None:
-        """How it reproduces; None: it does not, or an intervention has switched it off."""
-        return self.section.reproduction if isinstance(self.section, Species) and not self.barren else None
 
     def feels(self) -> dict[str, str]:
         """Return properties of its bodies that features add, and the fields "Component.field" that they are."""

@@ -33,12 +33,14 @@ class Diffuse(System):
         world = self.world
         emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
-            ways = table.species.emits
-            if any(not isinstance(way, Emission) for way in ways.values()):
-                emitters.append((table, world.index(table)))
-            for name, way in ways.items():
+            of_its_own = False
+            for name, way in table.species.emits.items():
                 if isinstance(way, Emission):
                     self.emanate(name, table, way)
+                else:
+                    of_its_own = True
+            if of_its_own:
+                emitters.append((table, world.index(table)))
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
         world.together(*[partial(self.spread, name, emitters) for name in mine])
         if world.bands.size > 1:
