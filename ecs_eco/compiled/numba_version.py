@@ -12,7 +12,7 @@ import warnings
 from functools import cache
 from importlib.metadata import version
 
-TRIED = ("0.65", "0.66", "0.67", "0.68")
+TRIED = ("0.63", "0.64", "0.65", "0.66", "0.67", "0.68")
 """The minor versions that `numba_private` was tried with."""
 VARIABLE = "ECS_ECO_PLAIN_NUMBA"
 
