@@ -52,6 +52,17 @@ def present_name(name: str) -> str | None:
     return f"{FORMER[package]}.{module}"
 
 
+class Later:
+    """A module that is imported when one of its names is first used: one that loads much, for functions that
+    few call. An import under TYPE_CHECKING gives its names their types."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(self._name), name)
+
+
 def file_of(name: str) -> str:
     """Return the module that holds a class in a package of one class a file: give_birth for GiveBirth."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()

@@ -29,7 +29,8 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
-_above = lazy(__name__, {"view": "ecs_eco.view.watch"})  # rooms above, for methods that lead there
+# of rooms that are higher, or load much, for methods that lead there
+_above = lazy(__name__, {"plot": "ecs_eco.analysis.plot", "view": "ecs_eco.view.watch"})
 
 
 class World(SpatialWorld):
@@ -164,9 +165,7 @@ class World(SpatialWorld):
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
         """Return a column of the series over time as a matplotlib Figure; see `ecs_eco.analysis.plot`."""
-        from ecs_eco.analysis.plot import plot
-
-        return plot(self, column, species)
+        return _above("plot")(self, column, species)
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
         """Show this world alive: in an output cell of a notebook, else in the browser until Ctrl-C;

@@ -96,5 +96,6 @@ Workers = Annotated[
     ),
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
+Of = Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]

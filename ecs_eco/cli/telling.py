@@ -18,6 +18,7 @@ from ecs_eco.analysis.report.archipelago import write_archipelago
 from ecs_eco.analysis.runs import parts
 from ecs_eco.analysis.why import write_why
 from ecs_eco.cli.folders import pages
+from ecs_eco.cli.options import Of, Run
 from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
 from ecs_eco.engine.errors import listed, nearest
 from ecs_eco.record import archipelago
@@ -26,7 +27,7 @@ from ecs_eco.record.geodata import write_tracks
 
 @exits
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    folder: Run,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -109,14 +110,14 @@ def _print_blocks(blocks: dict[str, list[str]]) -> None:
 
 @exits
 def lineage(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    folder: Run,
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
     ] = None,
     newick: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")
     ] = None,
-    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    species: Of = None,
     living: Annotated[
         bool,
         typer.Option(
@@ -180,7 +181,7 @@ def _summary(lineage: Lineage, name: str) -> str:
 
 @exits
 def tracks(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    folder: Run,
     file: Annotated[
         Path,
         typer.Argument(
@@ -189,7 +190,7 @@ def tracks(
             help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
         ),
     ],
-    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    species: Of = None,
     lines: Annotated[
         bool, typer.Option("--lines", help="Write the way of each organism, not its places.")
     ] = False,

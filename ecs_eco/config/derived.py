@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.config.formula import Formula, FormulaError, compile_formula
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights
 from ecs_eco.genomes.traits import Trait
@@ -46,15 +46,21 @@ def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Proble
         if any(gene.name == name for gene in section.genes):
             wrong.append(Problem(key[:2], "a gene has this name", name, "each name once"))
             continue
+        if strange := [other for other in derived.read if other not in known]:
+            wrong.append(unknown(("derived", name, "from"), "gene or derived trait", strange[0], known))
+            continue
         try:
-            formula = compile_formula(text, known)
+            formula = compile_formula(text, derived.read)
         except FormulaError as error:
             wrong.append(Problem(key, error.what, text, error.allowed, error.nearest))
             continue
-        if formula.names:
-            found[name] = formula
+        if not formula.names:
+            wrong.append(Problem(key, "reads no gene", text, f"a formula of {listed(derived.read, 30)}"))
+        elif unread := [other for other in derived.read if other not in formula.names]:
+            fault, allowed = f"the formula does not read {unread[0]}", listed(formula.names, 30)
+            wrong.append(Problem(("derived", name, "from"), fault, getattr(derived, "from"), allowed))
         else:
-            wrong.append(Problem(key, "reads no gene", text, f"a formula of {listed(known, 30)}"))
+            found[name] = formula
     formulas: dict[str, Formula] = {}
     while ready := [n for n, f in found.items() if n not in formulas and f.names <= {*genes, *formulas}]:
         formulas |= {name: found[name] for name in ready}

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from ecs_eco.inputs.section import LARGEST, Column, Own, Section
+from ecs_eco.inputs.section import COLUMN, LARGEST, Column, Own, Section
 
 Key = tuple[str, ...]
 PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list
@@ -31,6 +31,11 @@ class Number:
     def name(self) -> str:
         """The pattern as a dotted key."""
         return ".".join(self.pattern)
+
+    @property
+    def codable(self) -> bool:
+        """Whether a gene may code for it."""
+        return self.own in (True, COLUMN) or isinstance(self.own, Column)
 
 
 @cache

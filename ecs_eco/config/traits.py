@@ -12,7 +12,7 @@ from ecs_eco.config.models.surroundings import PROPERTIES
 from ecs_eco.config.numbers import PLACE, Number, numbers_of, values_in
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
-from ecs_eco.inputs.section import COLUMN, LARGEST, SMALLEST, Column
+from ecs_eco.inputs.section import LARGEST, SMALLEST, Column
 from ecs_eco.learning.settings import PPO
 
 TINY = 1e-6  # the least value of traits that must be above 0
@@ -75,8 +75,8 @@ def why_shared(key: str, model: type[Species] = Species) -> str:
         fits = len(number.pattern) == len(parts) and all(
             a in (PLACE, b) for a, b in zip(number.pattern, parts, strict=True)
         )
-        if fits and isinstance(number.own, str) and number.own != COLUMN:
-            return number.own
+        if fits and number.own is not None and not number.codable:
+            return str(number.own)
     return ""
 
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from ecs_eco.compiled.elementary import arrays, power, scalars
+from ecs_eco.genomes.later import kernels
 from ecs_eco.genomes.models import Gene
 from ecs_eco.genomes.traits import Shapes, Trait
 
@@ -24,17 +25,15 @@ class Codons:
 
     def read(self, loci: np.ndarray, start: int) -> np.ndarray:
         """Return the numbers i64[n, codons] in u8[n, loci], of the string that begins at `start`."""
-        from ecs_eco.genomes.kernels import read_codons
-
         out = np.empty((len(loci), self.n), np.int64)
-        read_codons(loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out)
+        kernels.read_codons(
+            loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out
+        )
         return out
 
     def write(self, numbers: np.ndarray, loci: np.ndarray, start: int) -> None:
         """Write numbers i64[n, codons] into u8[n, loci]."""
-        from ecs_eco.genomes.kernels import write_codons
-
-        write_codons(
+        kernels.write_codons(
             numbers, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", loci
         )
 
@@ -181,13 +180,11 @@ class Weights(Code):
     def values(self, numbers: np.ndarray) -> np.ndarray:
         if self.bases is None:
             return self._numbers_to_range(numbers)
-        from ecs_eco.genomes.kernels import combine
-
         out, at, begin = np.empty((len(numbers), *self.width)), 0, 0
         for basis in self.bases:
             k, size = basis.shape
             part = np.empty((len(numbers), size))
-            combine(self._numbers_to_range(numbers[:, at : at + k]), basis, part)
+            kernels.combine(self._numbers_to_range(numbers[:, at : at + k]), basis, part)
             out[:, begin : begin + size] = part
             at, begin = at + k, begin + size
         return out

@@ -7,6 +7,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from ecs_eco.compiled.threads import one_torch_thread
+from ecs_eco.genomes.later import kernels
 
 BATCH = 512
 RATE = 1e-2  # of Adam at the start; it falls to 0
@@ -36,15 +37,13 @@ class Fitted:
 
     def each(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the outputs of networks with weights f32[n, size], one for each row of x f32[n, inputs]."""
-        from ecs_eco.genomes.kernels import forward
-
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
             raise ValueError(f"network: readings of the shape {np.shape(x)}; allowed is (n, {self.sizes[0]})")
         if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
             raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
-        forward(
+        kernels.forward(
             np.ascontiguousarray(x, np.float32),
             np.array(self.sizes),
             np.ascontiguousarray(weights, np.float32),

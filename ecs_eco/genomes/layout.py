@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, listed, unknown_name
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
+from ecs_eco.genomes.later import kernels
 from ecs_eco.genomes.models import Derived, Dominance, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
 from ecs_eco.genomes.traits import Shapes, Trait
@@ -218,10 +219,8 @@ class Layout:
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""
-        from ecs_eco.genomes.kernels import letters_of
-
         out = np.empty((len(keys), self.row), np.uint8)
-        letters_of(np.asarray(keys, np.uint64), len(self.alphabet), out)
+        kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), out)
         return out
 
     def rates(self, chance: float) -> np.ndarray:

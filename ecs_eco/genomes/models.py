@@ -20,6 +20,7 @@ from ecs_eco.inputs.section import (
     is_empty,
     quantity,
     table,
+    with_keyword,
 )
 
 Dominance = Literal["first", "mean", "greater"]
@@ -83,14 +84,29 @@ class Gene(Section, own=LETTERS):
     )
 
 
-class Derived(Section, own=LETTERS):
+_From: Any = with_keyword(
+    "from",
+    Name | Annotated[list[Name], Field(min_length=1)],
+    about("the gene or derived trait that the formula reads, or a list of several"),
+)
+
+
+class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
     """A trait that no letters code for: a formula of the values of genes, so that one gene may have several
     effects. Values beyond what the trait can be become its nearest limit, whole numbers are rounded."""
 
-    trait: str = about("key of the species' value that it replaces")
+    trait: str | None = about(
+        "key of the species' value that it replaces; absent: the one that ends with NAME", None
+    )
     formula: Annotated[str, Field(max_length=1000)] = about(
         "formula of the values of genes and other derived traits, by name"
     )
+
+    @property
+    def read(self) -> list[str]:
+        """The genes and derived traits that its formula reads."""
+        given: str | list[str] = getattr(self, "from")
+        return [given] if isinstance(given, str) else given
 
 
 def _deaps_name(function: object) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.codes import Code, Weights
+from ecs_eco.genomes.later import kernels, variable_kernels
 from ecs_eco.genomes.layout import Layout, Piece, by_trait
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
@@ -72,14 +73,12 @@ class VariableLayout(Layout):
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Find all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string), the
         letter at which their promoter begins, the number of their gene; i64[copies] each."""
-        from ecs_eco.genomes.variable_kernels import count_copies, find_copies
-
         strings = np.ascontiguousarray(self.check(loci)).reshape(-1, self.longest)
         n = np.empty(len(strings), np.int64)
         given = self.blank, self.words, self.word, len(self.alphabet), self.spans
-        count_copies(strings, *given, n)
+        variable_kernels.count_copies(strings, *given, n)
         string, at, gene = (np.empty(int(n.sum()), np.int64) for _ in range(3))
-        find_copies(strings, *given, string, at, gene)
+        variable_kernels.find_copies(strings, *given, string, at, gene)
         return string, at, gene
 
     def copy_numbers(self, loci: np.ndarray) -> dict[str, np.ndarray]:
@@ -188,10 +187,8 @@ class VariableLayout(Layout):
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
         letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
-        from ecs_eco.genomes.kernels import letters_of
-
         drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
-        letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
+        kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
         out = self._blanks(len(keys))
         out.reshape(len(keys), self.ploidy, self.longest)[:, :, : self.begin] = drawn.reshape(
             len(keys), self.ploidy, self.begin
@@ -237,10 +234,9 @@ class VariableLayout(Layout):
     def joined(self, loci: np.ndarray) -> np.ndarray:
         """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank`
         is no letter and blank + 1 the separator."""
-        from ecs_eco.genomes.variable_kernels import join_strings
-
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
-        join_strings(np.ascontiguousarray(loci).reshape(-1, self.longest), self.blank, self.ploidy, out)
+        strings = np.ascontiguousarray(loci).reshape(-1, self.longest)
+        variable_kernels.join_strings(strings, self.blank, self.ploidy, out)
         return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:

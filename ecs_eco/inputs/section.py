@@ -15,6 +15,7 @@ from pydantic import (
     PlainSerializer,
     Tag,
     WrapValidator,
+    create_model,
 )
 
 from ecs_eco.inputs.code import public_module
@@ -101,6 +102,12 @@ class Section(BaseModel):
             cls.marks[0] if change is None else Change(change),
             cls.marks[1] if own is None else Own(own),
         )
+
+
+def with_keyword(name: str, kind: Any, declared: Any) -> Any:
+    """Return a section with one field whose name is a keyword of Python: no class body could give it."""
+    fields: dict[str, Any] = {name: (kind, declared)}
+    return create_model("_Keyword", __base__=Section, **fields)
 
 
 def quantity(

@@ -14,6 +14,7 @@ from ecs_eco.config.shapes import instincts, shapes_of_networks
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.heredity import Heredity
+from ecs_eco.genomes.variable_layout import layout_of
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species
@@ -44,8 +45,6 @@ def add_heredity(
             table.add_component(Experience)
     layout, targets, alike, derived = None, {}, None, {}
     if section is not None:
-        from ecs_eco.genomes import layout_of
-
         traits = _traits(world, species)
         shapes = shapes_of_networks(world.config, table.name)
         if minds is not None:
@@ -57,7 +56,9 @@ def add_heredity(
         networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}
         targets = _targets(table, species, traits, networks)
         formulas, _ = formulas_of(section)
-        derived = {name: (formula, traits[section.derived[name].trait]) for name, formula in formulas.items()}
+        derived = {
+            name: (formula, traits[str(section.derived[name].trait)]) for name, formula in formulas.items()
+        }
         if section.founders == "own":
             alike = _alike(
                 layout, networks if founder is None else networks | {"policy.weights": founder}, table.name

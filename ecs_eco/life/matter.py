@@ -14,7 +14,6 @@ import numpy as np
 from ecs_eco.compiled.elementary import arrays, power, scalars
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Matter, Shape
-from ecs_eco.life.islands import is_island
 from ecs_eco.space.shapes import volume as volume_of
 
 if TYPE_CHECKING:
@@ -53,6 +52,11 @@ class Bodies(NamedTuple):
     volume: np.ndarray
     molarity: np.ndarray
     residue: np.ndarray
+
+
+def is_island(world: Any) -> bool:
+    """Return whether a world may exchange migrants with others: its ledgers have export and import."""
+    return world.config is not None and world.config.archipelago is not None
 
 
 def litres(radius: Any, shape: Any = None) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.uids import island_of
-from ecs_eco.life.islands import is_island
+from ecs_eco.life.matter import is_island
 from ecs_eco.space import gate
 
 if TYPE_CHECKING:

@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco._lazy import Later
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.belonging import Mark, listed, name_of, parts
 from ecs_eco.record.claim import Claim, half_written
 from ecs_eco.record.events import EVENTS
 
 if TYPE_CHECKING:
+    from ecs_eco.record import parquet
     from ecs_eco.space.world import SpatialWorld
+else:
+    parquet = Later("ecs_eco.record.parquet")
 
 
 class Folder:
@@ -31,12 +35,9 @@ class Folder:
         run: Mapping[str, Any] | None = None,
         claim: Claim | None = None,
     ) -> None:
-        from ecs_eco.record.parquet import to_arrow, write_part
-
         self.path, self.world, self.run, self.claim = path, world, run, claim
         self.parts = dict.fromkeys(("series", "births", "deaths", "snapshots"), 0)
         self.heads: dict[str, str] = {}  # the seal of the last part of each kind
-        self._to_arrow, self._write_part = to_arrow, write_part
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
         """Write one block of rows as a Parquet part."""
@@ -56,8 +57,8 @@ class Folder:
             if self.run is None
             else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
         )
-        self.heads[kind] = self._write_part(
-            self._to_arrow(columns, words, missing), folder / name_of(number), mark
+        self.heads[kind] = parquet.write_part(
+            parquet.to_arrow(columns, words, missing), folder / name_of(number), mark
         )
         self.parts[kind] += 1
 
@@ -97,12 +98,10 @@ class Folder:
 
 def check_content(path: Path, counts: Mapping[str, int]) -> None:
     """Raise RecordingError where one of the first parts of a run, so many of each kind, is damaged."""
-    from ecs_eco.record.parquet import open_part
-
     for kind, count in counts.items():
         for part in listed(path / kind)[:count]:
             try:
-                open_part(part, needed=True)
+                parquet.open_part(part, needed=True)
             except RecordingError as error:
                 raise RecordingError(
                     f"{error}, and a run does not continue after it. A fork does, from a "

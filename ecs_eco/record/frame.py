@@ -1,16 +1,27 @@
-"""The series that `world.series()` returns: an Arrow table that notebooks show, pandas and polars take."""
+"""The series that `world.series()` returns, an Arrow table that notebooks show, pandas and polars take; and the
+blocks of rows in memory that it is made of."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco._html import grid
+from ecs_eco._lazy import Later
+from ecs_eco.record.reports import absent
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from ecs_eco.record import parquet
+else:
+    parquet = Later("ecs_eco.record.parquet")
+
+Block = Mapping[str, np.ndarray]
 ENDS = 4  # rows shown of the beginning and of the end
 
 
@@ -127,3 +138,24 @@ def _needed(module: str) -> Any:
         raise ModuleNotFoundError(
             f"{module} is not installed: pip install 'ecs-eco[notebook]'", name=module
         ) from None
+
+
+def joined(blocks: Sequence[Block], prefix: str = "") -> dict[str, np.ndarray]:
+    """Return the columns of blocks with a column "tick", one block after the other, named with a prefix; what
+    a block lacks is `absent`."""
+    names = dict.fromkeys(name for block in blocks for name in block)
+    return {
+        prefix + name: np.concatenate([b.get(name, absent(name, b["tick"].size)) for b in blocks])
+        for name in names
+    }
+
+
+def as_table(blocks: Sequence[Block], words: Mapping[str, Sequence[str]]) -> pa.Table:
+    """Return blocks as one pyarrow.Table; `words` as for `ecs_eco.record.parquet.to_arrow`."""
+    columns = joined(blocks)
+    return parquet.to_arrow(columns, {name: known for name, known in words.items() if name in columns})
+
+
+def under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays of a state whose names begin with a prefix, without it."""
+    return {key.removeprefix(prefix): array for key, array in state.items() if key.startswith(prefix)}

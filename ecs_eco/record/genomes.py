@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components.genome import Genome
+from ecs_eco.genomes.alphabet import DNA
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -31,8 +32,6 @@ def has_text(table: "Table") -> bool:
 def letters_of(table: "Table") -> np.ndarray:
     """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII;
     "?" where there is none. Strings of variable length end with "", and have a separator."""
-    from ecs_eco.genomes import DNA
-
     layout: Any = getattr(table.species.heredity, "layout", None)
     alphabet: Any = getattr(layout, "alphabet", DNA)
     letters = getattr(alphabet, "letters", alphabet)

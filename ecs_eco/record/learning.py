@@ -10,6 +10,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Nervous
+from ecs_eco.record.frame import as_table, joined, under
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -118,27 +119,17 @@ class LearningPages:
 
     def series(self, kind: str) -> Any:
         """Return all rows of a kind, "learning" or "actions", that are still in memory as a pyarrow.Table."""
-        from ecs_eco.record.parquet import to_arrow
-
-        blocks = [*self.blocks[kind], self.columns(kind)]
-        words = {k: v for k, v in self.words.items() if k in blocks[0]}
-        return to_arrow({name: np.concatenate([b[name] for b in blocks]) for name in blocks[0]}, words)
+        return as_table([*self.blocks[kind], self.columns(kind)], self.words)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the blocks in memory, after `flush`."""
-        return {
-            f"{kind}/{name}": np.concatenate([b[name] for b in blocks])
-            for kind, blocks in self.blocks.items()
-            if blocks
-            for name in blocks[0]
-        }
+        parts = (joined(blocks, f"{kind}/") for kind, blocks in self.blocks.items())
+        return {name: column for part in parts for name, column in part.items()}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from a `state()`."""
         for kind in self.rows:
-            block = {
-                key.removeprefix(f"{kind}/"): v for key, v in state.items() if key.startswith(f"{kind}/")
-            }
+            block = under(state, f"{kind}/")
             self.rows[kind], self.blocks[kind] = [], [block] if block else []
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.life.matter import FLOWS, MIGRATION, Books, stocks
+from ecs_eco.record.frame import as_table, joined, under
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -68,22 +69,17 @@ class MatterPages:
 
     def series(self) -> Any:
         """Return all pages that are still in memory as a pyarrow.Table."""
-        from ecs_eco.record.parquet import to_arrow
-
-        blocks = [*self.blocks, self.columns()]
-        return to_arrow({name: np.concatenate([b[name] for b in blocks]) for name in blocks[0]}, self.words)
+        return as_table([*self.blocks, self.columns()], self.words)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the open page, and the blocks in memory, after `flush`."""
         out = {"stock": self.books.stock.copy(), "flows": self.books.flows.copy()}
-        for name in self.blocks[0] if self.blocks else ():
-            out[f"series/{name}"] = np.concatenate([b[name] for b in self.blocks])
-        return out
+        return out | joined(self.blocks, "series/")
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from a `state()`."""
         self.ticks, self.pages = [], []
         if "stock" in state:
             self.books.stock[...], self.books.flows[...] = state["stock"], state["flows"]
-        block = {name.removeprefix("series/"): state[name] for name in state if name.startswith("series/")}
+        block = under(state, "series/")
         self.blocks = [block] if block else []

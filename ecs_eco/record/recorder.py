@@ -11,17 +11,18 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
-from ecs_eco.life.islands import is_island
+from ecs_eco.life.matter import is_island
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.fields import Fields
+from ecs_eco.record.frame import as_table, joined, under
 from ecs_eco.record.genomes import has_text, letters_of, texts_of
 from ecs_eco.record.intake import Intake
 from ecs_eco.record.learning import LearningPages
 from ecs_eco.record.ledger import COUNTS_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
-from ecs_eco.record.reports import Reports, absent
+from ecs_eco.record.reports import Reports
 from ecs_eco.record.rows import Rows, add_up, held_by, mean_depth, note_births, note_deaths, noted_of
 
 if TYPE_CHECKING:
@@ -292,11 +293,7 @@ class Recorder(System):
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for kind, pages in self._pages.items():
             out |= {f"{kind}/{name}": array for name, array in pages.state().items()}
-        for name in dict.fromkeys(n for b in self._blocks for n in b if self.sink is None):
-            out[f"series/{name}"] = np.concatenate(
-                [b.get(name, absent(name, b["tick"].size)) for b in self._blocks]
-            )
-        return out
+        return out | (joined(self._blocks, "series/") if self.sink is None else {})
 
     def load(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a `state()`."""
@@ -315,10 +312,10 @@ class Recorder(System):
                     )
                 ]
         if self.details is not None:
-            self.details.load(_part(state, "details/"))
+            self.details.load(under(state, "details/"))
         for kind, pages in self._pages.items():
-            pages.load(_part(state, f"{kind}/"))
-        series = _part(state, "series/")
+            pages.load(under(state, f"{kind}/"))
+        series = under(state, "series/")
         self._blocks = [series] if series else []
 
     def events(self, kind: str) -> dict[str, np.ndarray]:
@@ -351,15 +348,8 @@ class Recorder(System):
 
     def series(self) -> Any:
         """Return all ticks that are still in memory as a pyarrow.Table."""
-        from ecs_eco.record.parquet import to_arrow
-
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
-        names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))
-        columns = {
-            n: np.concatenate([b.get(n, absent(n, b["tick"].size)) for b in blocks] or [np.zeros(0)])
-            for n in names
-        }
-        return to_arrow(columns, {"species": self.names})
+        return as_table(blocks or [self._columns(0)], {"species": self.names})
 
     def matter_series(self) -> Any:
         """Return the ledger of matter of all ticks still in memory as a pyarrow.Table: a row per tick, holder
@@ -387,10 +377,6 @@ class Recorder(System):
 def stock_of(table: "Table") -> float:
     """Return the energy that all of a species hold together, 0 where it has no metabolism."""
     return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
-
-
-def _part(state: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {key.removeprefix(prefix): array for key, array in state.items() if key.startswith(prefix)}
 
 
 PAGES = ("counts", "means", "ledger", "died")

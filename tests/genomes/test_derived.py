@@ -14,9 +14,9 @@ from ecs_eco.runs.run import run_to_folder
 
 SIZE = {"name": "size", "trait": "body.radius", "letters": 1, "values": [0.5, 1.0, 1.5, 2.0]}
 DERIVED = {
-    "litter": {"trait": "reproduction.litter", "formula": "8 * size ** 2"},
-    "pace": {"trait": "locomotion.pace", "formula": "1 / size"},
-    "burn": {"trait": "metabolism.basal", "formula": "0.001 * pace"},
+    "litter": {"from": "size", "formula": "8 * size ** 2"},
+    "pace": {"from": "size", "formula": "1 / size"},
+    "burn": {"from": "pace", "trait": "metabolism.basal", "formula": "0.001 * pace"},
 }
 
 
@@ -25,7 +25,7 @@ def config(derived=DERIVED, gene=SIZE, **changes):
         "count": 40,
         "body": {"radius": 0.5},
         "metabolism": {"energy": 0.9},
-        "locomotion": {"speed": {"go": 1.0}, "turn": 0.3},
+        "locomotion": {"speed": {"go": 1.0}, "cost": {"go": 0.0}, "turn": 0.3},
         "reproduction": {
             "kind": "asexual",
             "rate": 0.05,
@@ -56,7 +56,7 @@ def test_one_gene_has_several_effects_computed_by_hand():
 
 def test_a_neutral_gene_may_be_read_and_whole_numbers_are_rounded():
     marker = {"name": "marker", "letters": 1, "values": [0.0, 0.3, 0.4, 0.9]}
-    derived = {"litter": {"trait": "reproduction.litter", "formula": "1 + 2 * marker"}}
+    derived = {"litter": {"from": "marker", "formula": "1 + 2 * marker"}}
     table = World.from_config(config(derived, marker)).table("deer")
     letter = table[Genome].loci[table.rows(), 0]
     assert table[LifeHistory].litter[table.rows()].tolist() == np.array([1, 2, 2, 3])[letter].tolist()
@@ -95,40 +95,50 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
     ("derived", "words"),
     [
         (
-            {"a": {"trait": "locomotion.pace", "formula": "sise"}},
+            {"a": {"from": "size", "trait": "locomotion.pace", "formula": "sise"}},
             ['unknown name "sise"', 'mean "size"?', "derived.a.formula"],
         ),
         (
-            {"a": {"trait": "locomotion.pase", "formula": "size"}},
+            {"a": {"from": "size", "trait": "locomotion.pase", "formula": "size"}},
             ["no such trait", 'mean "locomotion.pace"?'],
         ),
-        ({"a": {"trait": "body.radius", "formula": "size"}}, ["size codes for it too"]),
-        ({"size": {"trait": "locomotion.pace", "formula": "size"}}, ["a gene has this name"]),
-        ({"a": {"trait": "locomotion.pace", "formula": "2"}}, ["reads no gene"]),
+        ({"a": {"from": "size", "trait": "body.radius", "formula": "size"}}, ["size codes for it too"]),
+        ({"size": {"from": "size", "trait": "locomotion.pace", "formula": "size"}}, ["a gene has this name"]),
+        ({"a": {"from": "size", "trait": "locomotion.pace", "formula": "2"}}, ["reads no gene"]),
         (
             {
-                "a": {"trait": "locomotion.pace", "formula": "b"},
-                "b": {"trait": "metabolism.basal", "formula": "a"},
+                "a": {"from": "b", "trait": "locomotion.pace", "formula": "b"},
+                "b": {"from": "a", "trait": "metabolism.basal", "formula": "a"},
             },
             ["a circle: it reads itself, or formulas that do"],
         ),
         (
-            {"a": {"trait": "reproduction.litter", "formula": "size"}},
+            {"a": {"from": "size", "trait": "reproduction.litter", "formula": "size"}},
             ["0 at size = 0.5: outside of what reproduction.litter can be", "1 to 10000"],
         ),
         (
-            {"a": {"trait": "locomotion.pace", "formula": "exp(300 * size)"}},
+            {"a": {"from": "size", "trait": "locomotion.pace", "formula": "exp(300 * size)"}},
             ["inf at size = 0.5: outside of what locomotion.pace can be"],
         ),
         (
-            {"a": {"trait": "locomotion.pace", "formula": "sqrt(size - 1)"}},
+            {"a": {"from": "size", "trait": "locomotion.pace", "formula": "sqrt(size - 1)"}},
             ["nan at size = 0.5: outside of what locomotion.pace can be"],
         ),
         (
-            {"a": {"trait": "locomotion.pace", "formula": "100 * size"}},
+            {"a": {"from": "size", "trait": "locomotion.pace", "formula": "100 * size"}},
             ["further than half of the world", "derived.a.formula"],
         ),
-        ({"a": {"trait": "species", "formula": "size"}}, ["no such trait"]),
+        ({"a": {"from": "size", "trait": "species", "formula": "size"}}, ["no such trait"]),
+        ({"liter": {"from": "size", "formula": "size"}}, ["no such trait"]),
+        ({"go": {"from": "size", "formula": "size"}}, ["no such trait", "locomotion.speed.go"]),
+        (
+            {"litter": {"from": "sise", "formula": "9"}},
+            ["no gene or derived trait of this name", 'mean "size"?'],
+        ),
+        (
+            {"litter": {"from": ["size", "pace"], "formula": "9 * size"}, "pace": DERIVED["pace"]},
+            ["derived.litter.from", "the formula does not read pace"],
+        ),
     ],
 )
 def test_what_is_wrong_is_refused_before_the_first_tick(derived, words):
@@ -141,7 +151,7 @@ def test_what_is_wrong_is_refused_before_the_first_tick(derived, words):
 def test_a_formula_of_many_genes_is_checked_at_some_combinations():
     genes = [SIZE | {"name": f"g{i}", "trait": None} for i in range(40)]
     text = " + ".join(f"g{i}" for i in range(40))
-    genome = {"genes": genes, "derived": {"a": {"trait": "reproduction.litter", "formula": text}}}
+    genome = {"genes": genes, "derived": {"litter": {"from": [f"g{i}" for i in range(40)], "formula": text}}}
     table = World.from_config(config(genome=genome)).table("deer")
     assert table[LifeHistory].litter[table.rows()] == pytest.approx(50, abs=15)  # the mean of a gene is 1.25
 

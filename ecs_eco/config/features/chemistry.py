@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model
+from pydantic import Field
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import named
@@ -22,20 +22,15 @@ from ecs_eco.inputs.section import (
     is_absent,
     quantity,
     table,
+    with_keyword,
 )
 
 CHANGING = ("reactions", "exchange", "decomposition", "born_with")  # keys that change them
 Amounts = dict[Name, Positive]
-# `from` is a keyword of Python and no name that a class body could give to a field
-_From: Any = create_model(
-    "_From",
-    __base__=Section,
-    **{
-        "from": (  # type: ignore[call-overload]
-            Amounts,
-            quantity("substance = amount used up per mole of extent", "mol/mol", min_length=1, own=CHEMISTRY),
-        )
-    },
+_From: Any = with_keyword(
+    "from",
+    Amounts,
+    quantity("substance = amount used up per mole of extent", "mol/mol", min_length=1, own=CHEMISTRY),
 )
 
 

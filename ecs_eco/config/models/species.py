@@ -22,7 +22,7 @@ from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness,
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
-from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.config.numbers import values_in
 from ecs_eco.inputs.section import (
     ANEW,
     COLUMN,
@@ -57,6 +57,7 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "mate": ("mate",),
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
+NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reproduction.spread")  # traits
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 
@@ -158,6 +159,17 @@ class Species(
         made = check(data | {"ppo": ppo} if ppo else data)
         made._words = tuple(words)
         return made
+
+    @model_validator(mode="after")
+    def _name_traits(self) -> Self:
+        """Let derived traits that name none replace the value whose key ends with their name."""
+        derived = {} if self.genome is None else self.genome.derived
+        for name, one in derived.items():
+            if one.trait is None:
+                keys = [*(".".join(key) for number, key, _ in values_in(self) if number.codable), *NO_NUMBERS]
+                ends = [key for key in keys if key.rpartition(".")[2] == name]
+                one.__dict__["trait"] = ends[0] if len(ends) == 1 else name
+        return self
 
     def channels(self, dims: int) -> tuple[str, ...]:
         """Names of the sensory inputs in their order, in a space of `dims` axes."""
