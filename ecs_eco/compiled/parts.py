@@ -181,11 +181,9 @@ def divided(one: Kernel) -> Kernel:
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
     """Whether this is a kernel of ours that is given all its arguments, and kernels are compiled."""
-    return (
-        isinstance(one, Kernel | KernelOnViews)
-        and not one.py_func.__defaults__
-        and not numba.config.DISABLE_JIT
-    )  # type: ignore[attr-defined]
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return False
+    return isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
 
 
 def record_of_a_team() -> np.ndarray:
