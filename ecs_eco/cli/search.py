@@ -19,8 +19,8 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.lab import search as search_values
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.lab.ray_executor import WorkerLost
+from ecs_eco.lab.searching.course import Search
 from ecs_eco.lab.searching.journal import has_search
-from ecs_eco.lab.searching.run import Search
 
 SECTION = {  # options, and the keys of [search] that they set
     **{

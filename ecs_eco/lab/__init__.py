@@ -1,6 +1,8 @@
-"""Many runs as one lab book: a job is a world, its values, a seed, a treatment and policies; a plan is a list of
-jobs. Comparisons, sweeps, searches and archipelagos, on processes here, a Ray cluster or SLURM.
+"""Many runs: plans of jobs, each a world with values, a seed, a treatment and policies, and how they are done.
 
+Comparisons, sweeps, searches, archipelagos and training, on processes of this machine, a Ray cluster or SLURM.
+`treatments` and `arm` hold what differs between runs, `plan` and `design` which runs there are; `runs` and
+`trained` do one of them, `work` all of them, on an executor (`pool`, `ray_executor`); `slurm` takes whole sweeps.
 Single runs belong to `ecs_eco.runs`, statistics to `ecs_eco.analysis`, output on the terminal to
 `ecs_eco.cli`: nothing here prints.
 """

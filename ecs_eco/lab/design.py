@@ -1,7 +1,7 @@
 """The design of a sweep: its plan checked in full, every world loaded once, and its jobs and trainings."""
 
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -102,20 +102,18 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     plan = file.plan
     base = _base(file, trust)
     if (
-        n := number_of_points(file)
+        n := number_of_points(plan)
         * (1 + len(plan.treatments))
         * len(plan.seeds("world"))
         * max(1, len(plan.seeds("training")))
     ) > MOST_JOBS:
-        raise file.document.refused(
-            [Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")]
-        )
-    if problems := [*_of_policies(file, base), *problems_of_ranges(file, base)]:
-        raise file.document.refused(problems)
+        raise file.refused([Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")])
+    if problems := [*_of_policies(file, base), *problems_of_ranges(plan, base)]:
+        raise file.refused(problems)
     arms: list[tuple[dict[str, Any], str, Arm]] = []
     problems = list(islice(_arms(file, base, arms), MOST))
     if problems:
-        raise file.document.refused(list({(p.key, p.what): p for p in problems}.values()))
+        raise file.refused(list({(p.key, p.what): p for p in problems}.values()))
     jobs, trainings = _jobs(file, base, arms)
     return Design(file, base, plan.ticks or base.ticks, tuple(jobs), tuple(trainings.values()))
 
@@ -133,7 +131,7 @@ def _base(file: PlanFile, trust: bool) -> WorldConfig:
         raise _as_plan(
             error,
             file,
-            {key_of(name): file.place("set", name) for name in plan.set}
+            {key_of(name): ("set", name) for name in plan.set}
             | {("reporters", name): ("reporters", name) for name in plan.reporters},
         ) from None
 
@@ -147,7 +145,7 @@ def _there(file: PlanFile, world: str) -> str:
         if first.source != "WORLD":
             raise
         near = nearest(file.plan.world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
-        raise file.document.refused(
+        raise file.refused(
             [first.moved(key=("world",), value=file.plan.world, source="", nearest=near)]
         ) from None
     return world
@@ -164,7 +162,7 @@ def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) 
         problems.append(
             problem.moved(key=(), source="") if key is None else problem.moved(key=places[key], source="")
         )
-    return file.document.refused(problems)
+    return file.refused(problems)
 
 
 def _known_part(key: Place, known: Container[Place]) -> Place | None:
@@ -208,7 +206,7 @@ def _arms(
     file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
 ) -> Iterator[Problem]:
     """Load the worlds of all points and treatments into `arms`, in their order; yield what is refused."""
-    for point in points_of(file, base):
+    for point in points_of(file.plan, base):
         values = {name: entry.value for name, entry in point.items()}
         try:
             config = load(base, values)
@@ -298,11 +296,6 @@ def _jobs(
                 for i, seed in enumerate(plan.seeds("world"))
             ]
     return jobs, trainings
-
-
-def as_json(thing: Job | Training) -> dict[str, Any]:
-    """Return a job or a training as it is in sweep.json."""
-    return asdict(thing)
 
 
 def plan_folder(file: PlanFile) -> Path | None:

@@ -4,7 +4,7 @@ that a job needs, so it may be moved, or lie on a shared disk."""
 import os
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -15,7 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
 from ecs_eco.lab.arm import Arm
-from ecs_eco.lab.design import Design, Job, Settings, Training, as_json, plan_folder, treated
+from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import NotApplicable, species_with_policy
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE
@@ -183,7 +183,7 @@ def begin(folder: Path, design: Design) -> Sweep:
             "home": home.as_posix(),
             "config": design.base.resolved(),
             "code": noted(sources(design.base)),
-            "trainings": [as_json(one) for one in design.trainings],
+            "trainings": [asdict(one) for one in design.trainings],
         },
     )
     return read_sweep(folder)
@@ -195,7 +195,7 @@ def check_plan(folder: Path, design: Design) -> None:
 
 
 def _planned(design: Design) -> dict[str, Any]:
-    return {"plan": design.settings, "jobs": [as_json(job) for job in design.jobs]}
+    return {"plan": design.settings, "jobs": [asdict(job) for job in design.jobs]}
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:

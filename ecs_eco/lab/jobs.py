@@ -35,9 +35,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     stopped goes on from its last checkpoint, and trains first what it needs. `allowed` are hashes of code
     that may run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
     process has the job."""
-    _allow(allowed)
-    sweep = read_sweep(folder)
-    sweep.may_continue()
+    sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))
     job = sweep.jobs[number]
     if (done := read_done(sweep, number)) is not None:
@@ -65,9 +63,7 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
 
     One process at a time trains the same; the others wait for it.
     """
-    _allow(allowed)
-    sweep = read_sweep(folder)
-    sweep.may_continue()
+    sweep = _opened(folder, allowed)
     training, place = sweep.trainings[name], sweep.policies_folder(name)
     config = sweep.world(training.values, training.treatment).config
     while not is_trained(place, config, training.seed):
@@ -179,9 +175,13 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     }
 
 
-def _allow(hashes: Collection[str]) -> None:
-    if hashes:
-        allow(hashes)
+def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
+    """Return a sweep that is to be continued, whose code with these hashes may run."""
+    if allowed:
+        allow(allowed)
+    sweep = read_sweep(folder)
+    sweep.may_continue()
+    return sweep
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:

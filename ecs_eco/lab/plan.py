@@ -1,6 +1,6 @@
 """plan.toml: a world, the values to vary, seeds and treatments, as it is written and before worlds are made."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -27,6 +27,7 @@ Seeds = Annotated[
 Names = list[str]
 Values = list[Any]
 Points = list[dict[str, Any]]
+RANGES = ("latin_hypercube", "ranges")
 MOST_JOBS = 100_000
 
 
@@ -80,20 +81,20 @@ class Plan(Section):
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan that was read, and where each of its values stands."""
+    """A plan that was read; its sections of values are by dotted key, however the file nests them."""
 
     plan: Plan
     document: Document
-    places: Mapping[tuple[str, str], Key]  # section of values and dotted key → key in the file
+    written: Mapping[Key, Key]  # key of a value here → its key in the file
 
     @property
     def folder(self) -> Path:
         """Folder of the plan, the base of relative file names."""
         return self.document.folder
 
-    def place(self, section: str, name: str) -> Key:
-        """Return the key in the file at which a value of a section stands."""
-        return self.places.get((section, name), (*section.split("/"), name))
+    def refused(self, problems: Iterable[Problem]) -> ConfigError:
+        """Return the error for these problems, each at its line."""
+        return _refused(self.document, self.written, problems)
 
 
 def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
@@ -111,55 +112,48 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
             problems = [p.moved(source="PLAN") if p.source == "WORLD" else p for p in error.problems]
             raise ConfigError(problems, error.title or f"cannot read the plan {path}") from None
         document = Document(data, path.name, path.parent, text)
-    data, places = _flattened(document.data)
+    data, written = _flattened(document.data)
     try:
         model = Plan.model_validate(data)
     except ValidationError as error:
-        moved = [_in_file(p, places) for p in problems_of(error, data, Plan)]
-        raise document.refused(moved) from None
-    file = PlanFile(model, document, places)
-    if problems := [*_of_seeds(model), *_of_values(file)]:
-        raise document.refused(problems)
+        raise _refused(document, written, problems_of(error, data, Plan)) from None
+    file = PlanFile(model, document, written)
+    if problems := [*_of_seeds(model), *_of_values(model)]:
+        raise file.refused(problems)
     return file
 
 
-def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[tuple[str, str], Key]]:
-    """Return the plan with dotted keys in its sections of values, however TOML nests them, and their places."""
-    flat: dict[str, Any] = dict(data)
-    places: dict[tuple[str, str], Key] = {}
+def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]:
+    """Return the plan with dotted keys in its sections of values, however TOML nests them, and for the key of
+    each value that in the file."""
+    flat, written = dict(data), dict[Key, Key]()
+
+    def dotted(table: Mapping[str, Any], at: Key) -> dict[str, Any]:
+        values = {}
+        for key, value in _leaves(table, ()):
+            name = str(key[0]) if len(key) == 1 else name_of(key)
+            values[name] = value
+            written[*at, name] = (*at, *key)
+        return values
+
     for section in ("set", "grid"):
-        if isinstance(data.get(section), dict):
-            flat[section] = _dotted(data[section], section, (section,), places)
-    cube = data.get("latin_hypercube")
-    if isinstance(cube, dict) and isinstance(cube.get("ranges"), dict):
-        section = "latin_hypercube/ranges"
-        ranges = _dotted(cube["ranges"], section, ("latin_hypercube", "ranges"), places)
-        flat["latin_hypercube"] = cube | {
-            "ranges": {
-                name: {"search": span} if isinstance(span, list) else span for name, span in ranges.items()
-            }
-        }
-    if isinstance(data.get("list"), list):
+        if isinstance(flat.get(section), dict):
+            flat[section] = dotted(flat[section], (section,))
+    if isinstance(flat.get("list"), list):
         flat["list"] = [
-            _dotted(entry, f"list/{i}", ("list", i), places) if isinstance(entry, dict) else entry
-            for i, entry in enumerate(data["list"])
+            dotted(entry, ("list", i)) if isinstance(entry, dict) else entry
+            for i, entry in enumerate(flat["list"])
         ]
-    return flat, places
-
-
-def _dotted(
-    table: Mapping[str, Any], section: str, at: Key, places: dict[tuple[str, str], Key]
-) -> dict[str, Any]:
-    """Return the values of a table by dotted key; a key in quotes that has dots is one already."""
-    flat: dict[str, Any] = {}
-    for key, value in _leaves(table, ()):
-        name = str(key[0]) if len(key) == 1 else name_of(key)
-        flat[name] = value
-        places[section, name] = (*at, *key)
-    return flat
+    cube = flat.get("latin_hypercube")
+    if isinstance(cube, dict) and isinstance(cube.get("ranges"), dict):
+        ranges = dotted(cube["ranges"], RANGES)
+        spans = {name: {"search": span} if isinstance(span, list) else span for name, span in ranges.items()}
+        flat["latin_hypercube"] = cube | {"ranges": spans}
+    return flat, written
 
 
 def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
+    """Yield values with their keys; a key in quotes that has dots is a whole one."""
     for part, value in table.items():
         whole = not key and "." in part
         if isinstance(value, dict) and value and not whole and "search" not in value:
@@ -168,16 +162,16 @@ def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
             yield (*key, part), value
 
 
-def _in_file(problem: Problem, places: Mapping[tuple[str, str], Key]) -> Problem:
-    """The problem at the place where the file has what is flat here."""
-    key = problem.key
-    for end, section in ((1, "set"), (1, "grid"), (2, "latin_hypercube/ranges")):
-        if "/".join(map(str, key[:end])) == section and len(key) > end:
-            rest = key[end + 1 :]
-            if section == "latin_hypercube/ranges" and rest[:1] == ("search",):
-                rest = ()
-            return problem.moved(key=(*places.get((section, str(key[end])), key[: end + 1]), *rest))
-    return problem
+def _refused(document: Document, written: Mapping[Key, Key], problems: Iterable[Problem]) -> ConfigError:
+    """Return the error for problems of a plan, each with its key in the file."""
+    moved = []
+    for problem in problems:
+        known = next((n for n in range(len(problem.key), 0, -1) if problem.key[:n] in written), 0)
+        key, rest = problem.key[:known], problem.key[known:]
+        if key[:2] == RANGES and rest[:1] == ("search",):
+            rest = ()
+        moved.append(problem.moved(key=(*written[key], *rest)) if known else problem)
+    return document.refused(moved)
 
 
 def _of_seeds(plan: Plan) -> Iterator[Problem]:
@@ -191,53 +185,44 @@ def _of_seeds(plan: Plan) -> Iterator[Problem]:
             yield Problem(("treatments", i), "is named twice", name, "each treatment once")
 
 
-def _of_values(file: PlanFile) -> Iterator[Problem]:
+def _of_values(plan: Plan) -> Iterator[Problem]:
     """Yield the problems of sections of values: empty ones, and keys that are in two of them."""
-    plan = file.plan
     if plan.grid is not None and not plan.grid:
         yield Problem(("grid",), "is empty", allowed='values by key: "species.deer.count" = [20, 40]')
     if plan.list is not None and not plan.list:
         yield Problem(("list",), "is empty", allowed='tables of values: [[list]] "species.deer.count" = 20')
     if plan.latin_hypercube is not None and not plan.latin_hypercube.ranges:
-        yield Problem(
-            ("latin_hypercube", "ranges"),
-            "is empty",
-            allowed='ranges by key: "species.deer.reproduction.rate" = [0.004, 0.02]',
-        )
+        allowed = 'ranges by key: "species.deer.reproduction.rate" = [0.004, 0.02]'
+        yield Problem(RANGES, "is empty", allowed=allowed)
     for name, values in (plan.grid or {}).items():
         if not values:
-            yield Problem(file.place("grid", name), "has no values", values, "a list of values")
+            yield Problem(("grid", name), "has no values", values, "a list of values")
         for i, value in enumerate(values):
             if any(value == one and type(value) is type(one) for one in values[:i]):
-                yield Problem((*file.place("grid", name), i), "is there twice", value, "each value once")
+                yield Problem(("grid", name, i), "is there twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            yield Problem(
-                ("list", i),
-                f"differs in keys from the first: {', '.join(sorted(missing))}",
-                entry,
-                "the same keys in all tables of [[list]]",
-            )
-    yield from _twice(file)
+            fault = f"differs in keys from the first: {', '.join(sorted(missing))}"
+            yield Problem(("list", i), fault, entry, "the same keys in all tables of [[list]]")
+    yield from _twice(plan)
 
 
-def _twice(file: PlanFile) -> Iterator[Problem]:
-    plan = file.plan
-    sections = {
-        "set": plan.set,
-        "grid": plan.grid or {},
-        "latin_hypercube/ranges": plan.latin_hypercube.ranges if plan.latin_hypercube else {},
-        "list/0": (plan.list or [{}])[0],
+def _twice(plan: Plan) -> Iterator[Problem]:
+    sections: dict[Key, Iterable[str]] = {
+        ("set",): plan.set,
+        ("grid",): plan.grid or {},
+        RANGES: plan.latin_hypercube.ranges if plan.latin_hypercube else {},
+        ("list", 0): (plan.list or [{}])[0],
     }
     seen: dict[Key, str] = {}
     for section, names in sections.items():
         for name in names:
             key = key_of(name)
             if key in seen:
-                yield Problem(file.place(section, name), f"is in {seen[key]} too", allowed="each key once")
-            seen[key] = f"[{section.partition('/')[0]}]"
+                yield Problem((*section, name), f"is in {seen[key]} too", allowed="each key once")
+            seen[key] = f"[{section[0]}]"
             if name in ELSEWHERE:
-                yield Problem(file.place(section, name), "cannot be varied", allowed=ELSEWHERE[name])
+                yield Problem((*section, name), "cannot be varied", allowed=ELSEWHERE[name])
 
 
 ELSEWHERE = {"seed": "world_seeds = N, or a list of seeds", "ticks": "ticks = N, at the top of the plan"}
@@ -257,41 +242,38 @@ class Entry:
 Point = dict[str, Entry]
 
 
-def points_of(file: PlanFile, base: WorldConfig) -> Iterator[Point]:
+def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
     """Yield every point of a plan: lists, hypercube and grid crossed, the last key of the grid fastest."""
-    plan = file.plan
     factors: list[Sequence[Point]] = []
     if plan.list:
         factors.append(
             [
-                {name: Entry(value, file.place(f"list/{i}", name)) for name, value in entry.items()}
+                {name: Entry(value, ("list", i, name)) for name, value in entry.items()}
                 for i, entry in enumerate(plan.list)
             ]
         )
     if plan.latin_hypercube is not None:
-        factors.append(_drawn(file, plan.latin_hypercube, base))
+        factors.append(_drawn(plan.latin_hypercube, base))
     for name, values in (plan.grid or {}).items():
-        place = file.place("grid", name)
-        factors.append([{name: Entry(value, (*place, i))} for i, value in enumerate(values)])
+        factors.append([{name: Entry(value, ("grid", name, i))} for i, value in enumerate(values)])
     for parts in product(*factors):
         yield {name: entry for part in parts for name, entry in part.items()}
 
 
-def number_of_points(file: PlanFile) -> int:
+def number_of_points(plan: Plan) -> int:
     """Return how many points a plan has."""
-    plan = file.plan
     n = len(plan.list or [()]) * (plan.latin_hypercube.points if plan.latin_hypercube else 1)
     for values in (plan.grid or {}).values():
         n *= len(values)
     return n
 
 
-def problems_of_ranges(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
+def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
     """Yield what is wrong with the ranges of a plan's hypercube."""
-    cube = file.plan.latin_hypercube
+    cube = plan.latin_hypercube
     data = base.model_dump() if cube is not None else {}
     for name, span in (cube.ranges if cube is not None else {}).items():
-        place, (low, high) = file.place("latin_hypercube/ranges", name), span.search
+        place, (low, high) = (*RANGES, name), span.search
         _, value, wrong = real_key(data, key_of(name))
         if wrong is not None:
             yield wrong.moved(key=place, value=name)
@@ -308,7 +290,7 @@ def problems_of_ranges(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
             yield Problem(place, "cannot be taken on a log scale", span.search, "low > 0")
 
 
-def _drawn(file: PlanFile, cube: Hypercube, base: WorldConfig) -> list[Point]:
+def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
     """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979), in the order of drawing."""
     from scipy.stats import qmc
 
@@ -318,9 +300,8 @@ def _drawn(file: PlanFile, cube: Hypercube, base: WorldConfig) -> list[Point]:
     for column, (name, span) in zip(shares.T, cube.ranges.items(), strict=True):
         value = real_key(data, key_of(name))[1]
         whole = all(isinstance(x, int) for x in (value, *span.search))
-        place = file.place("latin_hypercube/ranges", name)
         for point, share in zip(points, column, strict=True):
-            point[name] = Entry(_number(span, float(share), whole), place)
+            point[name] = Entry(_number(span, float(share), whole), (*RANGES, name))
     return points
 
 

@@ -120,7 +120,7 @@ class Pool(Executor):
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         """Submit a call; with one worker it is done when this returns."""
         if self.workers == 1:
-            return done_here(fn, args, kwargs)
+            return _done_here(fn, args, kwargs)
         try:
             with one_thread_each():  # a process is started if none is idle; first a tracker of locks
                 if self._processes is None:
@@ -154,7 +154,7 @@ class Pool(Executor):
             self.terminate()
 
 
-def done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
+def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
     """Do the work in this process; Ctrl-C ends it like anything here."""
     future: Future[Result] = Future()
     try:

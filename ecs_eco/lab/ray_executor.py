@@ -12,7 +12,7 @@ from concurrent.futures import wait as wait_for
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.processes import SAFE
@@ -46,22 +46,22 @@ class Imported(list[str]):
 class Call(Future[Any]):
     """The future of a task. It can also be cancelled while it runs: it is told to stop, as by Ctrl-C."""
 
-    def __init__(self, ray: Any, reference: Any, calls: set[Self]) -> None:
+    def __init__(self, executor: RayExecutor, reference: Any) -> None:
         super().__init__()
-        self._ray, self.reference, self._calls = ray, reference, calls
-        calls.add(self)  # until the task has ended
+        self._executor, self.reference = executor, reference
+        executor.calls.add(self)  # until the task has ended
         reference.future().add_done_callback(self._take)
 
     def cancel(self) -> bool:
         """Cancel the call, whether it runs or not; False where it is done."""
         before, cancelled = self.cancelled(), super().cancel()
         if cancelled and not before:
-            self._ray.cancel(self.reference)
+            self._executor.ray.cancel(self.reference)
         return cancelled
 
     def _take(self, done: Future[Any]) -> None:
         """Take the result of the task."""
-        self._calls.discard(self)
+        self._executor.calls.discard(self)
         if not self.set_running_or_notify_cancel():
             return
         error = done.exception()
@@ -86,7 +86,7 @@ class RayExecutor(Executor):
         self.at_once = workers  # None: as many as the cluster has room for
         self._options = {"num_cpus": 1, "max_retries": RETRIES, "runtime_env": {"env_vars": settings()}}
         self._task = self.ray.remote(**self._options)(_call)
-        self._calls = set[Call]()
+        self.calls = set[Call]()
         self._open = True
 
     @property
@@ -98,7 +98,7 @@ class RayExecutor(Executor):
         """Submit a call."""
         if not self._open:
             raise RuntimeError("cannot schedule new futures after shutdown")
-        return Call(self.ray, self._task.remote(fn, args, kwargs), self._calls)
+        return Call(self, self._task.remote(fn, args, kwargs))
 
     def on_each_machine(self, folder: Path, fn: Callable[..., Any], /, *args: Any) -> None:
         """Call a function once on each machine of the cluster, all at once, and wait for them; raise what it
@@ -130,7 +130,7 @@ class RayExecutor(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Leave the cluster once all calls are done, and end it where it was started for this."""
         self._open = False
-        calls = tuple(self._calls)
+        calls = tuple(self.calls)
         for call in calls if cancel_futures else ():
             call.cancel()
         if wait:
@@ -140,7 +140,7 @@ class RayExecutor(Executor):
 
     def terminate(self) -> None:
         """Tell all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
-        stopped = [call.reference for call in tuple(self._calls) if call.cancel()]
+        stopped = [call.reference for call in tuple(self.calls) if call.cancel()]
         if stopped:
             _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)
             for reference in late:

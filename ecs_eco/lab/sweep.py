@@ -86,7 +86,7 @@ def do_jobs(
         for task, future in work:
             why = _failure(future, work.lost[task])
             if isinstance(task, str) and why is None:
-                for number in waiting[task]:
+                for number in evenly(sweep, waiting[task]):
                     work.add(number, run_job, folder, number, allowed)
             elif isinstance(task, str):
                 outcome.failed |= dict.fromkeys(waiting[task], f"its training failed: {why}")
@@ -94,7 +94,7 @@ def do_jobs(
                 insort(outcome.done, task)
             else:
                 outcome.failed[task] = why
-            outcome.retried = work.lost.total()
+            outcome.retried = work.repeated
             if progress is not None:
                 progress(outcome)
     return outcome

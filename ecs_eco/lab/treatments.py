@@ -26,16 +26,6 @@ class NotApplicable(ValueError):
         super().__init__(f"{fault}; {allowed}")
 
 
-def constant_light(config: WorldConfig) -> dict[str, Any]:
-    """Light is the mean of the day at all times."""
-    return _sun(config, "constant")
-
-
-def inverted_light(config: WorldConfig) -> dict[str, Any]:
-    """The day is dark: the sun rises half a day later."""
-    return _sun(config, "inverted")
-
-
 def no_smell(config: WorldConfig) -> dict[str, Any]:
     """Noses do not respond to smells, which stay in the world; networks keep their inputs."""
     values = {
@@ -87,6 +77,7 @@ def without(config: WorldConfig, species: str) -> dict[str, Any]:
 
 
 def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
+    """Light is the mean of the day at all times, or the sun rises half a day later, so that the day is dark."""
     if config.sun is None:
         raise NotApplicable("there is no sun", "a world with [sun]")
     if config.sun.kind == kind:
@@ -184,8 +175,8 @@ _TREATMENTS = (
     Treatment("neutral-drift", "genes are inherited and not expressed", at_build=True, check=needs_genome),
     Treatment("shuffled-genome", "genes come from any of the living", at_build=True, check=needs_genome),
     Treatment("no-mutation", "nothing mutates", at_build=True, check=needs_genome),
-    Treatment("constant-light", "light is the mean of the day", constant_light),
-    Treatment("inverted-light", "the day is dark", inverted_light),
+    Treatment("constant-light", "light is the mean of the day", partial(_sun, kind="constant")),
+    Treatment("inverted-light", "the day is dark", partial(_sun, kind="inverted")),
     Treatment("no-smell", "nobody smells anything", no_smell),
     Treatment("energy-only", "happiness is energy alone", energy_only, needs_learning=True),
     Treatment("energy-and-light", "light makes unhappy", energy_and_light, needs_learning=True),

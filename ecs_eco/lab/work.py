@@ -33,6 +33,7 @@ class Work(Generic[Key]):
         self.waiting: deque[Call] = deque()
         self.running: dict[Future[Any], Call] = {}
         self.lost: Counter[Key] = Counter()  # how often the worker of a call was
+        self.repeated = 0  # calls that were made again
 
     def __len__(self) -> int:
         """How many calls wait or run."""
@@ -78,6 +79,7 @@ class Work(Generic[Key]):
         self.lost[call.key] += 1
         if self.lost[call.key] > RETRIES:
             return False
+        self.repeated += 1
         self.waiting.append(call)
         return True
 

@@ -16,7 +16,7 @@ from ecs_eco.components import Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.random import by_lot, draw, mix
-from ecs_eco.life.places import APART, TRIES, Around, draw_places, keep_apart, radius_of, range_of
+from ecs_eco.life.places import APART, TRIES, Around, draw_places, keep_apart, radius_of, range_of, takes_room
 from ecs_eco.space.bodies import ground_of
 from ecs_eco.space.geometry import Extent
 from ecs_eco.space.sight import offset

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.matter import Bodies, bodies, held, hold, part_lost

@@ -125,6 +125,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         (["--retrain"], "nothing is trained"),
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
         (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only the training"),
+        (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "0"], "a whole number from 1"),
         (["--training-seeds", "2", "--policies", "random"], "--policies, or --training-seeds"),
         (["--policies", "nowhere"], "no such folder"),

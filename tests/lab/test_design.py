@@ -57,7 +57,7 @@ def test_a_hypercube_has_one_point_in_each_share_of_every_range() -> None:
     )
     points = [
         {name: entry.value for name, entry in point.items()}
-        for point in points_of(plan, load("predator-prey", SMALL))
+        for point in points_of(plan.plan, load("predator-prey", SMALL))
     ]
     dt = np.array([point["dt"] for point in points])
     basal = np.log10([point["species.deer.metabolism.basal"] for point in points])

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
 from ecs_eco.analysis.style import PALETTE, Figure, panels, several, styled
+from ecs_eco.lab.response import short
 from ecs_eco.lab.searching.optimise import Importance, merit
 from ecs_eco.lab.searching.plan import Parameter
 
@@ -66,11 +67,6 @@ def importance(numbers: Sequence[Importance]) -> Figure:
     )
     ax.legend(loc="lower right")
     return figure
-
-
-def short(name: str) -> str:
-    """A key without the word species."""
-    return name.removeprefix("species.")
 
 
 @styled

@@ -79,6 +79,18 @@ class Optimiser:
                 optuna.trial.create_trial(params=inside, distributions=self.space, value=worth)
             )
 
+    def ready(self, candidate: int) -> bool:
+        """Whether it can propose numbers for a candidate now."""
+        return True
+
+    def finished(self, candidate: int) -> bool:
+        """Whether it has found what it looked for before a candidate."""
+        return False
+
+    def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
+        """The training seeds and world seeds of a candidate: the same for all."""
+        return cells
+
     def _sampler(self, candidate: int) -> BaseSampler:
         import optuna
 

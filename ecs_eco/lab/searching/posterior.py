@@ -12,7 +12,8 @@ from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import GREY, SAFE
 from ecs_eco.analysis.style import Figure, several, styled
 from ecs_eco.engine import files
-from ecs_eco.lab.searching.figures import scaled, short
+from ecs_eco.lab.response import short
+from ecs_eco.lab.searching.figures import scaled
 from ecs_eco.lab.searching.plan import Parameter
 from ecs_eco.lab.searching.sampler import Population, Sampler, statistics_of, value_at, weighted_quantiles
 

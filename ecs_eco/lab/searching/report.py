@@ -3,7 +3,6 @@
 import glob
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -22,42 +21,21 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
 from ecs_eco.lab.searching import figures
-from ecs_eco.lab.searching.journal import Journal
+from ecs_eco.lab.searching.course import BEST, Search
 from ecs_eco.lab.searching.optimise import Importance, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan
 from ecs_eco.lab.searching.posterior import posterior_blocks, write_posterior
-from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
+from ecs_eco.lab.searching.sampler import SAMPLERS
 from ecs_eco.lab.trained import forget_trained
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
 
-BEST = 5  # worlds that are written
 WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # as `load` takes it
 Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """The plan and means of a search, and all its candidates, the best first."""
-
-    plan: Plan
-    journal: Journal
-    ranked: Runs
-    out: Path
-    optimiser: str
-    workers: int
-    cpu: float  # CPU seconds of candidates
-    sampler: Sampler | None = None  # of abc and abc-smc
-
-    def evaluated(self) -> Runs:
-        """The candidates whose numbers made a world, in their order."""
-        return sorted(
-            (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
-        )
-
-
-def write_page(search: Outcome, result: dict[str, Any]) -> None:
+def write_page(search: Search, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
     folder = inside(search.out, search.out / "figures")
     course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
@@ -135,7 +113,7 @@ def _lost(lives: Runs) -> str:
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
 
-def _best_table(search: Outcome, result: dict[str, Any]) -> str:
+def _best_table(search: Search, result: dict[str, Any]) -> str:
     plan, best = search.plan, result["best"]
     rows = [
         [
@@ -158,12 +136,12 @@ def _best_table(search: Outcome, result: dict[str, Any]) -> str:
     return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
 
 
-def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[str]:
+def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str]:
     if result["importance"] is None:
         return ["<p>There are too few candidates to tell.</p>"]
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
-    worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
+    worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
         f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
         "over its range "
@@ -193,16 +171,14 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     return blocks
 
 
-def write_results(search: Outcome, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
+def write_results(search: Search, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
     """Write best-1.toml …, search.json, and with `report` the page; return the content of search.json."""
-    result = summary(search)
-    for rank, entry in enumerate(search.ranked[:BEST], 1):
+    result, ranked = summary(search), search.ranked()
+    for rank, entry in enumerate(ranked[:BEST], 1):
         number = entry["candidate"]
         kind = search.plan.config.search.policies
         trained = search.out / "policies" / ("start" if kind == "train-once" else f"candidate-{number}")
-        note = (
-            f"Candidate {number} of a search, number {rank} of {len(search.ranked)}: {_words(entry, result)}."
-        )
+        note = f"Candidate {number} of a search, number {rank} of {len(ranked)}: {_words(entry, result)}."
         values = entry["values"] if number else {}
         write_world(search.plan, world, overrides, values, trained, search.out / f"best-{rank}.toml", note)
     result["importance"] = _importance(search)
@@ -214,9 +190,10 @@ def write_results(search: Outcome, world: WorldFile, overrides: Overrides, repor
     return result
 
 
-def summary(search: Outcome) -> dict[str, Any]:
+def summary(search: Search) -> dict[str, Any]:
     """The result of a search, with JSON types."""
-    plan, ranked, best = search.plan, search.ranked, search.ranked[0]
+    plan, ranked = search.plan, search.ranked()
+    best = ranked[0]
     confirmed = {
         role: confirmation(search, number) for role, number in (("best", best["candidate"]), ("start", 0))
     }
@@ -226,7 +203,7 @@ def summary(search: Outcome) -> dict[str, Any]:
         "optimiser": search.optimiser,
         "workers": search.workers,
         "seconds": search.journal.entries[-1]["at"],
-        "cpu_of_candidates": round(search.cpu, 1),
+        "cpu_of_candidates": round(search.budget.worked, 1),
         "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
         "candidates": len(ranked),
         "by_stage": [sum(e["stage"] >= s for e in ranked) for s in range(len(plan.stages))],
@@ -259,7 +236,7 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
     return rises
 
 
-def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
+def confirmation(search: Search, candidate: int) -> dict[str, Any]:
     """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
@@ -298,7 +275,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     return words
 
 
-def _importance(search: Outcome) -> dict[str, Any] | None:
+def _importance(search: Search) -> dict[str, Any] | None:
     """The importance of each number; None if there are too few candidates."""
     entries = search.evaluated()
     if len(entries) < max(12, 2 * len(search.plan.parameters)):

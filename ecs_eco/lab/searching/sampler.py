@@ -3,6 +3,7 @@ measurements. abc keeps the nearest (Pritchard et al. 1999). abc-smc draws later
 nearest so far, and weighs them by how likely the ranges would give them (Beaumont et al. 2009, adaptive
 distances of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal alone."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,6 +75,13 @@ class Sampler:
             return False
         self._population(generation - 1)
         return self._after[generation - 1][1] < self.stop
+
+    def tell(self, number: int, values: dict[str, float], worth: float) -> None:
+        """Nothing: what it knows is in the journal."""
+
+    def cells(self, number: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
+        """The seeds of a candidate: those of a world of its own."""
+        return [self.cell(number)]
 
     def cell(self, number: int) -> tuple[int, int]:
         """Training seed and world seed of a candidate: a world of its own."""
