@@ -102,7 +102,7 @@ def _inner(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     return made
 
 
-def called_by_python(one: Any) -> Any:
+def called_by_python(one: object) -> Any:
     """Return the kernel that Python's calls of a kernel come to."""
     return one.on_fields if isinstance(one, KernelOnViews) else one
 

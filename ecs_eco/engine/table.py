@@ -17,6 +17,8 @@ from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
+# births of one call: first and second parents, u64[k], and the columns of the newborn
+Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
 MOST_BATCHES = 64  # of newborn and dead that are noted
 ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
 NOBODY = np.empty(0, np.int64)
@@ -113,7 +115,7 @@ class Table(dict[type, Any]):
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
         self._layout = NO_LAYOUT  # as it was found last
         self._laid_out: tuple[Any, ...] = ()  # from what
-        self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
+        self.births: list[Request] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
         self.species: Any = None  # what all entities of the table share: a `life.kind.Kind` in an ecosystem
         self.own: dict[str, Any] = {}  # for systems of your own: saved if it has state() and load()

@@ -11,7 +11,7 @@ from ecs_eco.engine.living import LivingWorld
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import ROWS, vacate_dying
 from ecs_eco.engine.schema import Columns
-from ecs_eco.engine.table import Table
+from ecs_eco.engine.table import Request, Table
 
 
 class _OfWorld(Processor):
@@ -131,7 +131,7 @@ class Turnover:
                     born.append((table, rows))
         return born
 
-    def occupy(self, table: Table, request: Any) -> np.ndarray:
+    def occupy(self, table: Table, request: Request) -> np.ndarray:
         """Give rows and uids to the newborn of one request; return the rows."""
         parents, _, values = request
         rows = table.occupy(parents.size, self.world.next_uid, self.world.tick, values)

@@ -12,7 +12,7 @@ import esper
 import numpy as np
 
 from ecs_eco.engine import world as engine
-from ecs_eco.engine.table import Table
+from ecs_eco.engine.table import Request, Table
 from ecs_eco.engine.turnover import Turnover
 from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.context import Context, switch_back
@@ -136,7 +136,7 @@ class Told(Turnover):
             self.world.context.tell("birth", numbers)
         return born
 
-    def occupy(self, table: Table, request: Any) -> np.ndarray:
+    def occupy(self, table: Table, request: Request) -> np.ndarray:
         """Give rows and uids to the newborn of one request, with what esper's entity was given meanwhile."""
         registry = self.world.context.registry
         given = registry.newborn(request) if registry.waiting else None

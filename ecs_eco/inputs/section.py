@@ -104,7 +104,7 @@ class Section(BaseModel):
         )
 
 
-def with_keyword(name: str, kind: Any, declared: Any) -> Any:
+def with_keyword(name: str, kind: object, declared: object) -> Any:
     """Return a section with one field whose name is a keyword of Python: no class body could give it."""
     fields: dict[str, Any] = {name: (kind, declared)}
     return create_model("_Keyword", __base__=Section, **fields)

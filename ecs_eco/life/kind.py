@@ -76,7 +76,7 @@ class Kind:
         vars(self)[key] = value = self._value(key)
         return value
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         """Set an attribute; what followed from a former section is forgotten."""
         super().__setattr__(name, value)
         if name in ("section", "barren"):
