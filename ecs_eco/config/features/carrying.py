@@ -43,13 +43,13 @@ class Carrying(Feature, after="diet"):
             yield "load", "Load.mass"
 
     @staticmethod
-    def costs(species: "Carrying") -> Iterator[Cost]:
+    def costs(species: Any) -> Iterator[Cost]:
         """Yield the cost of carrying."""
         for i, way in enumerate(species.carries):
             yield Cost(("carries", i, "cost"), way.cost, owed=True)
 
     @staticmethod
-    def meets(species: "Carrying") -> Iterator[tuple[str, str, float]]:
+    def meets(species: Any) -> Iterator[tuple[str, str, float]]:
         """Yield what it can pick up."""
         for i, way in enumerate(species.carries):
             yield f"carries.{i}", way.object, way.reach

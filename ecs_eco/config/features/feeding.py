@@ -86,7 +86,7 @@ class Feeding(Feature, after="emits"):
             yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
 
     @staticmethod
-    def meets(species: "Feeding") -> Iterator[tuple[str, str, float]]:
+    def meets(species: Any) -> Iterator[tuple[str, str, float]]:
         """Yield what it can eat."""
         for i, food in enumerate(species.diet):
             yield f"diet.{i}", food.eats, food.reach

@@ -84,7 +84,7 @@ class Warmth(Feature, after="properties"):
             yield Problem((*key, "heat", "regulate", "warming"), "is 0, and cooling too", 0.0, allowed)
 
     @staticmethod
-    def costs(species: "Warmth") -> Iterator[Cost]:
+    def costs(species: Any) -> Iterator[Cost]:
         """Yield the cost of regulation at full power."""
         way = None if species.heat is None else species.heat.regulate
         if way is not None:

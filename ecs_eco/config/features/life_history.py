@@ -163,7 +163,7 @@ class Caring(Feature, after="reproduction"):
     )
 
     @staticmethod
-    def costs(species: "Caring") -> Iterator[Cost]:
+    def costs(species: Any) -> Iterator[Cost]:
         """Yield what one of the young is given."""
         if species.care is not None:
             yield Cost(("care", "rate"), species.care.rate)
