@@ -9,7 +9,6 @@ from ecs_eco.config.features.feature import Feature, of_each
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import ObjectType
-from ecs_eco.engine.section import Section
 
 if TYPE_CHECKING:
     import numpy as np
@@ -74,7 +73,7 @@ class Kind:
         if not key.startswith("_"):
             if self.section is not None and key in type(self.section).model_fields:
                 return getattr(self.section, key)
-            for model in sections():
+            for model in (Species, ObjectType, *Feature.__subclasses__()):
                 known = model.model_fields.get(key)
                 if known is not None and not known.is_required():
                     return known.get_default(call_default_factory=True)
@@ -104,8 +103,3 @@ class Kind:
     def parts(self) -> dict[str, Any]:
         """Return the parts that may have a state of their own, by name."""
         return {name: part for name in ("heredity", "nerves") if (part := getattr(self, name)) is not None}
-
-
-def sections() -> tuple[type[Section], ...]:
-    """Return the models of species, of object types, and of features."""
-    return Species, ObjectType, *Feature.__subclasses__()
