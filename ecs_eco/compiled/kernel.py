@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable
 from functools import update_wrapper
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numba
 
@@ -64,7 +64,7 @@ class KernelOnViews:
     """A kernel that takes named tuples (`ecs_eco.compiled.views`): what Python calls is given their fields."""
 
     def __init__(self, function: FunctionType, views: dict[str, View], options: dict[str, Any]) -> None:
-        update_wrapper(cast(Any, self), function)
+        update_wrapper(self, function)  # type: ignore[arg-type]
         self.py_func, self.inner = function, _inner(function, options)
         self.on_fields: Kernel = kernel(taking_fields(function, views, self.inner), **options)
 

@@ -8,43 +8,31 @@ the views of them, in code that is written here from the annotations; see benchm
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterable
 from itertools import chain
 from types import FunctionType
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
-SEVERAL = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
-Kernel: TypeAlias = Callable[..., Any]
-
-
-class View(Protocol):
-    """A class of named tuples."""
-
-    _fields: tuple[str, ...]
+View: TypeAlias = type[Any]  # a class of named tuples
 
 
 def views_of(function: Callable[..., Any]) -> dict[str, View]:
-    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names; none
-    where some parameter need not be given, or stands for several: numba takes such functions as they are."""
-    if (
-        not isinstance(function, FunctionType)
-        or function.__defaults__
-        or function.__code__.co_flags & SEVERAL
-    ):
-        return {}
+    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names."""
+    known = {} if not isinstance(function, FunctionType) else function.__globals__
     notes = {
-        name: function.__globals__.get(note) if isinstance(note, str) else note
-        for name, note in function.__annotations__.items()
+        name: known.get(note) if isinstance(note, str) else note
+        for name, note in getattr(function, "__annotations__", {}).items()
         if name != "return"
     }
     return {name: kind for name, kind in notes.items() if isinstance(kind, type) and hasattr(kind, "_fields")}
 
 
-def taking_fields(function: FunctionType, views: dict[str, View], inner: Kernel) -> Callable[..., Any]:
+def taking_fields(
+    function: FunctionType, views: dict[str, View], inner: Callable[..., Any]
+) -> Callable[..., Any]:
     """Return the function that calls `inner`, which takes views, and is itself given their fields."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
-    fields = {name: [f"{name}__{one}" for one in kind._fields] for name, kind in views.items()}
+    fields = {name: [f"{name}_{one}" for one in kind._fields] for name, kind in views.items()}
     parameters = ", ".join(", ".join(fields.get(name, [name])) for name in names)
     made_of = ", ".join(f"view_{n}({', '.join(fields[n])})" if n in views else n for n in names)
     held = {"inner": inner, **{f"view_{name}": kind for name, kind in views.items()}}

@@ -28,7 +28,6 @@ from ecs_eco.engine import random
 from ecs_eco.inputs.code import handed_over
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.settings import PPO
-from ecs_eco.life.gaits import Gaits
 from ecs_eco.life.heredity import apply_heredity
 from ecs_eco.life.sizes import masses_differ
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
@@ -176,7 +175,7 @@ def apply_species(
             nerves.reflex = None
 
 
-def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
+def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
     """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions
     that move a body, and its drag; of a continuous speed all gaits, from slow to fast."""
     layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
@@ -199,8 +198,7 @@ def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
         [climbing.get(a, 0.0) for a in climbs],
         [pitching.get(a, 0.0) for a in climbs],
     )
-    columns = (np.array(a or [0.0], np.float32) for a in arrays)
-    return Gaits._make((layout, *columns, np.float32(way.drag)))
+    return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
 def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:

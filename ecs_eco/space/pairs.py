@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.space.geometry import Extent, Places, Space, back_into, floor_between
-from ecs_eco.space.index import Entries, Index
+from ecs_eco.space.geometry import Space, back_into, floor_between
+from ecs_eco.space.index import Index
 
 
 class Pairs(NamedTuple):
@@ -39,8 +39,24 @@ def pairs(
     runs a kernel over 0…n in parts.
     """
     space, n = targets.space, len(rows)
+    nx, ny, nz = space.shape
     start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
-    arguments = (Places(*places), radius, same, targets.entries, space.extent, start)
+    arguments = (
+        *places,
+        radius,
+        same,
+        targets.x,
+        targets.y,
+        targets.z,
+        targets.start,
+        nx,
+        ny,
+        nz,
+        space.inverse,
+        space.lengths,
+        space.torus,
+        start,
+    )
     _run(split, n, *arguments, *nothing)
     np.cumsum(start, out=start)
     k = int(start[-1])
@@ -124,9 +140,9 @@ def _shorter(d, length):
 
 
 @njit
-def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
+def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
     """Return how many of the targets begin … end − 1, but for `own`, are near a place."""
-    n, tx, ty, tz = np.int64(0), targets.x, targets.y, targets.z
+    n = np.int64(0)
     for t in range(begin, end):  # without branches: this becomes vector code
         dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
         if seam:
@@ -136,13 +152,12 @@ def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
 
 
 @njit
-def _write(begin, end, own, x, y, z, radius2, targets, seam, lengths, n, stop, entry, distance2):
+def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop, entry, distance2):
     """Write those that `_count` counts from n on, until all are found at `stop`; return where the next
     belong.
 
     Every target is written, and the next one over it if it was not near: that costs less than a branch.
     """
-    tx, ty, tz = targets.x, targets.y, targets.z
     for t in range(begin, end):
         if n == stop:
             break
@@ -157,21 +172,30 @@ def _write(begin, end, own, x, y, z, radius2, targets, seam, lengths, n, stop, e
 
 @njit
 def pair(
-    first: int,
-    last: int,
-    places: Places,
-    radius: np.ndarray,
-    same: bool,
-    targets: Entries,
-    space: Extent,
-    start: np.ndarray,
-    entry: np.ndarray,
-    distance2: np.ndarray,
-) -> None:
+    first,
+    last,
+    px,
+    py,
+    pz,
+    radius,
+    same,
+    tx,
+    ty,
+    tz,
+    tstart,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    start,
+    entry,
+    distance2,
+):
     """Count the targets near the places first … last − 1 into start[place + 1]; or, where `distance2` has
     room, write them from start[place] on."""
-    (px, py, pz), (nx, ny, nz, inverse, lengths, torus, _) = places, space
-    counts, tstart = distance2.size == 0, targets.start
+    counts = distance2.size == 0
     for i in range(first, last):
         x, y, z, r = px[i], py[i], pz[i], radius[i]
         x0, x1 = _cells(x, r, lengths[0], inverse[0], nx, torus)
@@ -188,7 +212,7 @@ def pair(
                         continue
                     c, d, own = tstart[base + a], tstart[base + b + 1], i if same else -1
                     if counts:
-                        n += _count(c, d, own, x, y, z, r * r, targets, seam, lengths)
+                        n += _count(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths)
                     else:
                         n = _write(
                             c,
@@ -198,7 +222,9 @@ def pair(
                             y,
                             z,
                             r * r,
-                            targets,
+                            tx,
+                            ty,
+                            tz,
                             seam,
                             lengths,
                             n,

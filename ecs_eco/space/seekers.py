@@ -11,7 +11,6 @@ from ecs_eco.components import Body, Position, Shape
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.pairs import radii
-from ecs_eco.space.sight import Poses
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 class Seekers:
     """The living of a table as things stand now, in canonical order, which does not depend on rows: `n` of
     them, their `rows` i64[n], neighbour `index` (uids and places), `heading` [rad], its `cos` and `sin`, and
-    `radius` [m], f32[n]. Kernels take their `poses`.
+    `radius` [m], f32[n].
 
     Sensors get one, and systems make one in `update`: keep none, rows change.
     """
@@ -36,17 +35,11 @@ class Seekers:
         self.radius: np.ndarray = (
             table[Body].radius.take(self.rows) if Body in table else np.zeros(self.n, np.float32)
         )
-        mine = self.index
-        self.poses = Poses(mine.x, mine.y, mine.z, mine.uid, self.cos, self.sin)
         self.half: tuple[np.ndarray, ...] | None = None
         """Half of the length, width and height of each body that is no sphere, f32[n] [m]; else None."""
         if Shape in table:
             *sides, rounding = (side[self.rows] for side in extents(table))
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
-
-    def poses_at(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Poses:
-        """Return their poses, as if each were at one of the places f32[n] [m]."""
-        return Poses(x, y, z, *self.poses[3:])
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the row of the nearest of another table that is closer than `radius` [m] to each, i64[n], −1

@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Matter
 from ecs_eco.engine.system import System
-from ecs_eco.life.matter import Bodies, bodies, held, hold, volumes
+from ecs_eco.life.matter import held, hold, volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -29,8 +29,8 @@ class Dilute(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring the concentrations of one table to the volumes of its bodies."""
-        high = table.high
-        dilute(table.alive[:high], volumes(table), bodies(table))
+        high, m = table.high, table[Matter]
+        dilute(table.alive[:high], volumes(table), m.volume, table[Chemistry].molarity, m.residue)
 
 
 def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
@@ -41,13 +41,12 @@ def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndar
 
 
 @njit
-def dilute(alive: np.ndarray, wanted: np.ndarray, bodies: Bodies) -> None:
+def dilute(alive, wanted, volume, molarity, residue):
     """Bring the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
-    volume = bodies.volume
     for row in range(alive.size):
         if alive[row] and wanted[row] != volume[row]:
             if volume[row] > 0 and wanted[row] > 0:
                 share = volume[row] / wanted[row]
-                for s in range(bodies.molarity.shape[1]):
-                    hold(bodies, row, s, held(bodies, row, s) * share)
+                for s in range(molarity.shape[1]):
+                    hold(molarity, residue, row, s, held(molarity, residue, row, s) * share)
             volume[row] = wanted[row]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (  # of the fields of `Heat`
+KEYS = (
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",
@@ -31,19 +31,6 @@ KEYS = (  # of the fields of `Heat`
     "heat.regulate.cost",
 )
 LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it has the temperature of its surroundings at once
-
-
-class Heat(NamedTuple):
-    """How bodies exchange and make heat, for kernels: numbers, or arrays [rows] where each has its own."""
-
-    specific_heat: Number  # [J/(kg K)]
-    conductance: Number  # [W/(m^2 K)]
-    insulation: Number  # [m^2 K/W]
-    metabolic_heat: Number  # [J] of a unit of energy that is burnt
-    set_point: Number  # [K]
-    warming: Number  # the most heat that it makes [W]
-    cooling: Number  # the most heat that it gives off [W]
-    cost: Number  # energy of a joule of either
 
 
 class ExchangeHeat(System):
@@ -101,7 +88,7 @@ class ExchangeHeat(System):
             round_as(table),
             around,
             coat,
-            Heat(*values),
+            *values,
             world.dt,
             table[Physical].temperature,
             table[HeatExchange].residue,
@@ -119,22 +106,28 @@ def round_as(table: Table) -> np.ndarray:
 
 @njit
 def exchange(
-    first: int,
-    last: int,
-    alive: np.ndarray,
-    mass: np.ndarray,
-    radius: np.ndarray,
-    around: np.ndarray,
-    coat: np.ndarray,
-    heat: Heat,
-    dt: float,
-    temperature: np.ndarray,
-    residue: np.ndarray,
-    energy: np.ndarray,
-    burnt: np.ndarray,
-) -> None:
+    first,
+    last,
+    alive,
+    mass,
+    radius,
+    around,
+    coat,
+    specific_heat,
+    conductance,
+    insulation,
+    metabolic_heat,
+    set_point,
+    warming,
+    cooling,
+    cost,
+    dt,
+    temperature,
+    residue,
+    energy,
+    burnt,
+):
     """Bring the temperature of the living [K] from the start to the end of a tick; book what it costs."""
-    specific_heat, conductance, insulation, metabolic_heat, set_point, warming, cooling, cost = heat
     for row in range(first, last):
         if not alive[row]:
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,14 +13,13 @@ from ecs_eco.compiled.trigonometry import sine_and_cosine
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.life.gaits import Gaits, own_gaits
+from ecs_eco.life.gaits import own_gaits
 from ecs_eco.life.sizes import share_of_adult
 from ecs_eco.life.torpor import awake
 from ecs_eco.nervous.decision import first_of, first_on
 from ecs_eco.space.barriers import barriers, stop
-from ecs_eco.space.bodies import ground_of
-from ecs_eco.space.geometry import Extent, cells_of, half_cells, into
-from ecs_eco.space.terrain import FENCE, OPEN, Ground, along, ground_at, height_at
+from ecs_eco.space.geometry import cells_of, half_cells, into
+from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -32,18 +31,8 @@ NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
 NOT_ASKED = np.zeros(0, np.float32)
 BLOCK = 64  # rows
-
-
-class Bodies(NamedTuple):
-    """Where bodies are and how they move, for kernels: f32[rows]."""
-
-    x: np.ndarray  # [m]
-    y: np.ndarray
-    z: np.ndarray
-    heading: np.ndarray  # [rad]
-    speed: np.ndarray  # [m/s]
-    climb: np.ndarray  # [m/s]
-    cost: np.ndarray
+# height, ground, scale and cost of slopes without a terrain
+ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros(2, np.float32), 0.0
 
 
 class Move(System):
@@ -69,7 +58,12 @@ class Move(System):
         gaits = own_gaits(table)
         if gaits is None:
             return
-        p, v, terrain = table[Position], table[Velocity], world.terrain
+        p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
+        height, ground, inverse, slope_cost = (
+            ON_THE_FLAT
+            if terrain is None
+            else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost)
+        )
         pace = paces(table)
         factor = None if terrain is None or terrain.pace is None else _on_roads(table, terrain)
         if factor is not None:
@@ -88,13 +82,22 @@ class Move(System):
             moving,
             table[Nervous].decision,
             command,
-            gaits,
+            *gaits,
             pace,
             np.float32(world.dt),
-            world.space.extent,
-            ground_of(world),
-            np.float32(0.0 if terrain is None else terrain.slope_cost),
-            Bodies(p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost),
+            space.lengths,
+            space.torus,
+            height,
+            ground,
+            inverse,
+            np.float32(slope_cost),
+            p.x,
+            p.y,
+            p.z,
+            p.heading,
+            v.speed,
+            v.climb,
+            v.cost,
             gone,
         )
         if factor is not None:
@@ -143,29 +146,43 @@ def paces(table: Table) -> np.ndarray:
 
 @lone_njit
 def move(
-    first: int,
-    last: int,
-    alive: np.ndarray,
-    decision: np.ndarray,
-    command: np.ndarray,
-    gaits: Gaits,
-    pace: np.ndarray,
-    dt: np.float32,
-    space: Extent,
-    ground: Ground,
-    slope_cost: np.float32,
-    bodies: Bodies,
-    gone: np.ndarray,
-) -> None:
-    """Move the living rows first … last − 1. `gone` f32[rows] takes how far ahead each has gone [m], where it
-    is not empty.
+    first,
+    last,
+    alive,
+    decision,
+    command,
+    layout,
+    speeds,
+    costs,
+    turns,
+    climbs,
+    pitches,
+    drag,
+    pace,
+    dt,
+    lengths,
+    torus,
+    height,
+    ground,
+    inverse,
+    slope_cost,
+    x,
+    y,
+    z,
+    heading,
+    speed,
+    climb,
+    cost,
+    gone,
+):
+    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
+    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows] takes
+    how far ahead each has gone [m], where it is not empty.
 
     Rows go in blocks, whose sines and cosines are computed at once.
     """
     if first >= last:
         return
-    _, _, z, heading, speed, climb, cost = bodies
-    layout, speeds, costs, turns, climbs, pitches, drag = gaits
     left, mean_left = lag(of_row(drag, first), dt)
     sine, cosine = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     ahead = np.empty(BLOCK, np.float32)
@@ -194,30 +211,82 @@ def move(
             if pace.size:
                 v *= pace[row]
                 c *= pace[row] * pace[row]
-            if space.lengths[2] > 0:  # a volume
+            if lengths[2] > 0:  # a volume
                 up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
-                z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, space.lengths[2], False)
+                z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
                 climb[row] = up + (climb[row] - up) * left
             ahead[i] = v + (speed[row] - v) * mean_left
             speed[row] = v + (speed[row] - v) * left
             cost[row] = c
-        go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies)
+        go_ahead(
+            start,
+            size,
+            ahead,
+            sine,
+            cosine,
+            drag,
+            dt,
+            lengths,
+            torus,
+            height,
+            ground,
+            inverse,
+            slope_cost,
+            heading,
+            x,
+            y,
+            speed,
+            cost,
+        )
         for i in range(size if gone.size else 0):
             gone[start + i] = max(ahead[i], zero) * dt
 
 
 @lone_njit
-def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
+def go_ahead(
+    start,
+    size,
+    ahead,
+    sine,
+    cosine,
+    drag,
+    dt,
+    lengths,
+    torus,
+    height,
+    ground,
+    inverse,
+    slope_cost,
+    heading,
+    x,
+    y,
+    speed,
+    cost,
+):
     """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for, which
     become those of the ways that are free; `sine` and `cosine` are scratch of their size."""
-    x, y, heading, lengths, torus = bodies.x, bodies.y, bodies.heading, space.lengths, space.torus
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
-    if ground.kind.size > 1 or ground.height.size > 1:
+    if ground.size > 1 or height.size > 1:
         for i in range(size):
             if ahead[i] > 0:
                 ahead[i] = over_land(
-                    start + i, ahead[i], sine[i], cosine[i], drag, dt, space, ground, slope_cost, bodies
+                    start + i,
+                    ahead[i],
+                    sine[i],
+                    cosine[i],
+                    drag,
+                    dt,
+                    lengths,
+                    torus,
+                    height,
+                    ground,
+                    inverse,
+                    slope_cost,
+                    x,
+                    y,
+                    speed,
+                    cost,
                 )
         return
     for i in range(size):
@@ -231,16 +300,20 @@ def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_co
 
 
 @njit
-def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
+def over_land(
+    row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed, cost
+):
     """Let one go ahead at a speed v until its way ends; uphill it costs more. Return its speed."""
-    x, y, speed, cost = bodies.x, bodies.y, bodies.speed, bodies.cost
-    if ground.kind.size > 1:
-        v = free_way(x[row], y[row], sine, cosine, v, dt, ground, space)
+    if ground.size > 1:
+        v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
         speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
     if v > 0:
-        nx, ny = along(x[row], y[row], v * dt * cosine, v * dt * sine, space)
-        if ground.height.size > 1:
-            rise = height_at(ground, nx, ny, space.torus) - height_at(ground, x[row], y[row], space.torus)
+        nx = into(x[row] + v * dt * cosine, lengths[0], torus)
+        ny = into(y[row] + v * dt * sine, lengths[1], torus)
+        if height.size > 1:
+            rise = height_at(height, inverse, nx, ny, torus) - height_at(
+                height, inverse, x[row], y[row], torus
+            )
             cost[row] += cost[row] * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
         x[row] = nx
         y[row] = ny
@@ -285,18 +358,20 @@ def cost_between(v, speeds, costs):
 
 
 @njit
-def free_way(x, y, sine, cosine, v, dt, ground, space):
+def free_way(x, y, sine, cosine, v, dt, ground, inverse, lengths, torus):
     """Return the speed at which a step of dt [s] ends before water, rock or a fence begins;
     looks at every half cell of the way, of which it takes no more than both sides of the space.
 
     An animal that stands where a fence is put up can walk off it.
     """
-    v = min(v, (space.lengths[0] + space.lengths[1]) / dt)
-    on = ground_at(ground, x, y) == FENCE
-    steps = half_cells(v * dt, ground.inverse, space.lengths)
+    v = min(v, (lengths[0] + lengths[1]) / dt)
+    on = ground_at(ground, inverse, x, y) == FENCE
+    steps = half_cells(v * dt, inverse, lengths)
     for s in range(1, steps + 1):
         way = v * dt * np.float32(s) / np.float32(steps)
-        kind = ground_at(ground, *along(x, y, way * cosine, way * sine, space))
+        px = into(x + way * cosine, lengths[0], torus)
+        py = into(y + way * sine, lengths[1], torus)
+        kind = ground_at(ground, inverse, px, py)
         if kind != OPEN and not (on and kind == FENCE):
             return v * np.float32(s - 1) / np.float32(steps)
         on = on and kind == FENCE

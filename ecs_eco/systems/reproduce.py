@@ -9,16 +9,17 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.life.births import LITTER_MAX, Lives, affordable, bring_forth, life_history, whole
+from ecs_eco.life.births import LITTER_MAX, affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -49,7 +50,7 @@ class Reproduce(System):
         ):
             return  # animals do not reproduce while they are pre-trained; plants do
         m, b = table[Metabolism], table[Biology]
-        lives = life_history(table, way)
+        own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         if self._lists[0].size < table.high:
             self._lists = tuple(np.empty(table.capacity, kind) for kind in (np.int64, np.int64, np.float32))
         parents, number, given = self._lists
@@ -62,7 +63,11 @@ class Reproduce(System):
             b.age,
             b.fertility,
             table.uid,
-            lives,
+            own,
+            energy_min,
+            age_min,
+            energy_given,
+            litter,
             chance,
             world.key,
             parents,
@@ -89,21 +94,24 @@ _shared_chance = lru_cache(256)(chance_of)  # few rates are asked for again and 
 
 @njit
 def ready(
-    alive: np.ndarray,
-    energy: np.ndarray,
-    age: np.ndarray,
-    fertility: np.ndarray,
-    uid: np.ndarray,
-    lives: Lives,
-    chance: Number,
-    key: np.uint64,
-    parents: np.ndarray,
-    number: np.ndarray,
-    given: np.ndarray,
-) -> int:
+    alive,
+    energy,
+    age,
+    fertility,
+    uid,
+    own,
+    energy_min,
+    age_min,
+    energy_given,
+    litter,
+    chance,
+    key,
+    parents,
+    number,
+    given,
+):
     """List the parents, few of them in the order of uids, the largest number of newborn of each, and what it
     gives to one; return the number of parents."""
-    own, age_min, energy_min, energy_given, litter, _ = lives
     n = 0
     for row in range(alive.size):
         i = row if own else 0

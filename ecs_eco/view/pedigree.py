@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -177,8 +177,21 @@ class PedigreeLog:
         self, size: np.ndarray, tick: np.ndarray, uid: np.ndarray, cause: np.ndarray, killer: np.ndarray
     ) -> None:
         """Enter deaths: number and tick of each batch i64[k]; uid, cause and killer of each death."""
-        known = Known(self.n, self._since, self._at, *self._columns.values())
-        enter_deaths(size, tick, uid, cause, killer, known)
+        c = self._columns
+        enter_deaths(
+            size,
+            tick,
+            uid,
+            cause,
+            killer,
+            self.n,
+            self._since,
+            self._at,
+            c["uid"],
+            c["died"],
+            c["cause"],
+            c["killer"],
+        )
 
     def _add(
         self,
@@ -191,8 +204,9 @@ class PedigreeLog:
     ) -> None:
         """Enter litters: the first uid, number, tick and kind of each i64[k]; both parents of each life."""
         self._reserve(parent.size)
-        known = Known(self.n, self._since, self._at, *self._columns.values())
-        enter_births(first, size, tick, kind, parent, second, known)
+        enter_births(
+            first, size, tick, kind, parent, second, self.n, self._since, self._at, *self._columns.values()
+        )
         self.n += parent.size
 
     def _reserve(self, k: int) -> None:
@@ -205,24 +219,6 @@ class PedigreeLog:
                 self._columns[name] = np.zeros(2 * room, column.dtype)
             if forgotten or room > column.size:
                 self._columns[name][: self.n] = kept
-
-
-class Known(NamedTuple):
-    """The `n` lives that are known, for kernels: columns [n …], as in FIELDS. Those of uids from `since` on,
-    which begin at row `at`, have no gaps."""
-
-    n: int
-    since: int
-    at: int
-    uid: np.ndarray
-    parent: np.ndarray
-    second: np.ndarray
-    born: np.ndarray
-    kind: np.ndarray
-    generation: np.ndarray
-    died: np.ndarray
-    cause: np.ndarray
-    killer: np.ndarray
 
 
 @njit
@@ -238,16 +234,26 @@ def row_of(uid, uids, n, since, at):
 
 @njit
 def enter_births(
-    first: np.ndarray,
-    size: np.ndarray,
-    tick: np.ndarray,
-    kind: np.ndarray,
-    parent: np.ndarray,
-    second: np.ndarray,
-    known: Known,
-) -> None:
-    """Write litters behind the lives that are known; parents are known before their young."""
-    n, since, at, uids, parents, seconds, born, kinds, generation, died, cause, killer = known
+    first,
+    size,
+    tick,
+    kind,
+    parent,
+    second,
+    n,
+    since,
+    at,
+    uids,
+    parents,
+    seconds,
+    born,
+    kinds,
+    generation,
+    died,
+    cause,
+    killer,
+):
+    """Write litters behind the `n` lives that are known; parents are known before their young."""
     k = 0
     for litter in range(first.size):
         for i in range(size[litter]):
@@ -267,11 +273,8 @@ def enter_births(
 
 
 @njit
-def enter_deaths(
-    size: np.ndarray, tick: np.ndarray, uid: np.ndarray, cause: np.ndarray, killer: np.ndarray, known: Known
-) -> None:
+def enter_deaths(size, tick, uid, cause, killer, n, since, at, uids, died, causes, killers):
     """Write when and of what those died who are known."""
-    n, since, at, uids, _, _, _, _, _, died, causes, killers = known
     k = 0
     for batch in range(size.size):
         for _ in range(size[batch]):

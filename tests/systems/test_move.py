@@ -216,8 +216,10 @@ def test_a_fast_animal_does_not_jump_a_thin_lake():
         np.float32(1.0),
         np.float32(20.0),
         np.float32(1.0),
-        terrain.maps,
-        space.extent,
+        terrain.ground,
+        terrain.inverse,
+        space.lengths,
+        False,
     )
     assert 10.0 + stopped < 20.0 - 0.5
     beside = free_way(
@@ -227,7 +229,9 @@ def test_a_fast_animal_does_not_jump_a_thin_lake():
         np.float32(1.0),
         np.float32(20.0),
         np.float32(1.0),
-        terrain.maps,
-        space.extent,
+        terrain.ground,
+        terrain.inverse,
+        space.lengths,
+        False,
     )
     assert beside == 20.0

@@ -3,23 +3,22 @@ of anybody to a place on the body."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Parentage
-from ecs_eco.space.geometry import Extent
-from ecs_eco.space.index import Entries, Index
-from ecs_eco.space.nearest import Found
+from ecs_eco.space.index import Index
 from ecs_eco.space.seekers import Seekers
-from ecs_eco.space.sight import Poses, gather, offset
-from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2, Looking, Sums, Weighed
+from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
 MOTHER, FATHER, OFFSPRING, SIBLINGS, ANYBODY = 0, 1, 2, 3, 4
@@ -27,20 +26,12 @@ RELATIONS = {"mother": MOTHER, "father": FATHER, "offspring": OFFSPRING, "siblin
 NOBODY = np.zeros(0, np.uint64)
 
 
-class Kin(NamedTuple):
-    """Who is whose child, for kernels: uids u64[n], those of parents empty where a table knows none."""
-
-    uid: np.ndarray
-    mother: np.ndarray
-    father: np.ndarray
-
-
-def kin_of(table: Table, rows: np.ndarray, uid: np.ndarray) -> Kin:
-    """Return the uids of rows i64[n], of their mothers and of their fathers."""
+def parents(table: Table, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the uids of the mothers and fathers of rows i64[n]: u64[n], empty if the table knows none."""
     if Parentage not in table:
-        return Kin(uid, NOBODY, NOBODY)
+        return NOBODY, NOBODY
     p = table[Parentage]
-    return Kin(uid, p.mother[rows], p.father[rows])
+    return p.mother[rows], p.father[rows]
 
 
 def nearest_kin(
@@ -53,29 +44,41 @@ def nearest_kin(
     own: np.ndarray,
     cos_half_fov: Number,
     split: Callable[..., None],
-) -> Found:
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the entry of the relative of each seeker, without a relation of anybody else, that is nearest
     to its place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
 
     They are looked for within `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
-    found = Found(np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32))
+    entries, distance2 = np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32)
     if seekers.n and targets.n:
+        space = targets.space
         split(
             _nearest,
             seekers.n,
-            seekers.poses_at(*places),
+            *places,
+            seekers.index.uid,
+            seekers.cos,
+            seekers.sin,
             own,
-            kin_of(table, seekers.rows, seekers.index.uid),
-            targets.entries,
-            kin_of(other, targets.rows, targets.uid),
+            *parents(table, seekers.rows),
+            targets.x,
+            targets.y,
+            targets.z,
+            targets.uid,
+            *parents(other, targets.rows),
+            targets.start,
             RELATIONS[relation],
-            targets.space.reach(float(own.max())),
-            targets.space.extent,
+            space.reach(float(own.max())),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
             cos_half_fov,
-            found,
+            entries,
+            distance2,
         )
-    return found
+    return entries, distance2
 
 
 def add_kin(
@@ -95,26 +98,37 @@ def add_kin(
 ) -> None:
     """`add_near` of ecs_eco.space.sums, of relatives alone."""
     if seekers.n and targets.n:
+        space = targets.space
         split(
             _add,
             seekers.n,
-            Looking._make((*places, own)),
-            kin_of(table, seekers.rows, seekers.index.uid),
-            targets.entries,
-            kin_of(other, targets.rows, targets.uid),
+            *places,
+            seekers.index.uid,
+            own,
+            *parents(table, seekers.rows),
+            targets.x,
+            targets.y,
+            targets.z,
+            targets.uid,
+            *parents(other, targets.rows),
+            targets.start,
             RELATIONS[relation],
-            targets.space.reach(float(own.max())),
-            targets.space.extent,
-            Weighed(value, size, decay),
-            Sums(total, weight),
+            space.reach(float(own.max())),
+            *space.shape,
+            space.inverse,
+            space.lengths,
+            space.torus,
+            value,
+            size,
+            decay,
+            total,
+            weight,
         )
 
 
 @njit
-def related(relation, mine, i, its, j):
+def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
     """Return whether the one at j is the relative of the one at i that the relation says."""
-    uid, mother, father = mine
-    its_uid, its_mother, its_father = its
     it = its_uid[j]
     if it == uid[i]:
         return False
@@ -135,31 +149,45 @@ def related(relation, mine, i, its, j):
 
 @njit
 def _nearest(
-    first: int,
-    last: int,
-    seekers: Poses,
-    radius: np.ndarray,
-    mine: Kin,
-    targets: Entries,
-    theirs: Kin,
-    relation: int,
-    reach: int,
-    space: Extent,
-    cos_half_fov: Number,
-    found: Found,
-) -> None:
-    x, y, z, _, cos, sin = seekers
-    _, tx, ty, tz, its_uid, _ = targets
-    entries, distance2 = found
+    first,
+    last,
+    x,
+    y,
+    z,
+    uid,
+    cos,
+    sin,
+    radius,
+    mother,
+    father,
+    tx,
+    ty,
+    tz,
+    its_uid,
+    its_mother,
+    its_father,
+    start,
+    relation,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    cos_half_fov,
+    entries,
+    distance2,
+):
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
-        n = gather(x[i], y[i], z[i], reach, targets, space, near)
+        n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
         view = of_row(cos_half_fov, i)
         for q in range(n):
             j = near[q]
-            if not related(relation, mine, i, theirs, j):
+            if not related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
                 continue
-            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], space)
+            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
             d2, best = dx * dx + dy * dy + dz * dz, entries[i]
             if d2 > radius[i] * radius[i] or (view > -1 and dx * cos[i] + dy * sin[i] < view * np.sqrt(d2)):
                 continue
@@ -169,28 +197,44 @@ def _nearest(
 
 @njit
 def _add(
-    first: int,
-    last: int,
-    looking: Looking,
-    mine: Kin,
-    targets: Entries,
-    theirs: Kin,
-    relation: int,
-    reach: int,
-    space: Extent,
-    weighed: Weighed,
-    out: Sums,
-) -> None:
-    x, y, z, radius = looking
-    tx, ty, tz, (value, size, decay) = targets.x, targets.y, targets.z, weighed
+    first,
+    last,
+    x,
+    y,
+    z,
+    uid,
+    radius,
+    mother,
+    father,
+    tx,
+    ty,
+    tz,
+    its_uid,
+    its_mother,
+    its_father,
+    start,
+    relation,
+    reach,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    value,
+    size,
+    decay,
+    total,
+    weight,
+):
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
-        n = gather(x[i], y[i], z[i], reach, targets, space, near)
+        n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             j = near[q]
-            if not related(relation, mine, i, theirs, j):
+            if not related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
                 continue
-            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], space)
+            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= radius[i] * radius[i]:
                 continue
@@ -199,5 +243,5 @@ def _add(
                 w -= np.sqrt(d2) / radius[i]
             elif decay != NONE:
                 w /= max(d2, size[j] * size[j], np.float32(TOUCHING2))
-            out.total[i] += value[j] * w
-            out.weight[i] += w
+            total[i] += value[j] * w
+            weight[i] += w

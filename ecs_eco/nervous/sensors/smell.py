@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Senses
 from ecs_eco.nervous.sensors.sense import Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
-from ecs_eco.space.geometry import Extent, into
+from ecs_eco.space.geometry import into
 from ecs_eco.space.seekers import Seekers
-from ecs_eco.space.sight import Poses
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -28,15 +27,16 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     place = np.array([[forward, left]])
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        f, space, poses = world.fields[field], world.space, seekers.poses
-        ahead, high = place, up
+        f, mine, space = world.fields[field], seekers.index, world.space
+        x, y, z, high = mine.x, mine.y, mine.z, up
+        body, ahead = (seekers.radius, seekers.cos, seekers.sin), place
         if seekers.half is not None:
-            poses = seekers.poses_at(*place_of(table, seekers, number, at, space))
+            x, y, z = place_of(table, seekers, number, at, space)
             ahead, high = AT_CENTRE, np.float32(0)
         elif number in table.species.own_places:  # the kernel finds each one's nose where its body is
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
-            poses, ahead = seekers.poses_at(x, y, poses.z), AT_CENTRE
+            ahead = AT_CENTRE
         half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
         if space.volume:
             world.split(
@@ -44,12 +44,15 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 seekers.n,
                 f.value,
                 f.inverse,
-                poses,
-                seekers.radius,
+                x,
+                y,
+                z,
+                *body,
                 *ahead[0],
                 high,
                 half,
-                space.extent,
+                space.lengths,
+                space.torus,
                 out.T,
                 column,
                 work=seekers.n // 5,
@@ -60,8 +63,9 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 seekers.n,
                 f.value[0],
                 f.inverse,
-                poses,
-                seekers.radius,
+                x,
+                y,
+                *body,
                 ahead,
                 np.asarray(half)[None],
                 space.torus,
@@ -92,8 +96,11 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
             seekers.n,
             f.value[0],
             f.inverse,
-            seekers.poses,
+            seekers.index.x,
+            seekers.index.y,
             seekers.radius,
+            seekers.cos,
+            seekers.sin,
             places,
             scales,
             space.torus,
@@ -106,22 +113,9 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
 
 
 @lone_njit
-def _sniff_plane(
-    first: int,
-    last: int,
-    value: np.ndarray,
-    inverse: np.ndarray,
-    seekers: Poses,
-    radius: np.ndarray,
-    places: np.ndarray,
-    scales: np.ndarray,
-    torus: bool,
-    out: np.ndarray,
-    columns: np.ndarray,
-) -> None:
+def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out, columns):
     """Read the field f32[ny, nx] at the noses, which are at places f32[k, 2] of each body, with scales f32[k]
     or f32[k, n]; without branches and with unsigned indices, so that it becomes vector code."""
-    ox, oy, _, _, cos, sin = seekers
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = (
@@ -168,22 +162,26 @@ def _sniff_plane(
 
 @njit
 def _sniff_volume(
-    first: int,
-    last: int,
-    value: np.ndarray,
-    inverse: np.ndarray,
-    seekers: Poses,
-    radius: np.ndarray,
-    forward: np.float32,
-    left: np.float32,
-    up: np.float32,
-    scale: Number,
-    space: Extent,
-    out: np.ndarray,
-    column: int,
-) -> None:
+    first,
+    last,
+    value,
+    inverse,
+    ox,
+    oy,
+    oz,
+    radius,
+    cos,
+    sin,
+    forward,
+    left,
+    up,
+    scale,
+    lengths,
+    torus,
+    out,
+    column,
+):
     """Read the field f32[nz, ny, nx] at the noses."""
-    (ox, oy, oz, _, cos, sin), lengths, torus = seekers, space.lengths, space.torus
     for i in range(first, last):
         r = radius[i]
         x = into(ox[i] + r * (forward * cos[i] - left * sin[i]), lengths[0], torus)

@@ -7,13 +7,11 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.nervous.sensors.sense import Sense
+from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, solids
-from ecs_eco.space.geometry import Extent, Places
 from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import bounds, touching
-from ecs_eco.space.sight import Poses, gather, offset
-from ecs_eco.space.solids import Solids, around
-from ecs_eco.space.spheres import Spheres
+from ecs_eco.space.solids import around
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -37,10 +35,17 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             world.split(
                 _touch_solids,
                 seekers.n,
-                me,
+                me.form,
+                me.uid,
                 seekers.heading,
-                others,
-                space.extent,
+                others.form,
+                others.uid,
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
+                space.volume,
+                *others.cells,
                 np.float32(reach),
                 np.float32(at[0]),
                 np.float32(at[1]),
@@ -49,15 +54,26 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             )
         if names := [n for n in names if n not in shaped]:
             bodies = merged(world, names)
-            widest = float(seekers.radius.max(initial=0.0)) + float(bodies.largest) + reach
+            widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
             world.split(
                 _touch,
                 seekers.n,
-                seekers.poses,
+                mine.x,
+                mine.y,
+                mine.z,
+                mine.uid,
                 seekers.radius,
                 seekers.heading,
-                bodies,
-                space.extent,
+                bodies.x,
+                bodies.y,
+                bodies.z,
+                bodies.radius,
+                bodies.uid,
+                bodies.start,
+                *space.shape,
+                space.inverse,
+                space.lengths,
+                space.torus,
                 space.reach(widest),
                 np.float32(reach),
                 np.float32(at[0]),
@@ -67,10 +83,14 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             )
         if wall and (space.volume or not space.torus):
             _touch_walls(
-                Places(mine.x, mine.y, mine.z),
-                sides(world, table, seekers),
+                mine.x,
+                mine.y,
+                mine.z,
+                *sides(world, table, seekers),
                 seekers.heading,
-                space.extent,
+                space.lengths,
+                space.torus,
+                space.volume,
                 np.float32(at[0]),
                 np.float32(at[1]),
                 out.T,
@@ -80,13 +100,13 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     return sense
 
 
-def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> Places:
+def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> tuple[np.ndarray, ...]:
     """Return how far each body reaches from its centre along x, y and z: f32[n] [m]."""
     if Shape not in table:
-        return Places(seekers.radius, seekers.radius, seekers.radius)
+        return seekers.radius, seekers.radius, seekers.radius
     out = np.empty((3, seekers.n), np.float32)
     _sides(solids(world, [table.name]).form, out)
-    return Places(*out)
+    return tuple(out)
 
 
 @njit
@@ -112,31 +132,44 @@ def within(angle, begin, end):
 
 @njit
 def _touch(
-    first: int,
-    last: int,
-    seekers: Poses,
-    radius: np.ndarray,
-    heading: np.ndarray,
-    bodies: Spheres,
-    space: Extent,
-    reach_cells: int,
-    reach: np.float32,
-    begin: np.float32,
-    end: np.float32,
-    out: np.ndarray,
-    column: int,
-) -> None:
-    ox, oy, oz, ou, _, _ = seekers
-    bx, by, bz, br, bu, _, _, _ = bodies
+    first,
+    last,
+    ox,
+    oy,
+    oz,
+    ou,
+    radius,
+    heading,
+    bx,
+    by,
+    bz,
+    br,
+    bu,
+    bstart,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    reach_cells,
+    reach,
+    begin,
+    end,
+    out,
+    column,
+):
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[i]
-        n = gather(ox[i], oy[i], oz[i], reach_cells, bodies, space, near)
+        n = sight.gather(
+            ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near
+        )
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
-            dx, dy, dz = offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], space)
+            dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
             s = r + br[e] + reach
             if dx * dx + dy * dy + dz * dz <= s * s and within(
                 np.float32(np.arctan2(dy, dx)) - heading[i], begin, end
@@ -147,54 +180,71 @@ def _touch(
 
 @njit
 def _touch_solids(
-    first: int,
-    last: int,
-    mine: Solids,
-    heading: np.ndarray,
-    others: Solids,
-    space: Extent,
-    reach: np.float32,
-    begin: np.float32,
-    end: np.float32,
-    out: np.ndarray,
-    column: int,
-) -> None:
+    first,
+    last,
+    form,
+    uid,
+    heading,
+    other,
+    other_uid,
+    nx,
+    ny,
+    nz,
+    inverse,
+    lengths,
+    torus,
+    volume,
+    start,
+    entry,
+    reach,
+    begin,
+    end,
+    out,
+    column,
+):
     """`_touch` for bodies of any shape: the direction is that of the place where they are nearest."""
-    form, uid, other, other_uid = mine.form, mine.uid, others.form, others.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
-        n = around(x, y, z, ex + reach, ey + reach, ez + reach, others, space, seen, near)
+        n = around(
+            x,
+            y,
+            z,
+            ex + reach,
+            ey + reach,
+            ez + reach,
+            nx,
+            ny,
+            nz,
+            inverse,
+            lengths,
+            torus,
+            start,
+            entry,
+            seen,
+            near,
+        )
         for q in range(n):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
-            dx, dy, dz = x - other[e, 0], y - other[e, 1], z - other[e, 2]
-            gap, wx, wy, _ = touching(form, i, other, e, dx, dy, dz, space)
+            gap, wx, wy, _ = touching(
+                form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], lengths, torus, volume
+            )
             if gap <= reach and within(np.float32(np.arctan2(wy, wx)) - heading[i], begin, end):
                 out[column, i] = 1
                 break
 
 
 @njit
-def _touch_walls(
-    places: Places,
-    sides: Places,
-    heading: np.ndarray,
-    space: Extent,
-    begin: np.float32,
-    end: np.float32,
-    out: np.ndarray,
-    column: int,
-) -> None:
-    (ox, oy, oz), (ex, ey, ez), lengths = places, sides, space.lengths
+def _touch_walls(ox, oy, oz, ex, ey, ez, heading, lengths, torus, volume, begin, end, out, column):
     half = np.float32(1.5707964)
     for i in range(heading.size):
         h = heading[i]
-        if space.volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
+        if volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
             out[column, i] = 1
-        if space.torus:
+        if torus:
             continue
         if (
             (ox[i] >= lengths[0] - ex[i] and within(-h, begin, end))
