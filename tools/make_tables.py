@@ -1,4 +1,5 @@
-"""Write docs/benchmarks.md and the README's table from benchmarks/results; --check: only compare.
+"""Write docs/benchmarks.md and the tables of README and docs/explanation/speed.md from benchmarks/results;
+--check: only compare.
 
 python tools/make_tables.py [--check]
 """
@@ -13,6 +14,7 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
+SPEED = ROOT / "docs" / "explanation" / "speed.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = (
     "animals",
@@ -25,6 +27,7 @@ ORDER = (
     "main_job",
     "main_job_training",
     "main_job_calls",
+    "ablations",
     "animals_learning",
     "peers",
     "plants",
@@ -172,21 +175,29 @@ What was tried and dropped stands below the tables.
 def page(results: dict[str, dict[str, Any]]) -> str:
     """Return the page with every result."""
     parts = [HEAD, f"{GOALS}\n{goals(BENCHMARKS / 'results')}\n"]
-    for name, r in results.items():
-        m = r["machine"]
-        where = (
-            f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
-            f"commit {(m['commit'] or 'unknown')[:12]}; "
-            + ", ".join(f"{k} {v}" for k, v in m["versions"].items())
-        )
-        drawn = PAGE.parent / "img" / f"{name}.svg"
-        shown = f"\n![{r['question']}](img/{drawn.name})\n" if drawn.is_file() else ""
-        notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
-        parts.append(
-            f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
-            f"{table(r['rows'])}\n{shown}{notes}\n\n{where}.\n"
-        )
+    parts += [f"## {result['question']}\n\n{measured(name, result)}\n" for name, result in results.items()]
     return "\n".join(parts)
+
+
+def measured(name: str, result: dict[str, Any]) -> str:
+    """Return what a result says: the command, the table, its figure, notes, and the machine."""
+    m = result["machine"]
+    where = (
+        f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
+        f"commit {(m['commit'] or 'unknown')[:12]}; "
+        + ", ".join(f"{k} {v}" for k, v in m["versions"].items())
+    )
+    drawn = PAGE.parent / "img" / f"{name}.svg"
+    shown = f"\n![{result['question']}](img/{drawn.name})\n" if drawn.is_file() else ""
+    notes = "".join(f"\n- {k}: {show(v)}" for k, v in result["notes"].items())
+    return f"`python benchmarks/{script(name)}.py` ({name})\n\n{table(result['rows'])}\n{shown}{notes}\n\n{where}."
+
+
+def within(path: Path, text: str) -> str:
+    """Return the content of a page with this text between its marks."""
+    content = path.read_text()
+    begin, end = content.index(MARKS[0]) + len(MARKS[0]), content.index(MARKS[1])
+    return f"{content[:begin]}\n{text}\n{content[end:]}"
 
 
 def summary(results: dict[str, dict[str, Any]]) -> str:
@@ -218,13 +229,15 @@ def summary(results: dict[str, dict[str, Any]]) -> str:
 
 
 def main() -> int:
-    """Write or compare both pages."""
+    """Write or compare the pages."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--check", action="store_true")
     results = read()
-    readme = README.read_text()
-    begin, end = readme.index(MARKS[0]) + len(MARKS[0]), readme.index(MARKS[1])
-    wanted = {PAGE: page(results), README: f"{readme[:begin]}\n{summary(results)}\n{readme[end:]}"}
+    wanted = {
+        PAGE: page(results),
+        README: within(README, summary(results)),
+        SPEED: within(SPEED, measured("ablations", results["ablations"])),
+    }
     if parser.parse_args().check:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
         if stale:

@@ -12,11 +12,9 @@ from ecs_eco.compiled import numba_version
 from ecs_eco.compiled.numba_version import TRIED, VARIABLE, plain, summary
 
 WORLDS = [
-    ("predator-prey", False, {}),
-    ("predator-prey", True, {"policy.kind": "individual", "count": 150}),
-    ("learning-krill", True, {}),
-    ("lamb", True, {}),
     ("reflexes", False, {}),
+    ("learning-krill", True, {}),
+    ("predator-prey", True, {"policy.kind": "individual", "count": 150}),
 ]
 CHILD = """
 import json, sys
@@ -90,7 +88,7 @@ def test_interpreted_kernels_need_nothing_private(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)  # the first time, both compile all kernels
-@pytest.mark.parametrize(("portable", "worlds"), [("0", WORLDS), ("1", WORLDS[:2])])
+@pytest.mark.parametrize(("portable", "worlds"), [("0", WORLDS), ("1", WORLDS[:1])])
 def test_results_are_the_same_bytes(portable, worlds):
     digests = {}
     for by in ("0", "1"):
