@@ -26,7 +26,6 @@ _bench.pin_threads()
 from ecs_eco import World
 from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.live import Live
-from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
@@ -239,9 +238,9 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
     its speed and the memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
-    live.pedigree.forget()
     # what is remembered of lives has a bound, which is to be reached before
-    live.pedigree = PedigreeLog(world, most=100_000)
+    for kept in (live.journal.births, live.journal.deaths):
+        kept.most = 100_000
     player = Player(live, None)
     with Server(player) as server:
         world.before_tick.append(player.turn)

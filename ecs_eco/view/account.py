@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.why import Case, explain, sentences
 from ecs_eco.analysis.why.case import in_force
 from ecs_eco.ecosystem import World
-from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.journal import Journal
 from ecs_eco.view.source import Message
 
 REMEMBERED = 20  # blocks of 1,000 ticks of a living world
@@ -24,7 +24,7 @@ def of_run(folder: Path, tick: int) -> Message:
     return _told(Case.read(folder), tick)
 
 
-def of_world(world: World, lives: PedigreeLog) -> Message:
+def of_world(world: World, journal: Journal) -> Message:
     """Return the account of a living world so far, of the ticks that its recorder remembers."""
     if world.recorder is None or world.config is None:
         return _nothing(world.tick, "This world is not recorded: there is nothing to account for.")
@@ -40,7 +40,19 @@ def of_world(world: World, lives: PedigreeLog) -> Message:
     known = Series(series.ticks, series.species, series.columns, manifest)
     config = in_force(manifest)
     animals = [name for name, values in config["species"].items() if values.get("diet")]
-    return _told(Case(known, config, lives.deaths(animals)), world.tick)
+    return _told(Case(known, config, _deaths(journal, animals)), world.tick)
+
+
+def _deaths(journal: Journal, names: Sequence[str]) -> dict[str, dict[str, np.ndarray]]:
+    """Return tick, age [s] and cause of each death of some species that is known, by species."""
+    columns = journal.deaths.between(-1, journal.world.tick, ("species", "age", "cause"))
+    words, out = np.array(["unknown", *journal.causes]), {}
+    for name in names:
+        rows = np.flatnonzero(columns["species"] == journal.species.index(name))
+        if rows.size:
+            cause = words[columns["cause"][rows].astype(np.int64) + 1]
+            out[name] = {"tick": columns["tick"][rows], "age": columns["age"][rows], "cause": cause}
+    return out
 
 
 def _nothing(tick: int, text: str) -> Message:

@@ -2,39 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from ecs_eco.view.pedigree import PedigreeLog
-from ecs_eco.view.recording import Recording
+from ecs_eco.view.genealogy import Genealogy, Lives, Young
 from ecs_eco.view.source import Message, uid_of
 
-Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
 SLOTS = 12  # families of a species that have a colour of their own
 KIN = "kin:"  # before a uid: the colour of its descendants
-LARGEST = 500_000  # births of a recorded run beyond which families are not worked out
-
-
-def logged(log: PedigreeLog) -> Lives:
-    """Return the lives of a living world."""
-    log._settle()
-    return log._columns["uid"][: log.n], log._columns["parent"][: log.n], log._columns["second"][: log.n]
-
-
-def recorded(recording: Recording) -> Lives:
-    """Return the lives of a recorded run; none of one with too many."""
-    parts = (
-        [] if recording.births.rows > LARGEST else list(recording.births.each(("uid", "parent", "parent2")))
-    )
-    columns = [
-        np.concatenate([part[name].astype(np.uint64) for part in parts] or [np.zeros(0, np.uint64)])
-        for name in ("uid", "parent", "parent2")
-    ]
-    order = np.argsort(columns[0], kind="stable")
-    return columns[0][order], columns[1][order], columns[2][order]
 
 
 def asked(colour: object) -> int | None:
@@ -137,82 +114,7 @@ BELOW = 24  # children
 EACH = 4  # grandchildren of one child
 
 
-class Young(NamedTuple):
-    """Children of some organisms, by uid ascending: uids u64[n], and the uids of both parents u64[n, 2]."""
-
-    uid: np.ndarray
-    parents: np.ndarray
-
-
-class Logged:
-    """The genealogy of a living world since its log began."""
-
-    def __init__(self, log: PedigreeLog) -> None:
-        self.log = log
-
-    def life(self, uid: int) -> dict[str, Any] | None:
-        """Return the facts of a life; None of one that is not known, or forgotten."""
-        log = self.log
-        species = log.species(uid)
-        if species is None:
-            return None
-        return described(species, log.born(uid), log.died(uid), log.parents(uid), log.world.dt)
-
-    def young(self, uids: np.ndarray) -> Young:
-        """Return the children of any of these, as far as they are remembered."""
-        uid, first, second = logged(self.log)
-        since = int(np.searchsorted(uid, uids.min())) if uids.size else uid.size  # children are younger
-        return _young([(uid[since:], first[since:], second[since:])], uids)
-
-
-class Recorded:
-    """The genealogy of a recorded run, its future too."""
-
-    def __init__(self, recording: Recording) -> None:
-        self.recording = recording
-
-    def life(self, uid: int) -> dict[str, Any] | None:
-        """Return the facts of a life; None of one that was never born."""
-        r = self.recording
-        birth = r.birth(uid)
-        if birth is None:
-            return None
-        born = int(birth["tick"])
-        parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
-        return described(r.species[birth["species"]], born, r.death(uid, born), parents, r.dt)
-
-    def young(self, uids: np.ndarray) -> Young:
-        """Return the children of any of these, a row group of births at a time."""
-        names, births = ("uid", "parent", "parent2"), self.recording.births
-        least = int(uids.min()) if uids.size else 0
-        groups = [
-            group for group in births.groups if group.rows and (group.uids is None or group.uids[1] > least)
-        ]
-        columns = (births.read(group, names) for group in groups if uids.size)
-        return _young((tuple(part[name].astype(np.uint64) for name in names) for part in columns), uids)
-
-
-def _young(parts: Iterable[tuple[np.ndarray, ...]], uids: np.ndarray) -> Young:
-    """Return the rows of lives (uids and the uids of both parents) that are children of any of these."""
-    uid, parents = [np.zeros(0, np.uint64)], [np.zeros((0, 2), np.uint64)]
-    for born, first, second in parts if uids.size else ():
-        rows = np.flatnonzero(np.isin(first, uids) | np.isin(second, uids))
-        uid.append(born[rows])
-        parents.append(np.stack([first[rows], second[rows]], axis=1))
-    every = np.concatenate(uid)
-    order = np.argsort(every, kind="stable")
-    return Young(every[order], np.concatenate(parents)[order])
-
-
-def described(
-    species: str, born: int | None, died: dict[str, Any] | None, parents: list[int], dt: float
-) -> dict[str, Any]:
-    """Return the facts of a life; `dt` is the length of a tick [s]."""
-    age = None if died is None or born is None else round((died["tick"] - born) * dt, 6)
-    return {"species": species, "born": born, "died": died, "age": age, "parents": parents}
-
-
-def tree(known: Logged | Recorded, families: Families, request: Message) -> Message:
+def tree(known: Genealogy, families: Families, request: Message) -> Message:
     """Return the message "tree" about the organism of a request; ValueError for one that is not known.
 
     `lives` has the focal one, the nearest ABOVE ancestors, the last BESIDE siblings, BELOW children (those
@@ -253,7 +155,7 @@ def tree(known: Logged | Recorded, families: Families, request: Message) -> Mess
     }
 
 
-def _ancestors(known: Logged | Recorded, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
+def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
     """Return the lives of an organism and its ancestors, generation by generation, by uid."""
     lives, waiting = {uid: focal}, list(focal["parents"])
     while waiting and len(lives) <= ABOVE:

@@ -14,21 +14,25 @@ from ecs_eco.engine.table import Table
 from ecs_eco.genomes.promoters import copies_in
 from ecs_eco.nervous.thoughts import Minds, minds, thinkers
 from ecs_eco.space.bodies import extents
-from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.scene import reach_of
 
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
+KEPT = 64  # organisms
+OF_NOW = ("born", "died", "parents", "children", "generation")  # what is known of a life goes on
 
 
-def state_of(world: World, uid: int, lives: PedigreeLog | None = None) -> dict[str, Any]:
+def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
     Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
     or is forgotten. Draws no random number and changes nothing. Its readings and decision are those of the
     last tick; they are missing before its first one.
     """
-    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, lives)
+    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
+    out |= dict.fromkeys(OF_NOW) | {"species": None, "parents": [], "children": []}
+    out |= {} if lives is None else lives.facts(uid)
     try:
         table, row = world.locate(uid)
     except KeyError:
@@ -54,27 +58,6 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
         | out
         | {"detail": "record"}
     )
-
-
-def pedigree(uid: int, lives: PedigreeLog | None) -> dict[str, Any]:
-    """Return species, birth, death, parents, children and generation as far as they are known."""
-    if lives is None:
-        return {
-            "species": None,
-            "born": None,
-            "died": None,
-            "parents": [],
-            "children": [],
-            "generation": None,
-        }
-    return {
-        "species": lives.species(uid),
-        "born": lives.born(uid),
-        "died": lives.died(uid),
-        "parents": lives.parents(uid),
-        "children": lives.children(uid),
-        "generation": lives.generation(uid),
-    }
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
@@ -278,15 +261,11 @@ def number(value: float | None) -> float | None:
     )
 
 
-KEPT = 64  # organisms
-OF_NOW = ("born", "died", "parents", "children", "generation")  # what is known of a life goes on
-
-
 class LastStates:
     """Notes the state of each that dies while it is in `watched` (uids), before its row is free."""
 
-    def __init__(self, world: World, pedigree: PedigreeLog, watched: Collection[int]) -> None:
-        self.world, self.pedigree, self.watched = world, pedigree, watched
+    def __init__(self, world: World, lives: Genealogy, watched: Collection[int]) -> None:
+        self.world, self.lives, self.watched = world, lives, watched
         self._states: dict[int, dict[str, Any]] = {}  # by uid, the last that died last
         world.on_death.append(self._has_died)
 
@@ -295,7 +274,7 @@ class LastStates:
 
         Of a dead one that was watched: its last state, `as_of` the last tick that it lived in.
         """
-        state = state_of(self.world, uid, lives=self.pedigree)
+        state = state_of(self.world, uid, lives=self.lives)
         last = self._states.get(uid)
         if state["alive"] or state["died"] is None or last is None:
             return state

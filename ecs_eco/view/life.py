@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.inspect import SEXES, action, copies_found, marked, nothing_of, number
 from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
@@ -30,8 +31,9 @@ class Life(NamedTuple):
 class Lives:
     """The lives of the organisms of a recording; `stretches` are those that were rerun."""
 
-    def __init__(self, recording: Recording, stretches: list[Stretch]) -> None:
-        self.recording, self.stretches = recording, stretches
+    def __init__(self, recording: Recording, genealogy: Genealogy, stretches: list[Stretch]) -> None:
+        self.recording, self.genealogy, self.stretches = recording, genealogy, stretches
+        self._config: dict[str, Any] = recording.manifest["config"]["species"]
         self.life = lru_cache(KEPT)(self._read)
 
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
@@ -61,36 +63,23 @@ class Lives:
     def _read(self, uid: int) -> Life:
         """Return the facts of an organism's life."""
         r = self.recording
-        birth = r.birth(uid)
+        birth = self.genealogy.birth(uid, ("x", "y", "z", "energy", "genome"))
         if birth is None:
             raise KeyError(f"no organism of this run has the uid {uid}")
-        species, born = r.species[birth["species"]], int(birth["tick"])
-        death = r.death(uid, born)
-        parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
+        facts = self.genealogy.facts(uid)
+        species, born, death = facts["species"], facts["born"], facts["died"]
         message = nothing_of(
             {
-                "kind": "organism",
                 "uid": uid,
-                "species": species,
-                "born": born,
-                "died": death,
-                "parents": parents,
+                **facts,
                 "note": "",
-                "children": r.children(uid),
-                "generation": r.generation(uid),
                 "genome": self._genome(species, birth["genome"]),
-                "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"],
+                "energy_max": self._config[species]["metabolism"]["energy_max"],
             }
         )
-        until = r.last if death is None else death["tick"]
-        return Life(
-            message,
-            species,
-            born,
-            None if death is None else death["tick"],
-            birth,
-            self._seen(uid, max(born, r.first), until),
-        )
+        died = None if death is None else int(death["tick"])
+        seen = self._seen(uid, max(born, r.first), r.last if died is None else died)
+        return Life(message, species, born, died, birth, seen)
 
     def _seen(self, uid: int, first: int, last: int) -> Columns:
         names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
@@ -135,6 +124,13 @@ class Lives:
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         """Return the state at a tick from details, recorded or rerun; None if there are none."""
+        detail = self._found(life, uid, tick)
+        if detail is not None and not self._config[life.species].get("happiness"):
+            detail["trace"]["happiness"] = [None] * len(detail["trace"]["tick"])
+            detail["nerves"] = detail.get("nerves") and detail["nerves"] | {"happiness": None, "reward": None}
+        return detail
+
+    def _found(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         for stretch in reversed(self.stretches):
             if stretch.first <= tick <= stretch.last:
                 columns = stretch.details.get(life.species)
@@ -146,7 +142,7 @@ class Lives:
                     return _full(row, trace, note) | ({} if sex is None else {"sex": SEXES[sex]})
                 state = _row(stretch.states, uid, tick)
                 if state is not None:
-                    senses = self.recording.manifest["config"]["species"][life.species].get("actions")
+                    senses = self._config[life.species].get("actions")
                     note += " It has not sensed yet." if senses else ""
                     return _state(state, _trace(stretch.states, uid, tick)) | {"detail": "full", "note": note}
         parts = self.recording.details[life.species]
@@ -186,13 +182,13 @@ class Lives:
         """Return what snapshots say of it up to a tick."""
         so_far = life.seen["tick"] <= tick
         trace = {n: [number(v) for v in life.seen[n][so_far]] for n in ("happiness", "energy")}
-        if not self.recording.manifest["config"]["species"][life.species].get("happiness"):
+        if not self._config[life.species].get("happiness"):
             trace["happiness"] = [None] * len(trace["energy"])
         return {"tick": [int(t) for t in life.seen["tick"][so_far]], **trace}
 
     def _without(self, life: Life) -> str:
         """Say what is in no snapshot."""
-        thinks = self.recording.manifest["config"]["species"][life.species].get("actions")
+        thinks = self._config[life.species].get("actions")
         return ", without nerves" if thinks else ""
 
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
@@ -203,8 +199,8 @@ class Lives:
             return out | {"detail": "record", "note": "Not born yet."}
         fill = "“Fill in” runs the stretch around this tick again."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
-        # nothing was recorded nearer to this tick than its birth
-        if near < 0 or abs(seen["tick"][near] - tick) >= tick - life.born:
+        # nothing was recorded at this tick, or nearer to it than its birth
+        if near < 0 or (seen["tick"][near] != tick and abs(seen["tick"][near] - tick) >= tick - life.born):
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
             return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}

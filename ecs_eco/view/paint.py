@@ -94,7 +94,7 @@ class Painter:
     def paint(self, tick: int) -> np.ndarray:
         """Return the picture of a tick: u8[height, width, 3]."""
         self.replay.handle({"kind": "seek", "tick": tick})
-        light, _ = self.replay.sky(tick)
+        light, _ = self.replay.sky()
         self._light(tick, light)
         for kind in self.kinds:
             self._organisms(kind, self.replay.organisms(kind["name"]))

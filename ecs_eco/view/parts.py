@@ -1,4 +1,5 @@
-"""The parts of one kind of a recorded run, read by row group and column, as they are needed."""
+"""The rows of one kind that a recording holds, read by block and column as they are needed: from the parts of a
+recorded run, or from memory."""
 
 from __future__ import annotations
 
@@ -20,9 +21,9 @@ Columns = dict[str, np.ndarray]
 
 
 class Group(NamedTuple):
-    """A row group of a part: the ranges of its ticks and uids, inclusive."""
+    """A row group of a part, or a block in memory: the ranges of its ticks and uids, inclusive."""
 
-    path: Path
+    path: Path | None
     number: int
     rows: int
     ticks: tuple[int, int]
@@ -46,14 +47,15 @@ class Cache:
             self.size -= self.columns.popitem(last=False)[1].nbytes
 
 
-class Parts:
-    """All parts of one kind ("births", say); `words` are the columns of words, with the number of each word."""
+class Blocks:
+    """All rows of one kind ("births", say), in groups that are read column by column: `Parts` of a folder, or
+    `Kept` in memory."""
 
-    def __init__(
-        self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
-    ) -> None:
-        self.words, self.cache, self.sealed = words, cache, sealed
-        self.groups = [group for path in parts(run, kind) for group in _groups(path)]
+    groups: list[Group]
+
+    def read(self, group: Group, names: Sequence[str]) -> Columns:
+        """Return columns of one group; those that it lacks are zeros."""
+        raise NotImplementedError
 
     @property
     def rows(self) -> int:
@@ -100,9 +102,55 @@ class Parts:
                     return {name: column[at[0]] for name, column in self.read(group, names).items()}
         return None
 
+
+class Kept(Blocks):
+    """Rows in memory, in groups of `size` rows or more; beyond `most` rows the oldest group is dropped."""
+
+    def __init__(self, size: int, most: int) -> None:
+        self.size, self.most = size, most
+        self.groups = []
+        self._columns: dict[int, Columns] = {}  # by the number of the group
+        self._number = 0
+
+    def add(self, columns: Columns) -> None:
+        """Add rows, one at least, that are later than all before."""
+        if self.groups and self.groups[-1].rows < self.size:
+            last = self._columns.pop(self.groups.pop().number)
+            columns = {name: np.concatenate([last[name], column]) for name, column in columns.items()}
+        ticks, uids = ((int(columns[name].min()), int(columns[name].max())) for name in ("tick", "uid"))
+        self._number += 1
+        self._columns[self._number] = columns
+        self.groups.append(Group(None, self._number, columns["uid"].size, ticks, uids, tuple(columns)))
+        while self.rows > self.most and len(self.groups) > 1:
+            del self._columns[self.groups.pop(0).number]
+
+    def keep(self, name: str, below: int) -> None:
+        """Forget the rows that do not have less than this in a column."""
+        held, self._columns, self.groups = list(self._columns.values()), {}, []
+        for columns in held:
+            rows = np.flatnonzero(columns[name] < below)
+            if rows.size:
+                self.add({n: column[rows] for n, column in columns.items()})
+
+    def read(self, group: Group, names: Sequence[str]) -> Columns:
+        """Return columns of one group; those that it lacks are zeros."""
+        columns = self._columns[group.number]
+        return {name: columns.get(name, np.zeros(group.rows, np.uint64)) for name in names}
+
+
+class Parts(Blocks):
+    """All parts of one kind ("births", say); `words` are the columns of words, with the number of each word."""
+
+    def __init__(
+        self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
+    ) -> None:
+        self.words, self.cache, self.sealed = words, cache, sealed
+        self.groups = [group for path in parts(run, kind) for group in _groups(path)]
+
     def read(self, group: Group, names: Sequence[str]) -> Columns:
         """Return columns of one row group; those that it lacks are zeros."""
         cache = self.cache
+        assert group.path is not None
         missing = [
             name
             for name in dict.fromkeys(names)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -23,7 +22,6 @@ from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes
-from ecs_eco.view.tally import by_species
 
 CHAPTERS = 3  # that are kept
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
@@ -44,6 +42,7 @@ class Recording:
         self.path = Path(path)
         self.manifest = read_manifest(self.path)
         self.species: list[str] = self.manifest["species"]
+        self.causes: list[str] = self.manifest.get("causes", [])
         self.dt, self.every = float(self.manifest["dt"]), int(self.manifest["snapshot_every"])
         self._sealed, self._cache = seal.has_seals(self.path), Cache()
         self.series, self.births, self.deaths, self.snapshots = (
@@ -68,7 +67,7 @@ class Recording:
 
     def parts(self, kind: str, cache: Cache | None = None) -> Parts:
         """Return the parts of one kind; another thread has a cache of its own."""
-        words = {"species": self.species, "cause": self.manifest.get("causes", [])}
+        words = {"species": self.species, "cause": self.causes}
         return Parts(self.path, kind, words, self._cache if cache is None else cache, self._sealed)
 
     def _build(self) -> tuple[Any, str]:
@@ -136,52 +135,6 @@ class Recording:
                 return {n: lying(file, n, declared[n]["body"].get("shape")) for n in names}
         except (SafetensorError, OSError) as error:
             raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
-
-    def birth(self, uid: int) -> dict[str, Any] | None:
-        """Return the row of births of an organism, None where it was never born."""
-        return self.births.find(
-            uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome")
-        )
-
-    def death(self, uid: int, since: int = 0) -> dict[str, Any] | None:
-        """Return tick, cause and killer of an organism's death; None where it survived the recording."""
-        row = self.deaths.find(uid, ("tick", "cause", "killer"), since)
-        if row is None:
-            return None
-        cause = int(row["cause"])
-        words = self.manifest.get("causes", [])
-        return {
-            "tick": int(row["tick"]),
-            "cause": words[cause] if cause >= 0 else "unknown",
-            "killer": int(row["killer"]) or None,
-        }
-
-    def children(self, uid: int, most: int = 200) -> list[int]:
-        """Return the uids of an organism's children, the last `most` of them."""
-        young: list[int] = []
-        for group in self.births.groups:
-            if group.uids is None or group.uids[1] > uid:
-                columns = self.births.read(group, ("uid", "parent", "parent2"))
-                young += columns["uid"][(columns["parent"] == uid) | (columns["parent2"] == uid)].tolist()
-        return sorted(young)[-most:]
-
-    def generation(self, uid: int, most: int = 5000) -> int | None:
-        """Return how many ancestors an organism has in its longest line, founders 0;
-        None where there are too many to follow."""
-        known: dict[int, int] = {}
-        waiting = [uid]
-        while waiting:
-            if len(known) > most:
-                return None
-            one = waiting[-1]
-            row = self.births.find(one, ("parent", "parent2"))
-            parents = [] if row is None else [int(p) for p in (row["parent"], row["parent2"]) if p]
-            if missing := [p for p in parents if p not in known]:
-                waiting += missing
-            else:
-                known[one] = 1 + max((known[p] for p in parents), default=-1)
-                waiting.pop()
-        return known[uid]
 
     @cached_property
     def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
@@ -274,6 +227,14 @@ class Recording:
         )
 
 
+def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return what a reporter said by species, or by "" where all have the same number, the world's."""
+    first, *others = said.values()
+    if all(np.array_equal(first, other, equal_nan=True) for other in others):
+        said = {"": first}
+    return {name: values for name, values in said.items() if np.isfinite(values).any()}
+
+
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
     """Replace the state of organisms by that in their details, where there are any; return them."""
     if not details["uid"].size or not organisms.uid.size:
@@ -342,10 +303,10 @@ class GeneValues:
                 out[gene][known] = values
         return out
 
-    def means(self, tick: np.ndarray) -> dict[str, list[float | None]]:
-        """Return the mean of each gene over the living at these ticks, by "species.gene"."""
+    def means(self, tick: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the mean of each gene over the living at these ticks f64[n], by "species.gene"."""
         lineage = Lineage.read(self._recording.path)
-        out: dict[str, list[float | None]] = {}
+        out: dict[str, np.ndarray] = {}
         for name, genes in self.codes.items():
             mask = (lineage.species == name) & (lineage.genome != "")
             values = self._decoded(name, lineage.uid[mask])
@@ -353,6 +314,5 @@ class GeneValues:
             for gene in genes:
                 weights = np.zeros(len(lineage))
                 weights[mask] = values[gene]
-                mean = lineage.living_sums(tick, weights, mask) / np.where(n, n, np.nan)
-                out[f"{name}.{gene}"] = [float(f"{v:.5g}") if math.isfinite(v) else None for v in mean]
+                out[f"{name}.{gene}"] = lineage.living_sums(tick, weights, mask) / np.where(n, n, np.nan)
         return out

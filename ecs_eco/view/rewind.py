@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record import rewinding
+from ecs_eco.view.journal import Journal
 from ecs_eco.view.tally import Tally
 
 MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest goes
@@ -28,6 +31,7 @@ class Point(NamedTuple):
     arrays: dict[str, Any]
     config: Any
     recording: Any
+    journal: tuple[np.ndarray, ...]
     tally: dict[str, Any]
     size: int  # [bytes]
 
@@ -38,14 +42,13 @@ class Ring:
     `why` says why this world cannot go back, "" where it can: a run that is recorded in files cannot.
     """
 
-    def __init__(self, world: World, tally: Tally) -> None:
-        self.world, self.tally = world, tally
+    def __init__(self, world: World, journal: Journal, tally: Tally) -> None:
+        self.world, self.journal, self.tally = world, journal, tally
         self.points: deque[Point] = deque()
         self.acts: list[tuple[int, Any]] = []  # (tick, what), in their order
         self.used = False  # whether checkpoints are made
         self.busy = False  # whether the world lives again what it has lived already
         self.why = ""
-        self.loaded: Callable[[], Any] = lambda: None  # called when a checkpoint has been loaded
         self._cost, self._since = 0.0, time.thread_time()
         if world.recorder is not None and not rewinding.can_go_back(world.recorder):
             self.why = "this run is recorded, and its records stand"
@@ -117,6 +120,7 @@ class Ring:
                 arrays,
                 world.config,
                 recording,
+                self.journal.mark(),
                 self.tally.mark(),
                 sum(array.nbytes for array in arrays.values()),
             )
@@ -131,5 +135,5 @@ class Ring:
         if world.config is not point.config:
             world.reconfigure(point.config)
         frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
+        self.journal.go_back(point.tick, int(world.next_uid), point.journal)
         self.tally.go_back(point.tally)
-        self.loaded()

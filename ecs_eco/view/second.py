@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe
@@ -16,6 +15,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.source import Message, Source
 from ecs_eco.view.versus import Side, differences, side
+from ecs_eco.view.watched import Watched
 
 
 class Shown:
@@ -50,9 +50,9 @@ class Second:
     def __init__(self, first: Source, source: Source, follower: Branch | Shown, told: Message) -> None:
         self.of, self.source, self.follower, self.told = first, source, follower, told
         # a living world's tick is the next one, a recording's the last one
-        self.shift = int(isinstance(source, Live)) - int(isinstance(first, Live))
+        self.shift = _ahead(source) - _ahead(first)
         self._sent, self._fated = -1, -1
-        if isinstance(first, Live | Replay) and isinstance(source, Live | Replay):
+        if isinstance(first, Watched) and isinstance(source, Watched):
             source.ranges = first.ranges  # a colour means the same in both
 
     @property
@@ -214,12 +214,12 @@ def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
     return Second(first, second, Shown(second), told)
 
 
+def _ahead(source: Source) -> int:
+    return source.ahead if isinstance(source, Watched) else 0
+
+
 def _side(source: Source) -> Side:
-    entries: Sequence[Mapping[str, Any]] = []
-    if isinstance(source, Live):
-        entries = source.tally.story.entries
-    elif isinstance(source, Replay):
-        entries = source.past.entries
+    entries = source.story.entries if isinstance(source, Watched) else []
     kinds = {kind["name"] for kind in source.hello()["species"]}
     return side({name: n for name, n in source.counts().items() if name in kinds}, entries, source.tick)
 
@@ -257,12 +257,7 @@ def fork(first: Source, tick: int | None, change: Message | None, start: Start |
     else:
         raise ValueError("what if: nothing that can be forked is shown")
     words = "nothing changed" if change is None else describe(change)
-    told = {
-        "at": branch.start - int(isinstance(first, Replay)),
-        "change": words,
-        "names": list(NAMES),
-        "recipe": again,
-    }
+    told = {"at": branch.start - 1 + _ahead(first), "change": words, "names": list(NAMES), "recipe": again}
     return Second(first, branch.live, branch, told)
 
 

@@ -13,6 +13,7 @@ LEAST = 20  # organisms at the high end of a boom or crash; smaller numbers doub
 NAMED = 0.15  # share of the deaths that a cause needs to be named
 SOON = 5  # ticks from the beginning in which the first births, of plants mostly, are no news
 KEPT = 500  # entries
+EVERY = 5  # ticks from one look at the numbers to the next; those that come or go are seen at once
 STATE = ("entries", "_low", "_high", "_began", "_peak", "_way", "_gone", "_bred")
 
 

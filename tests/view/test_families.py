@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.view.families import SLOTS, Families, asked, logged
+from ecs_eco.view.families import SLOTS, Families, asked
 from ecs_eco.view.live import Live
 
 
@@ -102,6 +102,6 @@ def test_a_living_world_has_families():
     assert uid.max() > max(founders)  # there are young
     assert set(live.families.roots(uid).tolist()) <= founders
     young = int(uid[-1])
-    (mother,) = live.pedigree.parents(young)
+    (mother,) = live.genealogy.parents(young)
     assert young in live.families.descendants(mother)
-    assert logged(live.pedigree)[0].size == live.pedigree.n
+    assert live.genealogy.lives()[0].size == live.journal.births.rows

@@ -8,8 +8,8 @@ from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.flows import by_meals
 from ecs_eco.view.live import Live
+from ecs_eco.view.past import Past
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.told import Told
 
 GOATS = {
     "space.size": [30, 30],
@@ -57,17 +57,18 @@ def test_what_it_gained_from_foods_is_what_it_took_in(replay):
 
 
 def test_a_record_of_before_shares_energy_among_foods_by_meals(replay, monkeypatch):
-    told = Told(replay.recording)
     groups = [
         group._replace(names=tuple(n for n in group.names if not n.startswith("eaten: ")))
         for group in replay.recording.series.groups
     ]
+    replay = Replay(replay.recording.path)
     monkeypatch.setattr(replay.recording.series, "groups", groups)
-    said = told.flows(np.arange(60))
+    replay.past = Past(replay.recording)
+    said = replay.series(-1)
     assert said["shared"] is True
     goat = said["flows"]["goat"]
     assert "eaten: yellow" not in goat  # what it gains by is known to be green alone
-    ate = np.array(told.rates(np.arange(60))["causes"]["green"]["eaten by goat"][1:]) > 0
+    ate = np.array(said["causes"]["green"]["eaten by goat"][1:]) > 0
     gained = np.array(goat["eaten: green"][1:])
     assert gained[ate] == pytest.approx(np.array(goat["taken in"][1:])[ate])
     assert not gained[~ate].any()

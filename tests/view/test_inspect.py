@@ -96,23 +96,10 @@ def test_a_newborn_in_the_row_of_one_who_died_is_not_taken_for_it(meadow):
 class _Kin:
     """Remembers one death."""
 
-    def species(self, uid):
-        return "deer" if uid == 33 else None
-
-    def born(self, uid):
-        return 2
-
-    def generation(self, uid):
-        return 1
-
-    def parents(self, uid):
-        return [1]
-
-    def children(self, uid):
-        return [8, 9]
-
-    def died(self, uid):
-        return {"tick": 5, "cause": "starved", "killer": None} if uid == 33 else None
+    def facts(self, uid):
+        known = {"born": 2, "generation": 1, "parents": [1], "children": [8, 9]}
+        died = {"tick": 5, "cause": "starved", "killer": None}
+        return known | ({"species": "deer", "died": died} if uid == 33 else {"species": None, "died": None})
 
 
 def test_of_the_dead_is_said_what_is_remembered(meadow):

@@ -82,7 +82,7 @@ def test_of_one_that_nobody_watched_only_its_record_is_known(live):
 def test_who_lives_again_after_going_back_is_alive_and_dies_again_with_the_same_state(live):
     world = live.world
     live.ring.look()
-    while not (died := [uid for uid in live._traces if live.pedigree.died(uid)]):
+    while not (died := [uid for uid in live._traces if live.genealogy.died(uid)]):
         for uid in world.tables["deer"].uid[world.tables["deer"].rows()].tolist()[:1]:
             live.organism(uid)
             live.world.intervene({"kind": "cull", "species": "deer", "uids": [uid], "cause": "removed"})

@@ -7,6 +7,7 @@ from ecs_eco.components import Position
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import fork, run_to_folder
 from ecs_eco.record.recorder import Recorder
+from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.interpolate import STATE, Chapter
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import Recording
@@ -96,21 +97,22 @@ def test_bins_hold_all_births_and_deaths(recording):
 
 
 def test_lives_are_those_of_the_lineage(recording):
-    lineage = Lineage.read(recording.path)
+    lineage, genealogy = Lineage.read(recording.path), Genealogy(recording)
     assert recording.born(lineage.uid).tolist() == lineage.born.tolist()
     for i in range(0, len(lineage), 5):
         uid = int(lineage.uid[i])
-        birth, death = recording.birth(uid), recording.death(uid, int(lineage.born[i]))
-        assert (birth["tick"], SPECIES[birth["species"]], birth["parent"]) == (
+        facts = genealogy.facts(uid)
+        death = facts["died"]
+        assert (facts["born"], facts["species"], [0, *facts["parents"]][-1]) == (
             lineage.born[i],
             lineage.species[i],
             lineage.parent[i],
         )
         assert (death or {"tick": -1, "cause": ""})["tick"] == lineage.died[i]
         assert (death or {"tick": -1, "cause": ""})["cause"] == lineage.cause[i]
-        assert recording.children(uid) == lineage.uid[lineage.parent == uid].tolist()
-        assert recording.generation(uid) == lineage.generation()[i]  # all have one parent at most
-    assert recording.birth(10**9) is None
+        assert facts["children"] == lineage.uid[lineage.parent == uid].tolist()
+        assert facts["generation"] == lineage.generation()[i]  # all have one parent at most
+    assert genealogy.birth(10**9) is None
 
 
 def test_a_fork_begins_where_it_was_forked(run, tmp_path):

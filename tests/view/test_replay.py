@@ -55,9 +55,8 @@ def test_curves_are_those_of_the_recorder(plain):
     assert set(series["happiness"]) == {"ram"}
     assert plain.series(TICKS - 1) is None
     genes = series["genes"]["ram.pace"]
-    crowd = plain.recording.organisms(30, "ram")
     plain.handle({"kind": "seek", "tick": 30})
-    paces = plain.genes.expressed("ram", crowd.uid, "pace")
+    paces = plain.crowd("ram").value("gene:pace")
     assert genes[30] == pytest.approx(float(paces.mean()), rel=1e-4)
 
 

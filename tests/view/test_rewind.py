@@ -60,14 +60,14 @@ def lived(live, until, acts=()):
 
 
 def state(live):
-    tally, kin = live.tally, live.pedigree
+    journal, kin = live.journal, live.genealogy
     lives = [(kin.parents(uid), kin.died(uid), kin.generation(uid)) for uid in range(live.world.next_uid)]
     series = live.world.recorder.series().to_pydict()
     return (
         live.world.digest(),
-        tally.births.tolist(),
-        tally.deaths.tolist(),
-        list(tally.story.entries),
+        journal.born.tolist(),
+        journal.died.tolist(),
+        list(live.story.entries),
         lives,
         live.curves.after(-1),
         series,
@@ -101,9 +101,7 @@ def test_who_is_born_again_is_one_child(live):
     live.handle({"kind": "seek", "tick": 59})
     lived(live, 60)
     assert state(live)[4] == then[4]
-    kin = live.pedigree
-    kin._settle()
-    assert (np.diff(kin._columns["uid"][: kin.n].astype(np.int64)) > 0).all()
+    assert (np.diff(live.genealogy.lives()[0].astype(np.int64)) > 0).all()
 
 
 def test_a_world_that_is_changed_goes_another_way(live):

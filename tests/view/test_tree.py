@@ -7,20 +7,10 @@ from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.view.families import (
-    ABOVE,
-    BELOW,
-    BESIDE,
-    EACH,
-    Families,
-    Logged,
-    Recorded,
-    logged,
-    recorded,
-    tree,
-)
+from ecs_eco.view.families import ABOVE, BELOW, BESIDE, EACH, Families, tree
+from ecs_eco.view.genealogy import Genealogy
+from ecs_eco.view.journal import Journal
 from ecs_eco.view.live import Live
-from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.replay import Replay
 from tests.view.test_pair_panel import forked, uids
 
@@ -58,7 +48,7 @@ def family():
     world.add_table("wolf", Position)
     world.spawn("deer", n=2)
     world.flush()
-    return world, deer, PedigreeLog(world)
+    return world, deer, Genealogy(Journal(world))
 
 
 def born(world, deer, *parents):
@@ -71,8 +61,7 @@ def born(world, deer, *parents):
 
 
 def asked(known, uid, by=None):
-    lives = (lambda: logged(known.log)) if isinstance(known, Logged) else (lambda: recorded(known.recording))
-    message = tree(known, Families(lives), {"kind": "tree", "uid": uid, "by": by})
+    message = tree(known, Families(known.lives), {"kind": "tree", "uid": uid, "by": by})
     return message, {life["uid"]: life for life in message["lives"]}
 
 
@@ -84,14 +73,14 @@ def test_two_parents_siblings_children_and_grandchildren_are_in_it():
     child = born(world, deer, focal, half)
     grandchild = born(world, deer, child)
     great = born(world, deer, grandchild)
-    message, lives = asked(Logged(log), focal)
+    message, lives = asked(log, focal)
     assert set(lives) == {1, 2, focal, sister, half, child, grandchild}
     assert message["siblings"] == 2
     assert [lives[uid]["young"] for uid in (1, 2, focal, child, grandchild)] == [2, 3, 1, 1, 1]
     assert lives[child]["parents"] == [focal, half]
     assert (lives[focal]["born"], lives[child]["born"]) == (0, 1)
     assert lives[focal]["species"] == "deer"
-    assert set(asked(Logged(log), great)[1]) == {great, grandchild, child, focal, half, 1, 2}
+    assert set(asked(log, great)[1]) == {great, grandchild, child, focal, half, 1, 2}
 
 
 def test_the_dead_have_a_cause_and_an_age():
@@ -102,10 +91,10 @@ def test_the_dead_have_a_cause_and_an_age():
     world.step()
     world.kill(1, "eaten by wolf", killer=3)
     world.step()
-    _, lives = asked(Logged(log), 1)
+    _, lives = asked(log, 1)
     assert lives[1]["died"] == {"tick": 2, "cause": "eaten by wolf", "killer": 3}
     assert lives[1]["age"] == pytest.approx(2 * world.dt)
-    assert asked(Logged(log), 2)[1][2]["died"] is None
+    assert asked(log, 2)[1][2]["died"] is None
 
 
 def test_numbers_are_bounded_and_those_with_most_young_are_listed():
@@ -116,13 +105,13 @@ def test_numbers_are_bounded_and_those_with_most_young_are_listed():
     brood = [born(world, deer, parent) for _ in range(BELOW + 30)]
     for _ in range(EACH + 5):
         born(world, deer, brood[0])
-    message, lives = asked(Logged(log), parent)
+    message, lives = asked(log, parent)
     children = [uid for uid, life in lives.items() if life["parents"] == [parent]]
     assert children == [brood[0], *brood[-BELOW + 1 :]]
     assert sum(life["parents"] == [brood[0]] for life in lives.values()) == EACH
     assert (lives[parent]["young"], lives[brood[0]]["young"]) == (BELOW + 30, EACH + 5)
     assert len(lives) == 1 + ABOVE + BELOW + EACH
-    message, lives = asked(Logged(log), brood[3])
+    message, lives = asked(log, brood[3])
     assert message["siblings"] == BELOW + 29
     assert sum(life["parents"] == [parent] for life in lives.values()) == 1 + BESIDE
 
@@ -131,10 +120,10 @@ def test_a_parent_that_is_an_ancestor_twice_is_there_once():
     world, deer, log = family()
     son = born(world, deer, 1, 2)
     inbred = born(world, deer, 1, son)
-    message, lives = asked(Logged(log), inbred)
+    message, lives = asked(log, inbred)
     assert sorted(lives) == [1, 2, son, inbred]
     assert message["siblings"] == 0
-    _, lives = asked(Logged(log), 1)
+    _, lives = asked(log, 1)
     assert sorted(lives) == [1, son, inbred]
 
 
@@ -142,11 +131,11 @@ def test_each_has_the_value_of_its_clade_where_the_colour_is_one_by_descent():
     world, deer, log = family()
     focal = born(world, deer, 1, 2)
     child = born(world, deer, focal, 2)
-    families = Families(lambda: logged(log))
+    families = Families(log.lives)
     shown = families.values("deer", np.array([1, 2, focal, child], np.uint64))
 
     def clades(by):
-        message = tree(Logged(log), families, {"uid": focal, "by": by})
+        message = tree(log, families, {"uid": focal, "by": by})
         return {life["uid"]: life["clade"] for life in message["lives"]}
 
     assert shown[0] > 0 == shown[1]  # a family has two at least
@@ -168,14 +157,13 @@ def test_each_has_the_value_of_its_clade_where_the_colour_is_one_by_descent():
 def test_a_request_about_nobody_is_refused(uid, why):
     _, _, log = family()
     with pytest.raises(ValueError, match=why):
-        tree(Logged(log), Families(lambda: logged(log)), {"kind": "tree", "uid": uid})
+        tree(log, Families(log.lives), {"kind": "tree", "uid": uid})
 
 
 def test_forgotten_parents_are_unknown():
     world, deer, log = family()
-    child = born(world, deer, 1)
-    log._columns["parent"][log._row(child)] = 55  # forgotten
-    _, lives = asked(Logged(log), child)
+    child = born(world, deer, 55)  # who was never noted
+    _, lives = asked(log, child)
     assert (lives[55]["species"], lives[55]["parents"]) == (None, [])
 
 
@@ -192,22 +180,26 @@ def both(request, tmp_path_factory):
 
 def test_a_replay_has_the_same_trees_as_the_living_world(both):
     live, replay, parents = both
-    deer = [uid for uid in range(1, live.world.next_uid) if live.pedigree.species(uid) == "deer"]
-    young = [uid for uid in deer if live.pedigree.parents(uid)]
+    deer = [
+        uid
+        for uid in range(1, live.world.next_uid)
+        if (live.genealogy.life(uid) or {}).get("species") == "deer"
+    ]
+    young = [uid for uid in deer if live.genealogy.parents(uid)]
     assert len(young) > 10
-    assert {len(live.pedigree.parents(uid)) for uid in young} == {parents}
+    assert {len(live.genealogy.parents(uid)) for uid in young} == {parents}
     for uid in deer[::9] + young[::9]:
         (message,) = live.handle({"kind": "tree", "uid": uid})
         (again,) = replay.handle({"kind": "tree", "uid": uid})
         assert message == again
-    assert any(live.pedigree.died(uid) for uid in deer)
+    assert any(live.genealogy.died(uid) for uid in deer)
 
 
 def test_looking_at_trees_changes_nothing(both):
     live, _, _ = both
     before = live.world.digest()
     for uid in range(1, int(live.world.next_uid), 40):
-        tree(Logged(live.pedigree), live.families, {"uid": uid})
+        tree(live.genealogy, live.families, {"uid": uid})
     assert live.world.digest() == before
 
 
@@ -225,4 +217,4 @@ def test_of_two_worlds_the_tree_is_of_the_one_that_is_asked_about():
 
 def test_who_was_never_born_is_in_no_recording(both):
     _, replay, _ = both
-    assert Recorded(replay.recording).life(10**9) is None
+    assert replay.genealogy.life(10**9) is None

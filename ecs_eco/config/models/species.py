@@ -23,6 +23,7 @@ from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
 from ecs_eco.config.numbers import values_in
+from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.inputs.section import (
     ANEW,
     COLUMN,

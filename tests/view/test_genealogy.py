@@ -4,8 +4,8 @@ import numpy as np
 
 from ecs_eco import World
 from ecs_eco.components import Position
-from ecs_eco.view import pedigree as module
-from ecs_eco.view.pedigree import PedigreeLog
+from ecs_eco.view.genealogy import Genealogy
+from ecs_eco.view.journal import Journal
 
 
 def family():
@@ -19,7 +19,7 @@ def family():
 
 def test_parents_children_and_generations_are_noted():
     world = family()
-    pedigree = PedigreeLog(world)
+    pedigree = Genealogy(Journal(world))
     world.table("deer").request(np.array([1, 1], np.uint64), {}, np.array([2, 0], np.uint64))
     world.flush()
     world.table("deer").request(np.array([3], np.uint64), {})
@@ -29,8 +29,8 @@ def test_parents_children_and_generations_are_noted():
     assert pedigree.children(1) == [3, 4]
     assert pedigree.children(2) == [3]
     assert [pedigree.generation(uid) for uid in (1, 3, 5)] == [0, 1, 2]
-    assert pedigree.species(5) == "deer"
-    assert pedigree.species(6) is None
+    assert pedigree.life(5)["species"] == "deer"
+    assert pedigree.life(6) is None
     assert pedigree.parents(99) == []
 
 
@@ -38,48 +38,38 @@ def test_deaths_are_noted_with_cause_and_killer():
     world = family()
     world.spawn("wolf")
     world.flush()
-    pedigree = PedigreeLog(world)
+    pedigree = Genealogy(Journal(world))
     world.kill(1, "eaten by wolf", killer=3)
     world.kill(2, "starved")
     world.step()
     assert pedigree.died(1) == {"tick": 0, "cause": "eaten by wolf", "killer": 3}
     assert pedigree.died(2) == {"tick": 0, "cause": "starved", "killer": None}
     assert pedigree.died(3) is None
-    assert pedigree.born(1) == 0
+    assert pedigree.life(1)["born"] == 0
 
 
-def test_the_oldest_lives_are_forgotten_before_memory_runs_out(monkeypatch):
-    monkeypatch.setattr(module, "LATER", 200)
+def test_the_oldest_lives_are_forgotten_before_memory_runs_out():
     world = family()
-    pedigree = PedigreeLog(world, most=1000)
+    journal = Journal(world, most=1000, size=200)
+    pedigree = Genealogy(journal)
     parent = 1
     for _ in range(50):
         first = world.next_uid
         world.table("deer").request(np.full(100, parent, np.uint64), {})
         world.flush()
         parent = first
-    pedigree.born(1)
-    assert pedigree.n <= 1000
-    assert all(column.size <= 4096 for column in pedigree._columns.values())
+    assert journal.births.rows <= 1000
+    assert [group.rows for group in journal.births.groups] == [200] * 5
     last = world.next_uid - 1
     assert pedigree.parents(last) == [last - 199]  # the first of the hundred before
-    assert pedigree.species(1) is None
+    assert pedigree.life(1) is None
+    assert journal.born.tolist() == [5000, 0]
 
 
-def test_who_listens_no_longer_notes_nothing():
-    world = family()
-    pedigree = PedigreeLog(world)
-    pedigree.forget()
-    world.spawn("deer")
-    world.flush()
-    assert pedigree.species(3) is None
-
-
-def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
-    def lives(later):
-        monkeypatch.setattr(module, "LATER", later)
+def test_lives_are_entered_late_as_they_would_be_at_once():
+    def lives(size):
         world = family()
-        pedigree, rng = PedigreeLog(world), np.random.default_rng(3)
+        pedigree, rng = Genealogy(Journal(world, size=size)), np.random.default_rng(3)
         for _ in range(30):
             deer = world.tables["deer"]
             living = deer.uid[deer.by_uid()]
@@ -89,16 +79,8 @@ def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
             for uid in rng.choice(living, min(5, living.size - 1), replace=False):
                 world.kill(int(uid), "starved")
             world.step()
-        known = (
-            pedigree.parents,
-            pedigree.children,
-            pedigree.born,
-            pedigree.died,
-            pedigree.species,
-            pedigree.generation,
-        )
-        return [tuple(ask(uid) for ask in known) for uid in range(world.next_uid)]
+        return [pedigree.facts(uid) for uid in range(world.next_uid)]
 
     at_once, late = lives(0), lives(10**9)
     assert at_once == late
-    assert max(generation or 0 for *_, generation in late) > 5
+    assert max(facts["generation"] or 0 for facts in late) > 5

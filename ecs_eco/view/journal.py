@@ -1,0 +1,130 @@
+"""Births and deaths of a living world, noted as they happen, in the form in which a recorded run has them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Position
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
+from ecs_eco.view.parts import Kept
+
+MOST = 500_000  # births, and deaths, that are kept; beyond that the oldest are dropped
+SIZE = 20_000  # of them that are entered together at the latest
+CAUSES = 256
+COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "killer", "age", "x", "y", "z")}
+"""The columns of each kind behind tick and species."""
+
+
+class Journal:
+    """The births and deaths of a world from now on; those who live already are births without parents.
+
+    It listens, changes nothing, and enters what it heard only when it is queried, or when much is pending.
+    `species` are the names of the tables, in the order of the numbers in its columns; `born` i64[species] counts
+    births, and `bred` bool[species] says who has had young of parents.
+    """
+
+    def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
+        self.world, self.size = world, size
+        self.species = [*species, *(name for name in world.tables if name not in species)]
+        self.dt, self._place = world.dt, {name: s for s, name in enumerate(self.species)}
+        self._kept = {kind: Kept(size, most) for kind in COLUMNS}
+        self._waiting: dict[str, list[tuple[Any, ...]]] = {kind: [] for kind in COLUMNS}
+        self._heard = 0
+        k = len(self.species)
+        self.born, self.bred = np.zeros(k, np.int64), np.zeros(k, np.bool_)
+        self._died = np.zeros((k, CAUSES), np.int64)
+        self._note_the_living()
+        world.on_birth.append(self._was_born)
+        world.on_death.append(self._has_died)
+
+    @property
+    def births(self) -> Kept:
+        """Births: tick, species, uid, parent, parent2."""
+        self._settle()
+        return self._kept["births"]
+
+    @property
+    def deaths(self) -> Kept:
+        """Deaths: tick, species, uid, cause (−1: unknown), killer, age [s], x, y, z [m]."""
+        self._settle()
+        return self._kept["deaths"]
+
+    @property
+    def causes(self) -> Sequence[str]:
+        """The causes of death."""
+        return self.world.causes
+
+    @property
+    def died(self) -> np.ndarray:
+        """How many of each species have died of each cause, those that were dropped too: i64[species, causes],
+        from 1 as in world.causes; 0 is unknown."""
+        self._settle()
+        return self._died
+
+    def mark(self) -> tuple[np.ndarray, ...]:
+        """Return what has been counted so far."""
+        return self.born.copy(), self.bred.copy(), self.died.copy()
+
+    def go_back(self, tick: int, next_uid: int, mark: tuple[np.ndarray, ...]) -> None:
+        """Forget births and deaths from a tick on, before which `next_uid` had not been given."""
+        self._settle()
+        self._kept["births"].keep("uid", next_uid)
+        self._kept["deaths"].keep("tick", tick)
+        self.born, self.bred, self._died = (array.copy() for array in mark)
+
+    def _note_the_living(self) -> None:
+        tables = [(self._place[name], table, table.rows()) for name, table in self.world.tables.items()]
+        uid, tick, species = (
+            np.concatenate(column)
+            for column in (
+                [np.zeros(0, np.uint64), *(table.uid[rows] for _, table, rows in tables)],
+                [np.zeros(0, np.int64), *(table.born[rows] for _, table, rows in tables)],
+                [np.zeros(0, np.int16), *(np.full(rows.size, s, np.int16) for s, _, rows in tables)],
+            )
+        )
+        order, nobody = np.argsort(uid), np.zeros(uid.size, np.uint64)
+        if uid.size:
+            columns = {"tick": tick[order], "species": species[order], "uid": uid[order]}
+            self._kept["births"].add(columns | {"parent": nobody, "parent2": nobody})
+
+    def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+        s = self._place[table.name]
+        self.born[s] += rows.size
+        if not self.bred[s]:
+            self.bred[s] = parents.any()
+        self._hear("births", s, table.uid[rows], parents, second)
+
+    def _has_died(self, table: Table, rows: np.ndarray) -> None:
+        zero = np.zeros(rows.size, np.float32)
+        at = [getattr(table[Position], axis)[rows] if Position in table else zero for axis in "xyz"]
+        age = (self.world.tick - table.born[rows]) * self.dt
+        cause = table.cause[rows].astype(np.int16) - 1
+        self._hear("deaths", self._place[table.name], table.uid[rows], cause, table.killer[rows], age, *at)
+
+    def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
+        self._waiting[kind].append((self.world.tick, s, *columns))
+        self._heard += columns[0].size + 50  # a call costs memory besides its arrays
+        if self._heard > self.size:
+            self._settle()
+
+    def _settle(self) -> None:
+        """Enter all that is pending."""
+        self._heard = 0
+        for kind, waiting in self._waiting.items():
+            if not waiting:
+                continue
+            ticks, species, *columns = zip(*waiting, strict=True)
+            size = [uid.size for uid in columns[0]]
+            entered = {name: np.concatenate(c) for name, c in zip(COLUMNS[kind], columns, strict=True)}
+            entered |= {
+                "tick": np.repeat(ticks, size),
+                "species": np.repeat(np.array(species, np.int16), size),
+            }
+            waiting.clear()
+            self._kept[kind].add(entered)
+            if kind == "deaths":
+                np.add.at(self._died, (entered["species"], entered["cause"] + 1), 1)

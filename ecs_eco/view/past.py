@@ -1,0 +1,123 @@
+"""What a recorded run's series say of its past: curves, and its story."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config.models.reporters import DIED, EATEN
+from ecs_eco.view import flows
+from ecs_eco.view.curves import DEPTH, Key, died
+from ecs_eco.view.genealogy import LARGEST
+from ecs_eco.view.recording import Recording
+from ecs_eco.view.story import EVERY, Story, foods_of
+
+LONGEST = 60_000_000  # values of the series beyond which births, deaths and the story are left out
+SERIES = ("tick", "species", "births")
+STEPS = 100_000  # ticks that a story looks at, and those in which a species comes or goes
+
+
+class Past:
+    """What the series of a recording say; read when it is first asked for.
+
+    `causes` of death are those that occur; `shared`: it was not recorded what each food gave.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._columns = dict.fromkeys(n for group in recording.series.groups for n in group.names)
+        self.causes = [name.removeprefix(DIED) for name in self._columns if name.startswith(DIED)]
+        self.shared = not any(name.startswith(EATEN) for name in self._columns)
+        self.foods = foods_of(recording.manifest.get("config"))
+
+    @cached_property
+    def _counts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes], births and deaths since the
+        first tick; None where they are too many."""
+        r, causes = self._recording, self.causes
+        ticks, s = r.last + 1 - r.first, len(r.species)
+        if ticks * s * (len(causes) + 2) > LONGEST:
+            return None
+        n, births = np.zeros((ticks, s), np.int64), np.zeros((ticks, s), np.int64)
+        deaths = np.zeros((ticks, s, len(causes)), np.int64)
+        for c in r.series.each(("tick", "species", "n", "births", *(DIED + cause for cause in causes))):
+            at = c["tick"] - r.first, c["species"]
+            n[at], births[at] = c["n"], c["births"]
+            for k, cause in enumerate(causes):
+                deaths[(*at, k)] = c[DIED + cause]
+        return n, births.cumsum(axis=0), deaths.cumsum(axis=0)
+
+    @cached_property
+    def entries(self) -> list[dict[str, Any]]:
+        """The story of the whole run; [] of one that is too long."""
+        r = self._recording
+        if self._counts is None:
+            return []
+        n, births, deaths = self._counts
+        story = Story(r.species, self.foods, self.causes.__getitem__)
+        start = n[0] - births[0] + deaths[0].sum(axis=1)
+        story.note(r.first, start, 0 * births[0], lambda: 0 * deaths[0], births[0] < 0)
+        steps = EVERY * max(1, -(-len(n) // (EVERY * STEPS)))
+        gone = np.diff(n == 0, axis=0, prepend=(start == 0)[None]).any(axis=1)
+        for i in np.flatnonzero(gone | ((r.first + np.arange(len(n))) % steps == 0)).tolist():
+            bred = self._first_young <= r.first + i
+            story.note(r.first + i, n[i], births[i], partial(deaths.__getitem__, i), bred)
+        return story.entries
+
+    @cached_property
+    def _first_young(self) -> np.ndarray:
+        """The tick in which the first of each species were born of parents, infinity for none: f64[s]. Of too many
+        births, that of the first birth after the first tick."""
+        r = self._recording
+        first = np.full(len(r.species), np.inf)
+        few = r.births.rows <= LARGEST
+        for c in r.births.each(("tick", "species", "parent")) if few else r.series.each(SERIES):
+            of = c["parent"] > 0 if few else (c["births"] > 0) & (c["tick"] > r.first)
+            np.minimum.at(first, c["species"][of], c["tick"][of])
+        return first
+
+    def levels(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
+        """Return numbers, mean happiness, what reporters said, and depths of these ticks, which are those of the
+        recording's curves; no depths of a run that is too long."""
+        r, config = self._recording, self._recording.manifest["config"]["species"]
+        out: dict[Key, np.ndarray] = {("n", name): n for name, n in r.curves["n"].items()}
+        for name in (name for name in r.species if config[name].get("happiness")):
+            out["happiness", name] = np.where(r.curves["n"][name] > 0, r.curves["happiness"][name], np.nan)
+        for reporter, said in r.curves["reports"].items():
+            out |= {("reports", reporter, of): values for of, values in said.items()}
+        if self._counts is not None and "depth_mean" in self._columns:
+            for name, deep in zip(r.species, self._column("depth_mean")[ticks - r.first].T, strict=True):
+                if config[name].get("locomotion"):
+                    out["reports", DEPTH, name] = np.where(out["n", name] > 0, -deep, np.nan)
+        return out
+
+    def sums(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
+        """Return births, deaths by cause and what flowed until these ticks; {} of a run that is too long."""
+        r = self._recording
+        if self._counts is None:
+            return {}
+        _, births, deaths = self._counts
+        out: dict[Key, np.ndarray] = {}
+        at = ticks - r.first
+        for s, name in enumerate(r.species):
+            causes = [(c, deaths[at, s, k]) for k, c in enumerate(self.causes) if deaths[-1, s, k]]
+            out |= died(name, causes, births[at, s])
+        names = [name for name in self._columns if name in flows.FLOWS or name.startswith(EATEN)]
+        columns = {name: self._column(name).cumsum(axis=0)[at] for name in names}
+        by = "eaten by "
+        meals = {
+            (food, cause.removeprefix(by)): deaths[at, s, k]
+            for s, food in enumerate(r.species)
+            for k, cause in enumerate(self.causes)
+            if cause.startswith(by)
+        }
+        return out | flows.of_run(columns, r.species, self.foods, meals)
+
+    def _column(self, name: str) -> np.ndarray:
+        """Return a column of the series, 0 where nothing was recorded: f64[ticks, species]."""
+        out = np.zeros((self._recording.last + 1 - self._recording.first, len(self._recording.species)))
+        for c in self._recording.series.each(("tick", "species", name)):
+            out[c["tick"] - self._recording.first, c["species"]] = c[name]
+        return out

@@ -1,0 +1,214 @@
+"""What pages are shown of a world, living or recorded: the part of a source that is the same for both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.ecosystem import World
+from ecs_eco.view import listing
+from ecs_eco.view.families import Families, asked, tree
+from ecs_eco.view.fates import Fate, latest
+from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.genealogy import Genealogy
+from ecs_eco.view.past import Past
+from ecs_eco.view.scene import map_of, sky
+from ecs_eco.view.sentence import sentence
+from ecs_eco.view.source import Message
+from ecs_eco.view.story import Story
+
+NARROWER = 0.02  # share by which the range of a colour comes nearer to the values that there are, a frame
+Genes = dict[str, dict[str, Any]]
+"""The genes of each species that have colours, by name: codes of `ecs_eco.genomes`."""
+
+
+class Crowd(NamedTuple):
+    """The members of a species, or objects of a type, at the tick that is shown.
+
+    `value` gives "energy", "happiness", "age", "born" or "gene:NAME" of each, f32[n], NaN where it is not known;
+    None where there is no such thing. `full` is the most energy that one can hold.
+    """
+
+    uid: np.ndarray  # u64[n]
+    x: np.ndarray  # f32[n] [m], as y and z
+    y: np.ndarray
+    z: np.ndarray
+    heading: np.ndarray  # f32[n] [rad]
+    value: Callable[[str], np.ndarray | None] = lambda what: None
+    full: float | None = None
+    alive: np.ndarray | None = None  # bool[n], the rows that are in use; None: all
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The rows that are in use: i64[k]."""
+        return np.arange(self.uid.size) if self.alive is None else np.flatnonzero(self.alive)
+
+
+class Watched:
+    """A world as pages see it; see `ecs_eco.view.source.Source`.
+
+    `species` are those that are shown, `animals` the numbers of those that move, `objects` the types of objects,
+    `genes` those that have colours, and `foods` what each species eats.
+    """
+
+    mode = ""
+    ahead = 0  # ticks from the one whose end is shown to the one of the clock
+    species: list[str]
+    animals: list[int]
+    objects: list[str]
+    genes: Genes
+    foods: dict[str, list[str]]
+    genealogy: Genealogy
+    story: Story | Past
+
+    def __init__(self, size: Sequence[float]) -> None:
+        self.size, self.families = size, Families(self.genealogy.lives)
+        self.ranges: dict[tuple[str, str], tuple[float, float]] = {}
+        self._encoder = Encoder(size, len(self.species) + len(self.objects))
+        self.frame(0, "happiness")  # compiles kernels before anybody waits
+        self.ranges.clear()
+
+    # --- what a living world and a recorded run know each -----------------------------------------------------
+
+    @property
+    def tick(self) -> int:
+        """The tick of the clock."""
+        raise NotImplementedError
+
+    @property
+    def scene(self) -> World | None:
+        """A world at this tick, in which light and fields are as they are here; None where there is none."""
+        raise NotImplementedError
+
+    def crowd(self, name: str) -> Crowd:
+        """Return the members of a species, or the objects of a type."""
+        raise NotImplementedError
+
+    def state(self, uid: int) -> Message:
+        """Return all that is known of an organism: the message "organism" without its sentence."""
+        raise NotImplementedError
+
+    def answer(self, request: Message) -> list[Message]:
+        """Carry out a request that is not the same for both."""
+        raise NotImplementedError
+
+    # --- what follows from it ---------------------------------------------------------------------------------
+
+    def hello(self) -> Message:
+        """Return the part of hello that follows from the genes and foods."""
+        genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
+        colours = ["species", "energy", "happiness", "age", "family", *genes]
+        return {"kind": "hello", "mode": self.mode, "foods": self.foods, "colours": colours}
+
+    def sky(self) -> tuple[float, float]:
+        """Return the light at the surface, 0 to 1, and the sun's elevation [rad]."""
+        return (1.0, math.pi / 2) if self.scene is None else sky(self.scene)
+
+    def field(self, name: str) -> Message:
+        """Return the map of a field."""
+        assert self.scene is not None
+        return map_of(self.scene, name)
+
+    def frame(self, number: int, colour: str) -> bytes:
+        """Return the frame of this tick: value 0 for organisms without one or where it is unknown, 1 to 255 from
+        the low to the high of `scales`."""
+        self._encoder.begin(number, self.tick, *self.sky())
+        for name in (*self.species, *self.objects):
+            c = self.crowd(name)
+            self._encoder.add(c.x, c.y, c.z, c.heading, self._graded(name, c, colour), c.uid, c.alive)
+        return self._encoder.bytes()
+
+    def _graded(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:
+        """Return the value of each for a colour: u8[n]."""
+        out, of = np.zeros(crowd.uid.size, np.uint8), asked(colour)
+        if of is not None or colour == "family":
+            rows = crowd.rows
+            uid = crowd.uid[rows]
+            out[rows] = self.families.values(name, uid) if of is None else self.families.kin(of, uid)
+            return out
+        column = crowd.value(colour)
+        if column is not None:
+            alive = np.ones(column.size, np.bool_) if crowd.alive is None else crowd.alive
+            low, high = self.ranges[colour, name] = self._range(name, crowd, colour, *extent(alive, column))
+            grade(alive, column, np.float32(low), np.float32(high), out)
+        return out
+
+    def _range(self, name: str, crowd: Crowd, colour: str, least: float, most: float) -> tuple[float, float]:
+        """Return the range of a colour: as far as it is known beforehand, else wide enough for all now, and
+        only slowly narrower, so that colours do not jump."""
+        if colour.startswith("gene:"):
+            code = self.genes[name][colour[5:]]
+            return float(code.low), float(code.high)
+        low, high = None if colour == "happiness" else 0.0, crowd.full if colour == "energy" else None
+        if (low is None or high is None) and not least <= most:
+            return self.ranges.get((colour, name), (0.0, 1.0))
+        before = self.ranges.get((colour, name), (least, most))
+        return (
+            min(least, before[0] + NARROWER * (least - before[0])) if low is None else low,
+            max(most, before[1] + NARROWER * (most - before[1])) if high is None else high,
+        )
+
+    def scales(self, colour: str) -> dict[str, tuple[float, float]]:
+        """Return low and high of a colour, by kind."""
+        return {
+            name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
+            for (c, name), (low, high) in self.ranges.items()
+            if c == colour
+        }
+
+    def fates(self, after: int) -> list[Fate]:
+        """Return the deaths of animals after a tick of the clock."""
+        return latest(self.genealogy.noted.deaths, self.animals, after - self.ahead, self.tick - self.ahead)
+
+    def listed(self, name: str) -> listing.Columns:
+        """Return the columns of a species, in the order of uids."""
+        crowd, genes = self.crowd(name), self.genes.get(name, ())
+        rows = crowd.rows
+        rows = rows[np.argsort(crowd.uid[rows], kind="stable")]
+        uid = crowd.uid[rows]
+        values = {key: crowd.value(key) for key in ("born", *listing.STATES, *(f"gene:{g}" for g in genes))}
+        return (
+            {"uid": uid, "born": uid, "family": self.families.roots(uid)}
+            | {key: column[rows] for key, column in values.items() if column is not None}
+            | {axis: getattr(crowd, axis)[rows] for axis in "xyz"[: len(self.size)]}
+        )
+
+    def organism(self, uid: int) -> Message:
+        """Return one organism, living or dead, at the tick that is shown; KeyError for one that never was."""
+        state = self.state(uid)
+        name = state["species"]
+        eaters = [eater for eater, eaten in self.foods.items() if name in eaten]
+        return state | {"kind": "organism", "sentence": sentence(state, self.foods.get(name, []), eaters)}
+
+    def greeting(self) -> list[Message]:
+        """Return further messages that a new page needs: the marks along the time line, and the story."""
+        return [self.marks(), {"kind": "story", "entries": self.story.entries}]
+
+    def marks(self) -> Message:
+        """Return the marks along the time line, and the land: the message "marks"."""
+        raise NotImplementedError
+
+    def passed(self) -> None:
+        """Take note of a tick that has passed; what was recorded is noted already."""
+
+    def sample(self) -> None:
+        """Add a point to the curves; those of a recorded run are known beforehand."""
+
+    def handle(self, request: Message) -> list[Message]:
+        """Carry out a request of a page; refusals are `said`."""
+        kind = request["kind"]
+        if kind in ("table", "scatter"):
+            return [getattr(listing, kind)(self.listed, self.species, request)]
+        if kind == "tree":
+            return [tree(self.genealogy, self.families, request)]
+        return self.answer(request)
+
+
+def tick_of(value: object, allowed: str) -> int:
+    """Return the tick of a request to go there; ValueError for no number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"seek: tick = {str(value)[:60]}; allowed: {allowed}")
+    return round(value)

@@ -1,0 +1,170 @@
+"""A living world is a recording in memory: both offer the same page at the same tick, field by field.
+
+A recording shows the state at the end of a tick; the clock of a living world then stands at the next one, in the
+light of that.
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.record import run_to_folder
+from ecs_eco.view.frames import HEADER, WORDS
+from ecs_eco.view.live import Live
+from ecs_eco.view.replay import Replay
+
+TICKS, LOOKS = 26, (0, 9, 25)
+WORLDS = {
+    "predator-prey": {
+        "species.grass.count": 300,
+        "species.deer.count": 60,
+        "species.deer.reproduction.rate": 0.3,
+        "species.deer.reproduction.energy_min": 0.3,
+        "species.deer.reproduction.energy_given": 0.2,
+        "species.wolf.count": 12,
+    },
+    "reflexes": {
+        "space.size": [30, 30],
+        "species.goat.count": 40,
+        "species.green.count": 150,
+        "species.yellow.count": 80,
+        "species.red.count": 10,
+    },
+    "diel-migration": {
+        "species.phytoplankton.count": 60,
+        "species.copepod.count": 20,
+        "species.krill.count": 3,
+    },
+}
+OWN = {"mode", "first", "last", "tick", "acts", "rewinds", "stays", "snapshot_every", "note", "fields"}
+"""What a page is told of the kind of source; fields are not recorded."""
+
+
+@pytest.fixture(scope="module", params=WORLDS)
+def twins(request, tmp_path_factory):
+    """What a page of a living world and one of its recording show at some ticks: by tick, a pair each."""
+    config = load(request.param, WORLDS[request.param])
+    out = tmp_path_factory.mktemp("twins") / "run"
+    run_to_folder(
+        config, seed=5, ticks=TICKS, out=out, policies="random", record="full", snapshot_every=1, report=False
+    )
+    live, replay = Live(World.from_config(config, seed=5, policies="random")), Replay(out)
+    seen = {}
+    for tick in range(TICKS):
+        live.passed()
+        live.world.run(1)
+        live.sample()
+        if tick in LOOKS:
+            live.passed()
+            replay.handle({"kind": "seek", "tick": tick})
+            uids = range(1, live.world.next_uid, max(1, live.world.next_uid // 40))
+            seen[tick] = [json.loads(json.dumps(offered(source, uids))) for source in (live, replay)]
+    return seen
+
+
+def offered(source, uids):
+    """All that a page may show, as JSON has it."""
+    hello = source.hello()
+    names, kin = [kind["name"] for kind in hello["species"]], uids[len(uids) // 2]
+    return {
+        "hello": {key: value for key, value in hello.items() if key not in OWN},
+        "marks": source.greeting()[0],
+        "story": source.greeting()[1]["entries"],
+        "counts": source.counts(),
+        "fates": sorted(source.fates(-1)),
+        "frames": {colour: decoded(source, colour) for colour in (*hello["colours"], f"kin:{kin}")},
+        "series": source.series(-1),
+        "organisms": {uid: source.organism(uid) for uid in uids},
+        "trees": [source.handle({"kind": "tree", "uid": uid, "by": "family"}) for uid in uids],
+        "tables": {name: source.handle({"kind": "table", "species": name})[0] for name in names},
+        "scatter": source.handle({"kind": "scatter", "x": "energy", "y": "x"}),
+        "why": source.handle({"kind": "why"})[0],
+    }
+
+
+def decoded(source, colour):
+    """The organisms of a frame by kind, in the order of uids."""
+    frame = source.frame(1, colour)
+    *_, kinds = HEADER.unpack_from(frame)
+    counts = np.frombuffer(frame, "<u4", kinds, HEADER.size)
+    words = np.frombuffer(frame, "<u4", offset=HEADER.size + 4 * kinds).reshape(-1, WORDS)
+    return [part[np.argsort(part[:, 2])].tolist() for part in np.split(words, counts.cumsum()[:-1])]
+
+
+def test_who_and_what_there_is_is_the_same(twins):
+    for live, replay in twins.values():
+        for part in ("hello", "counts", "fates", "scatter"):
+            assert live[part] == replay[part], part
+        for land in ("interventions", "fences", "roads", "areas"):
+            assert live["marks"][land] == replay["marks"][land]
+
+
+def test_frames_are_the_same_in_all_colours(twins):
+    for live, replay in twins.values():
+        assert live["frames"].keys() == replay["frames"].keys()
+        for colour, frame in live["frames"].items():
+            if colour != "age":  # founders were there before the first tick; their record begins with it
+                assert frame == replay["frames"][colour], colour
+
+
+def test_tables_are_the_same(twins):
+    for live, replay in twins.values():
+        for name, table in live["tables"].items():
+            ages, again = (shown["columns"].pop("age") for shown in (table, replay["tables"][name]))
+            assert table == replay["tables"][name]
+            assert ages == pytest.approx(again, abs=1.01 * live["hello"]["dt"])
+
+
+def test_the_state_of_each_organism_is_the_same(twins):
+    exact = ("uid", "species", "born", "alive", "parents", "generation", "genome")
+    detailed = 0
+    for tick, (live, replay) in twins.items():
+        for uid, state in live["organisms"].items():
+            again = replay["organisms"][uid]
+            for part in exact[: len(exact) - (not state["alive"])]:  # a genome is forgotten with its bearer
+                assert state[part] == again[part], (uid, part)
+            assert set(state["children"]) <= set(again["children"])
+            assert state["died"] == (
+                again["died"] if again["died"] and again["died"]["tick"] <= tick else None
+            )
+            if state["alive"]:
+                assert state["place"] == pytest.approx(again["place"])
+                parts = ("energy", "energy_max", "heading")
+                assert [state[p] for p in parts] == pytest.approx([again[p] for p in parts])
+            if state["alive"] and state["nerves"]:
+                detailed += 1
+                assert state["nerves"] == again["nerves"]
+    assert detailed > 5
+
+
+def test_trees_stories_and_accounts_are_the_same_in_the_end(twins):
+    live, replay = twins[TICKS - 1]  # before, a recording knows what is to come
+    assert live["trees"] == replay["trees"]
+    assert live["story"] == replay["story"]
+    for part in ("What happened", "Energy"):  # a living world has no snapshots, which tell what limited whom
+        assert live["why"]["sections"].get(part) == replay["why"]["sections"].get(part)
+    assert live["why"]["first"] == replay["why"]["first"]
+
+
+def test_curves_are_the_same_in_the_end(twins):
+    live, replay = (shown["series"] for shown in twins[TICKS - 1])
+    assert [tick - 1 for tick in live.pop("tick")] == replay.pop("tick")
+    live.pop("light", None), replay.pop("light", None)  # at the next tick, and at this one
+    lines, again = dict(curves(live)), dict(curves(replay))
+    assert lines.keys() == again.keys()
+    for name, values in lines.items():
+        known = [(a, b) for a, b in zip(values, again[name], strict=True) if a is not None or b is not None]
+        assert [a is None for a, _ in known] == [b is None for _, b in known], name
+        assert [a for a, _ in known] == pytest.approx([b for _, b in known], rel=2e-3, abs=1e-5), name
+
+
+def curves(message, name=()):
+    """Each curve of a message "series" by its name."""
+    for key, value in message.items():
+        if isinstance(value, dict):
+            yield from curves(value, (*name, key))
+        elif isinstance(value, list):
+            yield (*name, key), value
