@@ -9,6 +9,7 @@ from ecs_eco.config.features.feature import Feature, of_each
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import ObjectType
+from ecs_eco.inputs.section import Section
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,7 +88,8 @@ class Kind:
             return None
         if self.section is not None and key in type(self.section).model_fields:
             return getattr(self.section, key)
-        for model in (Species, ObjectType, *Feature.__subclasses__()):
+        models: tuple[type[Section], ...] = (Species, ObjectType, *Feature.__subclasses__())
+        for model in models:
             known = model.model_fields.get(key)
             if known is not None and not known.is_required():
                 return known.get_default(call_default_factory=True)
