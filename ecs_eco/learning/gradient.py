@@ -26,22 +26,25 @@ class Layout(NamedTuple):
     gradient: int
     transposed: int  # the matrices above the first layer, (out, in)
     zeros: int
+    head: int  # the gradient by a head's matrix, (out, in)
     end: int
 
 
 @fused_njit
 def layout_of(layers, rows):
     """Return the layout in a scratch for up to `rows` transitions at once, and `layers` as in layers.py."""
-    units = size = transposed = widest = 0
+    units = size = transposed = widest = head = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
         narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
         units, size = layer.above + wide, size + (layer.inputs + 1) * layer.outputs
         transposed, widest = layer.transposed + layer.outputs * narrow, max(widest, narrow, wide)
+        head = max(head, 0 if layer.hidden else round_up(layer.outputs, ROWS) * narrow)
     deltas = round_up(rows, ROWS) * units
     gradient = 2 * deltas + size + LANES
     there = gradient + size + ROWS * widest + LANES  # tiles go beyond it
-    return Layout(deltas, 2 * deltas, gradient, there, there + transposed, there + transposed + widest)
+    zeros = there + transposed
+    return Layout(deltas, 2 * deltas, gradient, there, zeros, zeros + widest, zeros + widest + head)
 
 
 @lone_fused_njit
@@ -99,8 +102,26 @@ def backward(scratch, layout, layers, rows, n):
         layer = layer_of(layers, level)
         a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
         narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
-        product(scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, 0, gradient, b, b)
+        if layer.hidden:
+            product(
+                scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, 0, gradient, b, b
+            )
+        else:
+            _head_gradient(scratch, layout, layer, deltas, rows, n, gradient)
         column_sums(scratch, deltas, rows, wide, gradient + a * b)
+
+
+@fused_njit
+def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
+    """Write the gradient by a head's matrix: few outputs fill rows of tiles better than vectors."""
+    a, b, turned = layer.inputs, layer.outputs, layout.head
+    narrow, wide = round_up(a, LANES), round_up(b, LANES)
+    product(
+        scratch, deltas, 1, wide, b, rows * layer.below, narrow, n, layout.zeros, 0, turned, narrow, narrow
+    )
+    for i in range(a):
+        for o in range(b):
+            scratch[np.uint64(gradient + i * b + o)] = scratch[np.uint64(turned + o * narrow + i)]
 
 
 @fused_njit

@@ -15,7 +15,7 @@ from ecs_eco.compiled.threads import in_parallel
 from ecs_eco.learning.adam import adam
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.loss import LossSettings
-from ecs_eco.learning.ppo_kernels import shared_gradient
+from ecs_eco.learning.ppo_kernels import scratch_for, shared_gradient
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
 
@@ -35,6 +35,7 @@ class Learner(TorchLearner):
         self.steps = 0  # of Adam
         self.moment_1, self.moment_2 = np.zeros(brain.size, np.float32), np.zeros(brain.size, np.float32)
         self._gradient = np.zeros((0, brain.size), np.float32)  # a row per chunk of a minibatch
+        self._scratch: list[np.ndarray] = []  # of each worker
 
     def _optimiser(self) -> Any:
         return None  # Adam is a kernel here
@@ -59,6 +60,8 @@ class Learner(TorchLearner):
         n_chunks = -(-len(chosen) // CHUNK)
         if n_chunks > len(self._gradient):
             self._gradient = np.zeros((n_chunks, brain.size), np.float32)
+        while len(self._scratch) < self.workers:
+            self._scratch.append(scratch_for(brain.layers))
         terms = np.zeros((n_chunks, len(TERMS) + 1))
         first, last = self.bands.part(n_chunks)
         numbers = clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale
@@ -69,6 +72,7 @@ class Learner(TorchLearner):
             for chunk in range(first + worker, last, self.workers):
                 index, gradient = chosen[chunk * CHUNK : (chunk + 1) * CHUNK], self._gradient[chunk]
                 shared_gradient(
+                    self._scratch[worker],
                     brain.weights,
                     brain.layers,
                     brain.offsets,

@@ -23,15 +23,15 @@ def loss_gradient(scratch, layout, layers, n, offsets, settings, loss):
 
 
 @fused_njit
-def shared_gradient(weights, layers, offsets, log, chosen, settings, share, gradient, terms):
+def shared_gradient(scratch, weights, layers, offsets, log, chosen, settings, share, gradient, terms):
     """Write the gradient f32[size] of the loss over the chosen transitions i64[n], each with the weight
     `share`, and the sums of its terms, f64[5].
 
-    `log` has a rollout's observations, choices, numbers and steps. A block's gradient is summed by itself.
+    `scratch` is for this network alone, of zeros at first, see `scratch_for`; `log` has a rollout's
+    observations, choices, numbers and steps. A block's gradient is summed by itself.
     """
     observations, choices, numbers, steps = log
     layout, loss = layout_of(layers, BLOCK), allocate_scratch(offsets, numbers.shape[1], BLOCK)
-    scratch = np.zeros(layout.end, np.float32)
     for i in range(len(weights)):
         scratch[np.uint64(layout.weights + i)] = weights[i]
         gradient[i] = 0
@@ -44,3 +44,8 @@ def shared_gradient(weights, layers, offsets, log, chosen, settings, share, grad
         for i in range(len(gradient)):
             gradient[i] += scratch[np.uint64(layout.gradient + i)]
     take_terms(loss, terms)
+
+
+def scratch_for(layers: np.ndarray) -> np.ndarray:
+    """Return what `shared_gradient` works in."""
+    return np.zeros(layout_of(layers, BLOCK).end, np.float32)

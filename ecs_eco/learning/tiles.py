@@ -30,12 +30,12 @@ def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias
     last row, up to ROWS - 1 rows and LANES numbers are lost. Each number is the sum in the order of k,
     whatever the others are.
     """
-    lane = (columns - 1) // LANES * LANES
     step_bias = 0 if bias_row else 1
-    while lane >= 0:
-        pair = WIDE and lane > 0
-        lane -= LANES if pair else 0
-        for r in range(0, rows, ROWS):
+    for r in range(0, rows, ROWS):
+        lane = (columns - 1) // LANES * LANES
+        while lane >= 0:
+            pair = WIDE and lane > 0
+            lane -= LANES if pair else 0
             at, w, to = x + r * step_row, matrix + lane, out + r * step_out + lane
             first = bias + r * bias_row + lane * step_bias
             if pair:
@@ -44,7 +44,7 @@ def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias
                 )
             else:
                 _single(scratch, at, step_row, step, w, step_matrix, n, first, bias_row, to, step_out)
-        lane -= LANES
+            lane -= LANES
 
 
 @fused_njit
