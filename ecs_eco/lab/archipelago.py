@@ -27,6 +27,7 @@ from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
+MOST_LOSSES = 100  # of an island's worker in one stretch, before the run gives up
 
 
 class Archipelago:
@@ -194,7 +195,7 @@ def _all(
 ) -> dict[str, Any]:
     """Do all jobs on an executor; return the results by name."""
     done: dict[str, Any] = {}
-    for name, future in completed(pool, work, jobs):
+    for name, future in completed(pool, work, jobs, MOST_LOSSES):
         try:
             done[name] = future.result()
         except BrokenExecutor as error:

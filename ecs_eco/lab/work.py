@@ -24,12 +24,14 @@ class Call(NamedTuple):
 class Work(Generic[Key]):
     """Calls that wait, and calls that an executor carries out; a context manager.
 
-    Calls of the project's own Pool are made again where their worker was killed; other executors do so
-    themselves. Leaving `with` by an exception cancels all calls that have not begun.
+    Calls of the project's own Pool are made again where their worker was killed, `retries` times at most
+    (absent: RETRIES); other executors do so themselves. Leaving `with` by an exception cancels all calls that
+    have not begun.
     """
 
-    def __init__(self, pool: Executor) -> None:
+    def __init__(self, pool: Executor, retries: int | None = None) -> None:
         self.pool = pool
+        self.retries = RETRIES if retries is None else retries
         self.waiting: deque[Call] = deque()
         self.running: dict[Future[Any], Call] = {}
         self.lost: Counter[Key] = Counter()  # how often the worker of a call was
@@ -77,7 +79,7 @@ class Work(Generic[Key]):
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
         self.lost[call.key] += 1
-        if self.lost[call.key] > RETRIES:
+        if self.lost[call.key] > self.retries:
             return False
         self.repeated += 1
         self.waiting.append(call)
@@ -98,13 +100,13 @@ class Work(Generic[Key]):
 
 
 def completed(
-    pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]]
+    pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]], retries: int | None = None
 ) -> Iterator[tuple[Key, Future[Any]]]:
     """Call `fn` with the arguments of each job; yield keys with their futures as these are done.
 
     A single job of a Pool is done in this process.
     """
-    with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool) as work:
+    with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool, retries) as work:
         for key, arguments in jobs.items():
             work.add(key, fn, *arguments)
         yield from work
