@@ -93,7 +93,12 @@ def compare(
 
 
 def _add_crossed(
-    result: dict[str, Any], loaded: Any, grids: Any, cycles: Any, n_boot: int, seed: int
+    result: dict[str, Any],
+    loaded: Mapping[str, Sequence[Series]],
+    grids: Mapping[str, Grid],
+    cycles: Mapping[str, Sequence[CycleStatistics]],
+    n_boot: int,
+    seed: int,
 ) -> None:
     """Add what crossed designs say of their arms, and of the differences between these."""
     by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}

@@ -41,7 +41,7 @@ class Work(Generic[Key]):
         """How many calls wait or run."""
         return len(self.waiting) + len(self.running)
 
-    def add(self, key: Key, fn: Callable[..., Any], *arguments: Any) -> None:
+    def add(self, key: Key, fn: Callable[..., Any], *arguments: object) -> None:
         """Have a function called once there is room."""
         self.waiting.append(Call(key, fn, arguments))
 

@@ -81,7 +81,7 @@ class PPO:
 
     if not TYPE_CHECKING:  # type checkers see our names alone
 
-        def __init__(self, *values: Any, **settings: Any) -> None:
+        def __init__(self, *values: object, **settings: object) -> None:
             """Take the settings by our names, or by those of others, with a hint."""
             for alias, name in resolve(settings).items():
                 warnings.warn(f"PPO: {hint(alias)}", stacklevel=2)
