@@ -29,6 +29,7 @@ class Intake:
             for s, table in enumerate(tables)
             for food in table.species.foods
         ]
+        self.eaters = {s for s, *_ in self._places}
         self.values = np.zeros((block, len(names), len(self.foods)))
         self.total = np.zeros((len(names), len(self.foods)))
         self.flows = np.zeros((len(names), columns))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -19,25 +18,19 @@ PLACES = [LEDGER.index(name) for name in FLOWS]
 
 
 def of_world(recorder: Recorder | None) -> dict[Key, float]:
-    """Return what flowed so far in a living world, as far as it is recorded: sums ("flows", species, what)."""
+    """Return what flowed so far in a living world, as far as it is recorded: sums ("flows", species, what),
+    and what eaters took in and burnt once more, as ("energy", species, what)."""
     if recorder is None:
         return {}
     intake = recorder.intake
     sums = np.hstack([intake.flows[:, PLACES], intake.total])
     words = [*FLOWS.values(), *(EATEN + food for food in intake.foods)]
-    return with_energy(
-        {
-            ("flows", name, words[k]): float(sums[s, k])
-            for s, name in enumerate(recorder.names)
-            for k in np.flatnonzero(sums[s]).tolist()
-        }
-    )
-
-
-def with_energy(flowed: Mapping[Key, Any]) -> dict[Key, Any]:
-    """Return sums of flows with what was taken in and burnt once more, as ("energy", species, what)."""
-    energy = {("energy", *key[1:]): of for key, of in flowed.items() if key[2] in ENERGY}
-    return {**flowed, **energy}
+    out: dict[Key, float] = {}
+    for s, name in enumerate(recorder.names):
+        flowed = dict(zip(words, sums[s].tolist(), strict=True))
+        out |= {("flows", name, what): of for what, of in flowed.items() if of}
+        out |= {("energy", name, what): flowed[what] for what in ENERGY if flowed[what] or s in intake.eaters}
+    return out
 
 
 def of_run(
@@ -64,7 +57,10 @@ def of_run(
                 EATEN + food: np.append(0, of.cumsum()) for food, of in zip(known, shares, strict=True)
             }
         out |= {("flows", name, words): of for words, of in flowed.items() if np.diff(of).any()}
-    return with_energy(out)
+        for words in ENERGY:
+            if words in flowed and (foods.get(name) or np.diff(flowed[words]).any()):
+                out["energy", name, words] = flowed[words]
+    return out
 
 
 def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
