@@ -3,6 +3,7 @@
 import os
 import re
 import runpy
+import shutil
 import sys
 from pathlib import Path
 
@@ -112,6 +113,7 @@ def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch
     snippets = cells(page)
     if page.name == "README.md":  # its second snippet reads what its first command leaves
         run_to_folder("predator-prey", 1, 5, tmp_path / "my-run", "random", report=False)
+    shutil.copy(ROOT / "examples" / "meadow.toml", tmp_path)
     file = tmp_path / f"{page.stem}.py"
     file.write_text("\n\n".join(snippets), encoding="utf-8")
     in_folder(file, tmp_path, monkeypatch)
@@ -137,6 +139,19 @@ def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         assert os.path.exists(page.parent / target), target
+
+
+def test_the_first_world_of_the_page_is_the_file_of_the_examples() -> None:
+    page = ROOT / "docs" / "start" / "first_world.md"
+    assert fenced(page, "toml") == [(ROOT / "examples" / "meadow.toml").read_text(encoding="utf-8")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_rabbits_of_the_first_world_live_only_if_they_learn(seed: int) -> None:
+    count = runpy.run_path(str(ROOT / "examples" / "rabbits_learn.py"))["rabbits"]
+    assert count(seed, learn=True)[-1] > 60
+    assert count(seed, learn=False)[-1] < 15
 
 
 def test_no_example_is_left_out() -> None:
