@@ -197,7 +197,7 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
         (lambda w: World(dt=0), ValueError, "dt is 0; allowed is a finite number of seconds above 0"),
         (lambda w: World(dt=float("nan")), ValueError, "dt is nan"),
         (lambda w: World(threads=0), ValueError, "threads is 0; allowed is a whole number from 1 on"),
-        (lambda w: w.add_table("hare"), ValueError, "table 'hare' exists already; choose another name"),
+        (lambda w: w.add_table("hare"), ValueError, "table 'hare' already exists; choose another name"),
         (lambda w: w.table("har"), KeyError, "unknown table .*har.*; known: hare, fox; did you mean .*hare"),
         (lambda w: w.spawn("wolf"), KeyError, "unknown table 'wolf'"),
         (lambda w: w.spawn("fox", Metabolism()), KeyError, "table 'fox': unknown component 'Metabolism'"),
@@ -239,7 +239,7 @@ def test_a_world_knows_at_most_255_causes():
     codes = [world.cause(f"cause {i}") for i in range(254)]
     assert codes == list(range(2, 256))
     assert world.cause("cause 7") == 9
-    with pytest.raises(ValueError, match="cause 'one more': a world knows at most 255 causes of death"):
+    with pytest.raises(ValueError, match="cause 'one more': a world has at most 255 causes of death"):
         world.cause("one more")
 
 
@@ -255,4 +255,4 @@ def test_another_thread_may_not_touch_a_world(world):
     thread = threading.Thread(target=other)
     thread.start()
     thread.join()
-    assert errors == ["one thread alone touches a world: the one that made it, 'MainThread'"]
+    assert errors == ["only the thread that created a world may use it: 'MainThread'"]

@@ -38,7 +38,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 def check_regular(status: os.stat_result, most: int) -> None:
     """Raise OSError for anything but a regular file of at most `most` bytes."""
     if not stat.S_ISREG(status.st_mode):
-        raise OSError("is a folder" if stat.S_ISDIR(status.st_mode) else "is no regular file")
+        raise OSError("is a folder" if stat.S_ISDIR(status.st_mode) else "is not a regular file")
     if status.st_size > most:
         raise OSError(f"is longer than {most:,} bytes")
 

@@ -1,5 +1,7 @@
-"""Entities as columns: components, tables, systems, the clock, births and deaths, random numbers, errors and files.
+"""The core of the framework: components, tables, systems, the clock, births, deaths, random numbers, errors,
+files.
 
-Nothing here knows space, biology or esper's entities: those belong to `ecs_eco.space` and above, and to
-`ecs_eco.esper_bridge`; how kernels are compiled and divided among threads belongs to `ecs_eco.compiled`.
+This package knows nothing of space, biology or esper's entities, which belong to `ecs_eco.space` and above
+and to `ecs_eco.esper_bridge`. Compiling kernels and dividing them among threads belongs to
+`ecs_eco.compiled`.
 """

@@ -1,8 +1,8 @@
-"""Columns by their addresses: a kernel that takes many arrays spends more time on taking them than on using
-them, so it takes one array of where they begin in memory.
+"""Columns by address. A kernel that takes many arrays spends more time on unpacking them than on its work, so
+it takes one array of their addresses in memory instead.
 
-Addresses hold as long as no table, component or column is replaced: `Noted.changes` and `Columns.replaced`
-say so.
+Addresses are valid until a table, component or column is replaced, which changes `Noted.changes` and
+`Columns.replaced`.
 """
 
 from __future__ import annotations
@@ -27,26 +27,28 @@ if TYPE_CHECKING:
 
 
 def address_of(array: np.ndarray) -> int:
-    """Return where an array begins in memory."""
+    """Return the address of an array's first value."""
     try:
-        # four times as fast as numpy's own way; it has no type that says that it is a buffer
+        # four times as fast as numpy's own method, but it has no type that marks it as a buffer
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
-    except (TypeError, ValueError):  # empty, or not to be written to
+    except (TypeError, ValueError):  # empty, or read-only
         return int(array.__array_interface__["data"][0])
 
 
 class Addresses:
-    """Where some columns of tables begin: of each row of columns that `find()` returns the addresses, 0 for
-    None, looked up anew where something was replaced."""
+    """The addresses of some columns of several tables: one row per row of columns that `find()` returns, 0
+    for None. They are looked up again after a replacement."""
 
     def __init__(self, find: Callable[[], Sequence[Sequence[np.ndarray | None]]]) -> None:
         self.find = find
         self._made_from: tuple[Any, ...] = ()
-        self._arrays: list[np.ndarray | None] = []  # kept, so that nothing else gets its memory
+        self._arrays: list[
+            np.ndarray | None
+        ] = []  # keep the arrays alive, so that their memory is not reused
         self._found = np.empty((0, 0), np.uint64)
 
     def __call__(self) -> np.ndarray:
-        """Return the addresses, u64[rows, columns], as they are now."""
+        """Return the current addresses, u64[rows, columns]."""
         if self._made_from != (current := (Noted.changes, Columns.replaced)):
             arrays = self.find()
             flat = [array for row in arrays for array in row]
@@ -62,9 +64,9 @@ class Addresses:
 def column_at(
     address: int | np.integer, kind: np.ndarray | DTypeLike, n: int | np.integer | tuple[int, ...]
 ) -> np.ndarray:
-    """Return the values that begin at an address, as an array; `n` is their number or the array's shape,
-    `kind` their type, or an array of such."""
-    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # where nothing is compiled
+    """Return the values at an address as an array; `n` is their number or the array's shape, `kind` their
+    dtype or an array of that dtype."""
+    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # if nothing is compiled
     memory: Any = (ctypes.c_char * (made.itemsize * int(np.prod(n)))).from_address(int(address))
     return np.frombuffer(memory, made).reshape(n)
 
@@ -72,7 +74,7 @@ def column_at(
 def _as_pointer(
     typing: Typing, address: types.Type, kind: types.Array | types.DType
 ) -> tuple[Signature, Emit]:
-    """Take an address as that of values of a type."""
+    """Cast an address to a pointer to values of a type."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]

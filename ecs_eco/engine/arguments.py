@@ -1,4 +1,5 @@
-"""Arguments from Python, checked like the values of a file: errors give name, value and what is allowed."""
+"""Checks of arguments from Python, as strict as those of a file: errors give name, value and what is
+expected."""
 
 import inspect
 import math
@@ -16,7 +17,7 @@ SEEDS = 2**63  # as in a world file
 def whole_number(name: str, value: object, least: int = 0, most: int | None = None, unit: str = "") -> int:
     """Return an integer of Python or numpy as int.
 
-    Raises TypeError for any other type, bool too; ValueError out of range.
+    Raises TypeError for any other type, bool included; ValueError if it is out of range.
     """
     allowed = (
         f"a whole number from {least}"
@@ -35,14 +36,14 @@ def whole_number(name: str, value: object, least: int = 0, most: int | None = No
 
 
 def seed_number(value: object, name: str = "seed") -> int:
-    """Return a seed as int; raises TypeError or ValueError."""
+    """Return a seed as int. Raises TypeError or ValueError."""
     return whole_number(name, value, 0, SEEDS - 1)
 
 
 def positive(name: str, value: object, unit: str) -> float:
     """Return a finite number above 0 as float.
 
-    Raises TypeError for what is no number, ValueError out of range.
+    Raises TypeError for anything but a number, ValueError if it is out of range.
     """
     if isinstance(value, bool | str) or not hasattr(value, "__float__"):
         raise TypeError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
@@ -53,18 +54,19 @@ def positive(name: str, value: object, unit: str) -> float:
 
 
 def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called."""
+    """Return why a function cannot be called with `n` arguments and `given` parameters, or "" if it can.
+    Does not call it."""
     try:
         inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
         return f"is to take {n} arguments: {error}"
-    except ValueError:  # it does not say
+    except ValueError:  # its signature is unknown
         return ""
     return ""
 
 
 def called_with(name: str, value: object, *arguments: str) -> None:
-    """Raise TypeError for anything but None and a function that can be called with these arguments."""
+    """Raise TypeError for anything but None and a function that accepts these arguments."""
     wanted = f"a function that is called with {' and '.join(arguments)}, or None"
     if value is not None and not callable(value):
         raise TypeError(f"{name} is {value!r}; allowed is {wanted}")
@@ -73,7 +75,8 @@ def called_with(name: str, value: object, *arguments: str) -> None:
 
 
 def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:
-    """Return one value for all species, or a dict species → value; raises ConfigError for another name or kind."""
+    """Return one value for all species, or a dict species → value. Raises ConfigError for an unknown name
+    or a wrong type."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
     for name_of, item in pairs:

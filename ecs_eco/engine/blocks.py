@@ -1,4 +1,4 @@
-"""Blocked: a heavy column (brains, rollouts) in blocks of fixed size, so that growth copies nothing."""
+"""Heavy columns (brains, rollouts) in blocks of fixed size, so that growth copies nothing."""
 
 from collections.abc import Iterator
 from typing import TypeAlias
@@ -11,16 +11,15 @@ from ecs_eco.compiled.vectors import LANES, prefetch
 from ecs_eco.engine.addresses import address_of, column_at
 
 Rows: TypeAlias = int | np.integer | slice | np.ndarray
-BLOCK = 256  # rows of one block
-SPARE = 16  # numbers behind a block that may be read: a vector of the last row's goes beyond it
+BLOCK = 256  # rows per block
+SPARE = 16  # readable numbers behind a block: vector loads of the last row reach beyond it
 
 
 class Blocked:
-    """A column [capacity, …] kept as a list of arrays `blocks` [BLOCK, …]: row r is
-    `blocks[r // BLOCK][r % BLOCK]`.
+    """A column [capacity, …] stored as a list `blocks` of arrays [BLOCK, …]: row r is `blocks[r // BLOCK][r %
+    BLOCK]`.
 
-    Reads and writes by row or by rows as an array does. Kernels take `by_address` and ask for `block_of` a
-    row.
+    Read and write rows as in an array. Kernels take `by_address` and call `block_of` for each row.
     """
 
     __slots__ = ("addresses", "blocks", "capacity", "dtype", "inner")
@@ -28,23 +27,23 @@ class Blocked:
     def __init__(self, shape: tuple[int, ...], dtype: DTypeLike) -> None:
         self.inner, self.dtype, self.capacity = tuple(shape), np.dtype(dtype), 0
         self.blocks: list[np.ndarray] = []
-        self.addresses = np.empty(0, np.uint64)  # of the blocks
+        self.addresses = np.empty(0, np.uint64)  # of each block
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(capacity, …) as of an array."""
+        """Return (capacity, …), as the shape of an array."""
         return (self.capacity, *self.inner)
 
     @property
     def nbytes(self) -> int:
-        """Bytes of all blocks, also of rows beyond the capacity in the last."""
+        """Return the size of all blocks in bytes, including rows of the last block beyond the capacity."""
         return sum(b.nbytes for b in self.blocks)
 
     def __len__(self) -> int:
         return self.capacity
 
     def grow(self, n: int) -> "Blocked":
-        """Have room for `n` rows; the new ones are zero. Returns itself."""
+        """Grow to `n` rows and return the column; new rows are zero."""
         size = BLOCK * int(np.prod(self.inner))
         while len(self.blocks) * BLOCK < n:
             self.blocks.append(np.zeros(size + SPARE, self.dtype)[:size].reshape(BLOCK, *self.inner))
@@ -53,8 +52,8 @@ class Blocked:
         return self
 
     def by_address(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return what a kernel takes for a column that has rows: the addresses of its blocks, and one of
-        them."""
+        """Return the addresses of the blocks and one of the blocks: what a kernel takes for a column that
+        has rows."""
         return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
@@ -62,8 +61,8 @@ class Blocked:
         return self[np.arange(self.capacity)]
 
     def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-        """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block,
-        in the order given."""
+        """Yield, block by block, (number of the block, rows within it i64, their positions in `rows` i64),
+        in the given order."""
         if not rows.size:
             return
         inside, places = np.empty((2, rows.size), np.int64)
@@ -112,21 +111,21 @@ class Blocked:
 
 @njit
 def block_of(row, column):
-    """Return the block [BLOCK, …] of a column `by_address` that holds a row."""
+    """Return the block [BLOCK, …] of a column `by_address` that contains a row."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.shape)
 
 
 @njit
 def flat_block_of(row, column):
-    """Return the block of a column `by_address` that holds a row, flat; to reshape it takes longer."""
+    """Return the flat block of a column `by_address` that contains a row; reshaping it takes longer."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.size)
 
 
 @njit
 def apart(row, other, column):
-    """Return how many numbers behind a row of a column `by_address` another one begins."""
+    """Return how many numbers lie between a row of a column `by_address` and the next."""
     addresses, like = column
     blocks = np.int64(addresses[other // BLOCK]) - np.int64(addresses[row // BLOCK])
     return blocks // like.itemsize + (other % BLOCK - row % BLOCK) * (like.size // BLOCK)
@@ -134,7 +133,7 @@ def apart(row, other, column):
 
 @njit
 def prefetch_row(row, column):
-    """Let the processor begin to fetch a row of a column `by_address`, of numbers of 4 bytes or fewer."""
+    """Prefetch a row of a column `by_address` whose numbers have 4 bytes or fewer."""
     block = flat_block_of(row, column)
     n = block.size // BLOCK
     start = row % BLOCK * n
@@ -144,8 +143,8 @@ def prefetch_row(row, column):
 
 @njit
 def _sort_out(rows, inside, places):
-    """Write the rows within their blocks and their places in `rows` i64[n], block by block; return where each
-    block ends in these: i64[blocks]."""
+    """Write the rows within their blocks and their positions in `rows` i64[n], block by block; return
+    where each block ends in them: i64[blocks]."""
     ends = np.zeros(rows.max() // BLOCK + 1, np.int64)
     for row in rows:
         ends[row // BLOCK] += 1

@@ -1,4 +1,4 @@
-"""Errors that name the place, the value, what is allowed and the nearest right name."""
+"""Errors that name the place, the value, what is expected and the nearest valid name."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from itertools import islice
 from pathlib import Path
 
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
-SHOWN = 15  # problems on one screen
-MOST = 200  # problems looked for: once these are fixed, the next ones show
+SHOWN = 15  # problems shown at once
+MOST = 200  # problems looked for; after you fix these, the next ones appear
 LONGEST = 200  # characters of a name that are compared with others
 
 
@@ -37,24 +37,24 @@ def how_many(n: int) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a configuration."""
+    """One problem of a configuration."""
 
     key: tuple[str | int, ...]  # where, for example ("species", "deer", "sensors", 1, "target")
     what: str  # what is wrong, in words
-    value: object = MISSING  # what stands there
-    allowed: str = ""  # what may stand there
-    nearest: str = ""  # the right name most like the value
+    value: object = MISSING  # the value in the file
+    allowed: str = ""  # what is expected
+    nearest: str = ""  # the valid name most like the value
     source: str = ""  # file, "--set", or a word for a dict
-    line: int | None = None  # in the file, from 1
-    column: int | None = None  # in the file, from 1
+    line: int | None = None  # in the file, counted from 1
+    column: int | None = None  # in the file, counted from 1
 
     def moved(self, **changes: object) -> Problem:
-        """The same problem with some fields changed."""
+        """Return the same problem with some fields changed."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
     @property
     def path(self) -> str:
-        """The key with dots, as `--set` takes it."""
+        """Return the key with dots, as `--set` takes it."""
         return ".".join(f'"{k}"' if isinstance(k, str) and "." in k else str(k) for k in self.key)
 
     def __str__(self) -> str:
@@ -73,13 +73,13 @@ class Problem:
 
 
 def unknown(key: tuple[str | int, ...], kind: str, value: str, known: Iterable[str]) -> Problem:
-    """The problem of an unknown name."""
+    """Return the problem of an unknown name."""
     known = list(known)
     return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
 
 
 class ConfigError(ValueError):
-    """A configuration that is refused, with every problem found in it."""
+    """A configuration is refused; the error contains every problem found."""
 
     def __init__(self, problems: Iterable[Problem], title: str = "") -> None:
         self.problems = list(islice(problems, MOST + 1))
@@ -90,7 +90,7 @@ class ConfigError(ValueError):
         return type(self), (self.problems, self.title)
 
     def render(self, most: int = SHOWN) -> str:
-        """All problems on one screen: at most `most` of them, then how many more."""
+        """Return all problems as text: at most `most` of them, then the number of the rest."""
         n = len(self.problems)
         shown = [str(p) for p in self.problems[:most]]
         rest = [f"… and {'more than ' * (n > MOST)}{min(n, MOST) - most} more"] if n > most else []
@@ -98,12 +98,13 @@ class ConfigError(ValueError):
 
 
 def shortened(text: str, width: int = 60) -> str:
-    """The text, cut where it is longer than `width` characters."""
+    """Return the text, cut if it is longer than `width` characters."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _short(value: object, width: int = 90) -> str:
-    """A value as TOML writes it, cut to `width` characters: a path at its start, anything else at its end."""
+    """Return a value as TOML writes it, cut to `width` characters: a path at its start, anything else at
+    its end."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if (
@@ -121,8 +122,8 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """repr of the first entries of a value, whatever is in it: Python writes no numbers of 5,000 digits,
-    and no endless lists."""
+    """Return the repr of the first entries of any value: Python refuses to print a number of 5,000 digits
+    and prints endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return (
             f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
@@ -140,14 +141,14 @@ def _written(value: object, levels: int = 8) -> str:
 
 
 class UnknownName(KeyError):
-    """A name that nobody declared; its text is the message, where a KeyError's is in quotes."""
+    """A name that nothing declares. Its text is the message itself, where that of a KeyError is in quotes."""
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
 
 
 def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> str:
-    """The message for a name that nobody declared: the place, the name, what is known, the nearest."""
+    """Return the message for an undeclared name: the place, the name, the known names, the nearest."""
     known = [str(k) for k in known]
     guess = nearest(name, known)
     hint = f'; did you mean "{guess}"?' if guess else ""
@@ -159,7 +160,7 @@ class RecordingError(ValueError):
 
 
 class CheckpointError(ValueError):
-    """A checkpoint that cannot be read, or a world that cannot be saved or brought to what one holds."""
+    """A checkpoint that cannot be read, or a world that cannot be saved or restored."""
 
 
 class FolderInUse(RecordingError):
@@ -167,9 +168,8 @@ class FolderInUse(RecordingError):
 
 
 class ForeignFile(RecordingError):
-    """A file that belongs to another run than the folder that it lies in."""
+    """A file that belongs to a different run from its folder."""
 
 
 class UnfinishedTick(RuntimeError):
-    """A world that was stopped within a tick: it may be looked at, and neither run, saved,
-    copied nor recorded."""
+    """A world that was stopped within a tick: you can inspect it, but not run, save, copy or record it."""

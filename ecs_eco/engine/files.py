@@ -1,4 +1,5 @@
-"""Files that are whole or as before: written beside their place, synced, renamed, and the folder synced."""
+"""Files that are written completely or not at all: next to their place, synced, renamed, and the folder
+synced."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
 
 
 def write(path: str | Path, content: bytes | str) -> Path:
-    """Write a file (text as UTF-8) whole or not at all; return its path. Raises OSError that names it."""
+    """Write a file (text as UTF-8) completely or not at all; return its path. Raises OSError that names
+    it."""
     with writing(path) as beside, open(beside, "wb") as file:
         file.write(content.encode() if isinstance(content, str) else content)
     return Path(path)
@@ -28,11 +30,10 @@ def write(path: str | Path, content: bytes | str) -> Path:
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[Path]:
-    """Give the name of an empty file beside `path` to write to, which takes its place at the end;
-    nothing is left after an exception.
+    """Yield the name of an empty file next to `path`, which replaces `path` at the end; after an exception
+    nothing is left.
 
-    The file gets the mode of the user's umask, whatever is written or renamed there. Raises OSError that
-    names `path`.
+    The file gets the mode of the user's umask. Raises OSError that names `path`.
     """
     path = Path(path)
     beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -50,7 +51,7 @@ def writing(path: str | Path) -> Iterator[Path]:
             raise
         sync_folder(path.parent)
     except OSError as error:
-        # it names the file, or is of another one
+        # it names this file, or belongs to another
         if error.errno is None or error.filename not in (None, str(beside)):
             raise
         raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
@@ -59,10 +60,10 @@ def writing(path: str | Path) -> Iterator[Path]:
 def write_tensors(
     path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None
 ) -> Path:
-    """Write numpy arrays as a safetensors file, whole or not at all: equal arrays give equal bytes.
+    """Write numpy arrays as a safetensors file, completely or not at all: equal arrays give equal bytes.
 
-    The library would write to a file of a name of its own first, which stays where a process is killed, and
-    order texts at random. Raises OSError that names the file.
+    The library itself would first write to a file with a name of its choice, which stays if the process is
+    killed, and would order texts at random. Raises OSError that names the file.
     """
     import numpy as np
 
@@ -83,21 +84,23 @@ def write_tensors(
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe,
-    which would block."""
+    """Raise OSError for a path that is missing or not a regular file: a folder, a device, or a pipe, which
+    would block."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))
+        raise OSError(
+            errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is not a regular file", str(path)
+        )
 
 
 def written_beside(path: Path) -> str | None:
-    """Return the name of the file that a half-written one was to become; None for a file of other origin."""
+    """Return the name of the file that a half-written one was to become; None for any other file."""
     match = _BESIDE.fullmatch(path.name)
     return None if match is None else match["name"]
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the names in a folder on the disk, where the system can."""
+    """Sync the names in a folder to the disk, if the system can."""
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -117,5 +120,5 @@ def _sync(beside: Path, mode: int) -> None:
 
 
 def write_json(path: Path, content: object) -> None:
-    """Write a JSON file completely, or leave the one before."""
+    """Write a JSON file completely, or leave the previous one."""
     write(path, json.dumps(content, indent=1, allow_nan=False))

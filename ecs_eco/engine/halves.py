@@ -1,4 +1,5 @@
-"""A tick in two halves: a program outside of the world sees it after the first, and acts before the second."""
+"""A tick in two halves: a program outside the world reads its state after the first and acts before the
+second."""
 
 from __future__ import annotations
 
@@ -13,20 +14,20 @@ if TYPE_CHECKING:
 
 
 class Halves:
-    """The ticks of one world, each up to a phase, and from it on.
+    """The two halves of each tick of one world, divided at a phase.
 
-    Between the halves a tick is under way: the world can be looked at, and neither run nor saved. An error or
-    a second Ctrl-C within a half leaves a world that can only be inspected; the first Ctrl-C waits for its
-    end.
+    Between the halves a tick is under way: you can inspect the world, but not run or save it. After an error
+    or a second Ctrl-C within a half, the world can only be inspected; the first Ctrl-C waits for the end of
+    the half.
     """
 
     def __init__(self, phase: str) -> None:
         self.border = priority_of(phase, 0)
-        self.begun = False  # whether the first half has passed, and the second has not
+        self.begun = False  # whether the first half is over and the second is not
         self.beginning = False  # whether hooks are called for a tick in halves
 
     def begin(self, world: World) -> None:
-        """Let the first half pass, after the hooks of `before_tick`; nothing where it has passed already."""
+        """Run the first half, after the hooks of `before_tick`; do nothing if it is over already."""
         if self.begun:
             return
         world._mine()
@@ -39,7 +40,7 @@ class Halves:
         self._pass(world, True)
 
     def finish(self, world: World) -> None:
-        """Let the second half pass: the tick is over. Raises RuntimeError where none has begun."""
+        """Run the second half, which ends the tick. Raises RuntimeError if no tick has begun."""
         if not self.begun:
             raise RuntimeError(f"world {world.name!r}: no tick has begun; begin one")
         world._mine()

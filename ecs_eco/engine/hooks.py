@@ -1,4 +1,4 @@
-"""Hooks: lists of functions that are called when something happens."""
+"""Hooks: lists of functions that are called at an event."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -7,8 +7,7 @@ from typing import Any
 
 @contextmanager
 def listening(hooks: list[Callable[..., Any]], call: Callable[..., Any]) -> Iterator[None]:
-    """Append a function to a list of hooks within this context; afterwards it is removed,
-    and the others stay."""
+    """Append a function to a list of hooks within this context; remove only that function afterwards."""
     hooks.append(call)
     try:
         yield

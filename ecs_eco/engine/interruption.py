@@ -1,4 +1,5 @@
-"""Changes of a world are completed or marked: Ctrl-C waits for the end of the tick, an error leaves a mark."""
+"""Complete every change of a world, or mark the world: Ctrl-C waits for the end of the tick, an error
+leaves a mark."""
 
 import importlib
 import signal
@@ -14,16 +15,16 @@ from esper import Processor
 from ecs_eco.engine.errors import UnfinishedTick
 from ecs_eco.engine.living import LivingWorld, Underway
 
-# `signal` makes enums of all it returns, which takes longer than a small tick
+# `signal` turns all its results into enums, which takes longer than a small tick
 _signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
 
 
 @contextmanager
 def whole(world: LivingWorld, action: str) -> Iterator[None]:
-    """Change a world in this context; if the change does not complete, the world is marked as unfinished.
+    """Change a world in this context; if the change does not complete, mark the world as unfinished.
 
-    Nested in another such context it does nothing: the outer mark stands until all is done.
+    Within another such context it does nothing: the outer mark stays until the whole change is complete.
     """
     if world.underway is not None:
         yield
@@ -40,7 +41,7 @@ def whole(world: LivingWorld, action: str) -> Iterator[None]:
 
 
 def stopped(world: LivingWorld, error: BaseException) -> None:
-    """Note which error stopped the action under way, and where."""
+    """Record which error stopped the action under way, and where."""
     if world.underway is not None and not world.underway.cause:
         world.underway.running = False
         message = " ".join(str(error).split())[:200]
@@ -49,24 +50,25 @@ def stopped(world: LivingWorld, error: BaseException) -> None:
 
 
 def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick if an unfinished world cannot do what is `wanted`; `within` a running tick it may."""
+    """Raise UnfinishedTick if an unfinished world cannot do what is `wanted`; `within` allows it in a
+    running tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return
     if mark.running:
         raise RuntimeError(
-            f"cannot {wanted} within a tick: {mark.text(world)} is under way; do it between two ticks"
+            f"cannot {wanted} within a tick: {mark.text(world)} is under way; wait for the end of the tick"
         )
     by = f" ({mark.cause}{f' in {mark.where}' if mark.where else ''})" if mark.cause else ""
     raise UnfinishedTick(
-        f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began and did not end{by}, "
-        "so the world is neither what it was nor what it was to be. It may still be looked at. "
-        "Go on from a checkpoint, World.restore(path), or from a copy that was made before, world.copy()"
+        f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began but did not finish{by}, "
+        "so the state of the world is inconsistent. You can inspect it. Continue from a checkpoint, "
+        "World.restore(path), or from an earlier copy, world.copy()"
     )
 
 
 def _where(error: BaseException) -> str:
-    """Return the name of the system that was running when an error arose, "" if none was."""
+    """Return the name of the system in which an error arose, or "" if there was none."""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
         if isinstance(owner, Processor):
@@ -75,10 +77,10 @@ def _where(error: BaseException) -> str:
 
 
 class Patience:
-    """While a world runs in the main thread, the first Ctrl-C waits for the end of its tick;
-    the second one does not.
+    """Within this context, the first Ctrl-C waits for the end of the world's tick; the second does not.
 
-    It replaces Python's default handler only: a handler that the user has installed is left in place.
+    Only in the main thread, and only in place of Python's default handler: a handler that the user installed
+    stays.
     """
 
     def __init__(self, world: LivingWorld) -> None:
@@ -102,7 +104,7 @@ class Patience:
         self.interrupted = True
 
     def over(self) -> None:
-        """Raise KeyboardInterrupt where Ctrl-C was pressed in the tick that is over now."""
+        """Raise KeyboardInterrupt if Ctrl-C was pressed during the tick that has just ended."""
         if self.interrupted:
             self.interrupted = False
             raise KeyboardInterrupt

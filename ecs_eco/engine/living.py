@@ -1,4 +1,4 @@
-"""What parts of the engine below `World` ask of a world, and the mark of an action that is under way in it."""
+"""The interface of a world that lower parts of the engine use, and the mark of an unfinished action."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 
 
 class Underway:
-    """An action on a world that must not be left half done; `world.underway` holds it until it is complete.
+    """An action that must not leave a world half changed; `world.underway` holds it until it is complete.
 
-    Nothing that stops it midway can clear the mark: it is set before the first change
-    and removed after the last.
+    It is set before the first change and removed after the last, so no interruption can clear it.
     """
 
     def __init__(self, action: str, running: bool = True) -> None:
@@ -33,7 +32,8 @@ class Underway:
 
 
 class LivingWorld(Protocol):
-    """A world as `ecs_eco.engine.world` declares it."""
+    """The attributes of a world that the engine below `World` uses; `ecs_eco.engine.world` implements
+    them."""
 
     name: str
     tick: int

@@ -1,4 +1,4 @@
-"""Dicts that count their changes: what was derived from all of them holds as long as the count stands."""
+"""Dicts that count their changes: a value derived from them is valid until the count changes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ V = TypeVar("V")
 
 
 class Noted(dict[K, V]):
-    """A dict of which every change raises `Noted.changes`, one number for all such dicts of the process.
+    """A dict whose every change increments `Noted.changes`, one counter for all such dicts of the process.
 
-    The tables of a world and the components of a table are such dicts, so that who has looked at them all
-    sees by one number whether that still holds. Reading costs what it does in any dict. `follow` is called
-    after each change.
+    The tables of a world and the components of a table are such dicts, so one number tells whether any of
+    them has changed. Reading costs the same as in a plain dict. `follow` is called after each change.
     """
 
     changes = 0

@@ -1,4 +1,4 @@
-"""The phases of a tick, what is put into them, and the order in which it acts."""
+"""The phases of a tick, the processors in them, and their order."""
 
 from operator import attrgetter
 from typing import Any, ClassVar
@@ -26,10 +26,10 @@ LAST = 999_999  # the place in a phase after all systems
 
 
 class Scheduled(Processor):
-    """What acts once a tick, in its phase, and prepares for a world when it is added to one."""
+    """A processor that acts once per tick, in its phase, and prepares for a world when it is added to one."""
 
     phase = "interact"
-    divisible: ClassVar[bool] = False  # whether each process may carry it out for its band of a divided world
+    divisible: ClassVar[bool] = False  # whether each process of a divided world may run it for its own band
 
     def start(self, world: Any) -> None:
         """Prepare for a world; called once, when the system is added."""
@@ -39,12 +39,12 @@ class Schedule(list[Processor]):
     """The processors of a tick in the order in which they act."""
 
     def put(self, processor: Processor, priority: int) -> None:
-        """Put a processor among the others, behind those of the same priority."""
+        """Insert a processor behind those of the same priority."""
         processor.priority = priority
         self.append(processor)
         self.sort(key=attrgetter("priority"), reverse=True)
 
 
 def priority_of(phase: str, place: int) -> int:
-    """Return the priority of a place in a phase, as esper counts: from 0 down, a million for each phase."""
+    """Return the priority of a place in a phase, as esper counts: from 0 downward, one million per phase."""
     return -(PHASES.index(phase) * (LAST + 1) + place)

@@ -1,10 +1,11 @@
-"""Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose),
-so no draw depends on another.
+"""Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on
+another.
 
-An identity is a u64 that tells the draws of one tick apart: an organism's uid, a site,
-or a number made from them.
+An identity is a u64 that distinguishes the draws of a tick: the uid of an organism, a site, or a number made
+from them.
 
-The hash is the finaliser of splitmix64 (Steele, Lea & Flood 2014), applied once per key part: 2 ns a draw.
+The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part of the key: 2 ns per
+draw.
 """
 
 import functools
@@ -15,7 +16,7 @@ from ecs_eco.compiled.jit import njit
 
 _MASK = (1 << 64) - 1
 
-# What a number is drawn for. One organism may draw one number per purpose, salt and tick.
+# the purpose of a draw; an organism may draw one number per purpose, salt and tick
 (PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE, LOT) = range(1, 15)
 
 
@@ -30,22 +31,21 @@ def mix(z):
 
 @njit
 def bits(key, identity, purpose):
-    """Return 64 random bits, the same for the same (key, identity, purpose), of which `draw` takes the
-    upper 24."""
+    """Return 64 random bits, the same for the same (key, identity, purpose); `draw` uses the upper 24."""
     return mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
 
 
 @njit
 def draw(key, identity, purpose):
-    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key,
-    identity, purpose)."""
+    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key, identity,
+    purpose)."""
     return np.float32(bits(key, identity, purpose) >> np.uint64(40)) * np.float32(5.9604645e-08)
 
 
 @njit
 def by_lot(key, identity, purpose):
-    """Return a random order of identities u64[n], each different: i64[n]. It does not depend on how they are
-    arranged: `bits` of different identities are never equal."""
+    """Return a random order of distinct identities u64[n]: i64[n]. It does not depend on their
+    arrangement, because `bits` of distinct identities are never equal."""
     lots = np.empty(identity.size, np.uint64)
     for i in range(identity.size):
         lots[i] = bits(key, identity[i], purpose)
@@ -53,7 +53,7 @@ def by_lot(key, identity, purpose):
 
 
 def mix_int(z: int) -> int:
-    """`mix` in Python integers."""
+    """Return `mix` of a Python integer."""
     z = (z + 0x9E3779B97F4A7C15) & _MASK
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _MASK
@@ -68,7 +68,7 @@ def tick_key(seed: int, tick: int) -> np.uint64:
 
 @functools.lru_cache(maxsize=64)
 def _keys(seed: int, block: int) -> list[np.uint64]:
-    """Return the keys of 64 ticks: one by one, each takes as long as a small system."""
+    """Return the keys of 64 ticks at once: one call per tick would take as long as a small system."""
     first = (mix_int(seed) + (block << 6) + 0x9E3779B97F4A7C15) & _MASK
     z = np.uint64(first) + np.arange(64, dtype=np.uint64)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -91,13 +91,13 @@ def _draw_many(key, identity, purpose, out):
 
 @njit
 def lot(key, uid, item):
-    """Return the lot u64 of one that wants an item: of equals, that with the lowest comes first."""
+    """Return the lot, u64, of a competitor for an item: among equals, the lowest lot comes first."""
     return bits(key, mix(uid) ^ np.uint64(item), LOT)
 
 
 @njit
 def lots(key, uid, item):
-    """Return the lot of each: u64[n]."""
+    """Return the lot of each competitor: u64[n]."""
     out = np.empty(uid.size, np.uint64)
     for i in range(uid.size):
         out[i] = lot(key, uid[i], item[i])

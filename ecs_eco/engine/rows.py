@@ -1,4 +1,4 @@
-"""The rows of tables: who comes into them, who leaves them, and what stands in them beyond its limits."""
+"""The rows of tables: fill them with newborn, free them, and find values outside their limits."""
 
 from collections.abc import Mapping, Sequence
 from operator import is_
@@ -11,19 +11,21 @@ from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.schema import Columns
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
-FEW = 64  # rows that are brought into order one by one
-ROWS = "alive", "uid", "born", "cause", "killer"  # what a table knows of each row, as kernels take it
+FEW = 64  # up to this many rows are sorted by insertion
+ROWS = "alive", "uid", "born", "cause", "killer"  # a table's own arrays by row, as kernels take them
 
 
 class Layout(NamedTuple):
-    """Where the arrays of a table are in memory, and the default value of newborn in each column."""
+    """The addresses of a table's arrays, and the default value of a newborn in each column."""
 
-    arrays: Sequence[np.ndarray] = ()  # they keep the addresses alive
+    arrays: Sequence[np.ndarray] = ()  # keep the arrays alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
-    columns: np.ndarray = np.empty((3, 0), np.uint64)  # addresses, addresses of the values, bytes of a row
+    columns: np.ndarray = np.empty(
+        (3, 0), np.uint64
+    )  # addresses of columns, addresses of defaults, bytes per row
     fields: dict[tuple[type[Any], str], Any] = {}  # the columns by component and field
-    shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # of the value of one
-    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
+    shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # bytes per value
+    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields without addresses
 
     def renewed(
         self,
@@ -31,8 +33,8 @@ class Layout(NamedTuple):
         held: Mapping[type[Any], Columns],
         defaults: Mapping[type[Any], Mapping[str, np.ndarray]],
     ) -> "Layout":
-        """Return the layout of a table with its `own` arrays, ROWS, and the columns that it holds: often arrays
-        of other tables alone were replaced."""
+        """Return the layout of a table with `own`, its arrays ROWS, and its columns; often only arrays of
+        other tables were replaced."""
         arrays = [*own]
         for component, columns in held.items():
             arrays += vars(columns).values()
@@ -59,12 +61,12 @@ class Layout(NamedTuple):
 
 @njit
 def fill(rows, capacity, columns):
-    """Write a value to some rows of each column, which has `capacity` rows: addresses of columns and values,
-    and bytes of a row, u64[3, columns]."""
+    """Write a value to some rows of each column, which has `capacity` rows. `columns` u64[3, columns]:
+    addresses of columns and of values, and bytes per row."""
     for k in range(columns.shape[1]):
         size = np.int64(columns[2, k])
         n = size // 4
-        if n == 1 and size == 4:  # of most columns: a loop within the loop would take four times as long
+        if n == 1 and size == 4:  # true of most columns; a nested loop would take four times as long
             flat = column_at(columns[0, k], np.uint32, capacity)
             value = column_at(columns[1, k], np.uint32, 1)[0]
             for row in rows:
@@ -85,8 +87,8 @@ def fill(rows, capacity, columns):
 
 @njit
 def occupy(rows, capacity, own, first_uid, tick, high, columns):
-    """Fill `rows` with the lowest free rows and bring them to life, with the values in `columns`; return the
-    new end of the rows in use. `own` u64 are the addresses of ROWS."""
+    """Fill `rows` with the lowest free rows and bring them to life with the values in `columns`; return
+    the new end of the rows in use. `own` u64 are the addresses of ROWS."""
     alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
     born, row = column_at(own[2], np.int64, capacity), -1
     for k in range(rows.size):
@@ -102,10 +104,10 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
 
 @njit
 def next_free(alive, row, capacity):
-    """Return the first row, from `row` on, in which nobody lives; there is one."""
+    """Return the first free row, from `row` on; there is one."""
     while row % 8 != 0 and alive[row]:
         row += 1
-    if row % 8 == 0:  # eight at once
+    if row % 8 == 0:  # eight at a time
         eight, k = alive[: capacity // 8 * 8].view(np.uint64), row // 8
         while k < eight.size and eight[k] == EIGHT_ALIVE:
             k += 1
@@ -117,14 +119,14 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List which of the first `high` rows have a cause of death, few of them in the order of uids; return
-    their number, which may be more than there is room for in `rows`. `own` u64 are the addresses of ROWS."""
+    """List which of the first `high` rows have a cause of death, in the order of uids (few are expected).
+    Return their number, which may exceed the length of `rows`. `own` u64 are the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
     for k in range(eight.size + 1):
         first = 8 * k
         if k == eight.size or eight[k] != 0:
-            for row in range(first, min(first + 8, high)):  # without branches: who dies cannot be foreseen
+            for row in range(first, min(first + 8, high)):  # no branches: deaths cannot be predicted
                 if n < rows.size:
                     rows[n] = row
                 n += cause[row] != 0
@@ -139,10 +141,10 @@ def list_dying(rows, high, own):
 
 @njit
 def next_dying(cause, row, high):
-    """Return the first row, from `row` on, that has a cause of death; `high` if none before has."""
+    """Return the first row, from `row` on, that has a cause of death, or `high` if there is none."""
     while row < high and row % 8 != 0 and cause[row] == 0:
         row += 1
-    if row % 8 == 0:  # eight at once
+    if row % 8 == 0:  # eight at a time
         eight, k = cause[: high // 8 * 8].view(np.uint64), row // 8
         while k < eight.size and eight[k] == 0:
             k += 1
@@ -171,7 +173,7 @@ def free(row, capacity, own):
 
 @njit
 def end_of(high, own):
-    """Return the end of the rows in use, which is not beyond `high`."""
+    """Return the end of the rows in use, which is at most `high`."""
     alive = column_at(own[0], np.bool_, high)
     while high > 0 and not alive[high - 1]:
         high -= 1
@@ -180,8 +182,8 @@ def end_of(high, own):
 
 @njit
 def vacate_dying(own, high, died):
-    """Free the rows of several tables that have a cause of death, and move the ends of their rows in use,
-    `high` i64[tables]; write the numbers `died` i64[tables], and return whether there are any. `own`
+    """Free the rows of several tables that have a cause of death, and update the ends of their rows in
+    use, `high` i64[tables]. Write the counts to `died` i64[tables] and return whether there are any. `own`
     u64[tables, …] are the addresses of ROWS."""
     some = False
     for k in range(high.size):
@@ -200,14 +202,13 @@ def vacate_dying(own, high, died):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the number of the first flat column, from `start` on, with a value outside low … high;
-    -1 if there is none.
+    """Return the number of the first flat column, from `start` on, with a value outside low … high, or -1.
 
-    Of column k the first n * each[k] values are checked, those of dead rows too.
+    Checks the first n * each[k] values of column k, those of dead rows included.
     """
     for k in range(start, len(columns)):
         column, least, most, outside = columns[k], low[k], high[k], False
-        for i in range(n * each[k]):  # without branches: this becomes vector code
+        for i in range(n * each[k]):  # no branches: this compiles to vector code
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:
             return k

@@ -1,4 +1,4 @@
-"""Ticks one after the other, each whole: hooks before, a stop in between, and what is left after an error."""
+"""Run ticks one after the other: hooks before each, a possible stop in between, and a mark after an error."""
 
 import time
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from ecs_eco.engine.living import LivingWorld, Underway
 
 
 def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | None, mark: Underway) -> None:
-    """Let ticks of a world pass as `World.run` says."""
+    """Run ticks of a world, as `World.run` describes."""
     with Patience(world) as patience:
         try:
             if world.tick == 0:
@@ -20,7 +20,7 @@ def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | N
                     call()
                 if world.stopping:
                     break
-                world.underway, world.ticking = mark, True  # the mark stands until the tick is complete
+                world.underway, world.ticking = mark, True  # the mark stays until the tick is complete
                 world.pass_tick()
                 world.tick += 1
                 world.ticking, world.underway = False, None

@@ -1,4 +1,4 @@
-"""`@component`: a class of annotated fields becomes a column layout and a handle type at once."""
+"""`@component` turns a class of annotated fields into a column layout and a handle type."""
 
 import inspect
 import sys
@@ -13,7 +13,8 @@ C = TypeVar("C")
 
 
 class Type:
-    """A column's element: dtype, shape of one organism's value, limits; names in these get a number per table."""
+    """The dtype, shape and limits of one organism's value in a column; names in the shape get a number per
+    table."""
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
@@ -31,11 +32,12 @@ class Type:
 
     @property
     def heavy(self) -> "Type":
-        """The same type, stored in blocks of rows: for values so large that growth must not copy them."""
+        """Return the same type, stored in blocks of rows: for values too large to be copied when a table
+        grows."""
         return Type(self.dtype, self.shape, True, self.limits)
 
     def within(self, low: float, high: float | str) -> "Type":
-        """The same type with limits: values beyond them are refused when they enter a world.
+        """Return the same type with limits: values beyond them are refused when they enter a world.
 
         `high` may be a name, as in a shape.
         """
@@ -55,7 +57,7 @@ class Type:
         )
 
     def check(self, value: object, where: str) -> None:
-        """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
+        """Raise ValueError if a value has the wrong type, range or shape."""
         fixed = tuple(d for d in self.shape if not isinstance(d, str))
         try:
             array = np.asarray(value, self.dtype)
@@ -65,7 +67,7 @@ class Type:
             raise ValueError(f"{where}: {value!r} is no {self!r} ({error})") from None
 
     def resolve(self, dims: dict[str, int], where: str) -> tuple[int, ...]:
-        """Return the shape with every word replaced by its size in `dims`."""
+        """Return the shape with every name replaced by its size in `dims`."""
         unknown = [d for d in self.shape if isinstance(d, str) and d not in dims]
         if unknown:
             raise ValueError(
@@ -75,7 +77,7 @@ class Type:
         return tuple(dims[d] if isinstance(d, str) else d for d in self.shape)
 
 
-if TYPE_CHECKING:  # what a handle gives
+if TYPE_CHECKING:  # what a handle returns
     f32: TypeAlias = float
     f64: TypeAlias = float
     i8: TypeAlias = int
@@ -95,8 +97,8 @@ else:
 
 
 def column(kind: Any, *shape: int | str, within: tuple[float, float | str] | None = None) -> Any:
-    """Return the column type `kind[shape]` with limits, for `Annotated`: type checkers read only what stands
-    before it.
+    """Return the column type `kind[shape]` with limits, for `Annotated`: type checkers read only its first
+    argument.
 
     `place: Annotated[np.ndarray, column(f32, 3)] = np.zeros(3)` is `place: f32[3] = 0.0` at run time.
     """
@@ -107,7 +109,7 @@ def column(kind: Any, *shape: int | str, within: tuple[float, float | str] | Non
 class Columns:
     """The arrays of one component in one table, an attribute per field: f32[capacity, …].
 
-    `replaced` is another object whenever a column of any table has been replaced by another array.
+    `replaced` becomes a new object whenever an array of any table is replaced.
     """
 
     __slots__ = ("__dict__",)
@@ -118,7 +120,8 @@ class Columns:
         def __getattr__(self, name: str) -> Any: ...
 
     def __setattr__(self, name: str, value: ArrayLike) -> None:
-        """Replace a column; ValueError for another type, shape or layout, or fewer rows: kernels rely on them."""
+        """Replace a column. Raises ValueError for a different type, shape or layout, or for fewer rows:
+        kernels rely on them."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
@@ -138,11 +141,11 @@ class Columns:
                     f"write into it: {name}[rows] = …"
                 )
         self.__dict__[name] = value
-        Columns.replaced = object()  # after the change: whoever has looked before it looks again
+        Columns.replaced = object()  # last, so that a reader who looked earlier looks again
 
 
 class Handle:
-    """One organism's component: reading and writing an attribute reads and writes its row of the columns."""
+    """One organism's component: its attributes read and write one row of the columns."""
 
     __slots__ = ("_columns", "_row")
     fields: dict[str, tuple[Type, Any]] = {}
@@ -168,7 +171,7 @@ class Handle:
 
     @classmethod
     def attach(cls, columns: Columns, row: int) -> "Handle":
-        """Return the handle of one row, without copying anything."""
+        """Return the handle of one row, without copying."""
         handle = cls.__new__(cls)
         handle._columns = columns
         handle._row = row
@@ -196,14 +199,13 @@ def _accessor(name: str, scalar: bool) -> property:
 def component(cls: type[C]) -> type[C]:
     """Turn a class of annotated fields with defaults into a component.
 
-    Every field is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`), or with `Annotated`
-    and a `column`, and has a default; the class keeps its name, docstring and methods. Raises TypeError for a
+    Every field has a default and is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`), or
+    with `Annotated` and a `column`. The class keeps its name, docstring and methods. Raises TypeError for a
     field without column type or default, ValueError for a default that its type cannot hold.
     """
     if cls.__bases__ != (object,):
         raise TypeError(
-            f"{cls.__name__}: a component inherits nothing; "
-            f"write its fields out instead of {cls.__bases__[0].__name__}"
+            f"{cls.__name__}: a component cannot inherit; list its fields instead of {cls.__bases__[0].__name__}"
         )
     fields: dict[str, tuple[Type, Any]] = {}
     for name, hint in _hints(cls).items():
@@ -214,7 +216,7 @@ def component(cls: type[C]) -> type[C]:
                 "u8, u64, boolean, or f32[3]"
             )
         if name in ("fields", "attach") or name.startswith("_"):
-            raise TypeError(f"{cls.__name__}.{name}: this name is taken by the handle; choose another")
+            raise TypeError(f"{cls.__name__}.{name}: handles use this name; choose another")
         if name not in cls.__dict__:
             raise TypeError(f"{cls.__name__}.{name}: a field needs a default, as in `{name}: {kind!r} = 0`")
         fields[name] = (kind, cls.__dict__[name])

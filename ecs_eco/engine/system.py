@@ -1,4 +1,5 @@
-"""Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
+"""Systems define behavior. A system is an esper.Processor that receives, table by table, the columns that
+it needs."""
 
 from typing import Any, ClassVar
 from zlib import crc32
@@ -11,24 +12,25 @@ from ecs_eco.engine.phases import Scheduled
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 
-TURN = random.LOT + (3 << 8)  # purpose of the draws of which table comes first
+TURN = random.LOT + (3 << 8)  # the purpose of draws that decide which table comes first
 
 
 class System(Scheduled):
-    """What happens to all entities that have the components in `needs`, once a tick.
+    """A process that changes all entities with the components in `needs`, once per tick.
 
-    A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
-    table that has them all, in the order in which tables were added; where several of them compete, in an
-    order drawn in each tick. A system that joins tables overrides `process`. `acts` are the groups of actions
-    that it carries out, beyond those that every world knows: species may use them. A world from a file has a
-    shipped system with `asked_for` only where that is true of a table: others are as fast as without.
+    A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, which is called
+    for every table that has them all, in the order in which tables were added; if several of them compete, in
+    an order drawn in each tick. A system that joins tables overrides `process`. `acts` lists the groups of
+    actions that it carries out, beyond the built-in ones, for species to use. A world from a file includes a
+    shipped system with `asked_for` only if that is true of a table, so that other worlds run as fast as
+    without it.
     """
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
     asked_for: ClassVar[Any] = None  # a static function of a table: bool
     world: World
-    # the tables that have what it needs, what that was found from, and whether several of them compete
+    # the tables that have what it needs, what they were derived from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
     def process(self, *_: object) -> None:
@@ -42,7 +44,8 @@ class System(Scheduled):
             self.update(table, world)
 
     def competes(self, table: Table) -> bool:
-        """Return whether a table takes what others of its kind may want, too: none should always be first."""
+        """Return whether a table competes with others of its kind, so that it should not always come
+        first."""
         return False
 
     def _drawn(self) -> list[Table]:

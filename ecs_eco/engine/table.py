@@ -1,4 +1,5 @@
-"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask."""
+"""A table holds all entities of one kind: an array per component field, rows stable for life, and an alive
+mask."""
 
 from __future__ import annotations
 
@@ -17,36 +18,36 @@ from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
-# births of one call: first and second parents, u64[k], and the columns of the newborn
+# one request for births: first and second parents, u64[k], and the columns of the newborn
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
-MOST_BATCHES = 64  # of newborn and dead that are noted
-ALIVE = bytes(1 << 20)  # the causes of death of so many who live, to compare with
+MOST_BATCHES = 64  # newborn and dead entities that are recorded
+ALIVE = bytes(1 << 20)  # compare causes of death of this many entities at once
 NOBODY = np.empty(0, np.int64)
 NO_LAYOUT = Layout()
 
 
 class Onlooker(Protocol):
-    """Somebody outside who keeps what stands in the rows of tables."""
+    """An observer outside the engine that caches the content of tables' rows."""
 
-    stale: bool  # set when somebody is born, dies or moves to another row
+    stale: bool  # set when an entity is born, dies or moves to another row
 
     def renew(self, table: Table) -> None:
-        """Look at handles anew: rows or columns of a table are others."""
+        """Update the handles: rows or columns of a table have changed."""
 
     def empty(self, table: Table) -> None:
-        """Forget all that is kept of a table."""
+        """Drop everything cached of a table."""
 
 
 class Table(dict[type, Any]):
-    """The columns of one kind of entity: a dict of its components, that only the table itself writes.
+    """The columns of one kind of entity: a dict of components that only the table itself changes.
 
     `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth;
-    `cause` u8[capacity], not 0 in the rows that die at the end of the phase `die`; `killer` u64[capacity].
-    `table[Position].x` is a column. Columns move when the table grows: keep none past the tick. `columns` are
-    the components that are kept, `derived` those that are made of other things when somebody looks.
+    `cause` u8[capacity], nonzero in the rows that die at the end of the phase `die`; `killer` u64[capacity].
+    `table[Position].x` is a column. Columns move when the table grows: never hold one across ticks. `columns`
+    are the stored components, `derived` those computed on access.
     """
 
-    # without these, each reading of an attribute of a dict takes three times as long
+    # without these, reading an attribute of a dict takes three times as long
     __slots__ = (
         "__dict__",
         "__weakref__",
@@ -78,7 +79,7 @@ class Table(dict[type, Any]):
         "uid",
         "version",
     )
-    __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is itself alone
+    __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is its own only member
 
     def __init__(
         self,
@@ -95,30 +96,30 @@ class Table(dict[type, Any]):
         self.place = place  # its number in the world
         self.dims = dict(dims or {})
         self.capacity = int(capacity)
-        self.n = 0  # entities alive
+        self.n = 0  # living entities
         self.high = 0  # this row and all after it are free
-        self.version = 0  # changes when a place or the set of the living does
-        self.steady = (-1, -1)  # two versions between which nothing but births and deaths took effect
+        self.version = 0  # changes when a position or the set of the living does
+        self.steady = (-1, -1)  # two versions between which only births and deaths took effect
         self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # since then: version, rows, uids
-        self.followed = False  # whether an index of neighbours wants to know who was born and who died
-        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same of those who left
+        self.followed = False  # whether an index of neighbors needs to know the newborn and the dead
+        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same for entities that left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
         self.cause = np.zeros(capacity, np.uint8)
         self.killer = np.zeros(capacity, np.uint64)
-        self.along: dict[str, np.ndarray] = {}  # arrays of others by row, which grow and are reordered too
+        self.along: dict[str, np.ndarray] = {}  # arrays of other objects by row
         self.onlooker: Onlooker | None = None
         self.columns: Noted[type[Any], Columns] = Noted()
         self.derived: Noted[type[Any], Columns] = Noted()
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
-        self._layout = NO_LAYOUT  # as it was found last
-        self._laid_out: tuple[Any, ...] = ()  # from what
+        self._layout = NO_LAYOUT  # the last one found
+        self._laid_out: tuple[Any, ...] = ()  # what it was derived from
         self.births: list[Request] = []
-        self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
+        self.limits: dict[bool, Any] = {}  # of its fields, as the gate uses them
         self.species: Any = None  # what all entities of the table share: a `life.kind.Kind` in an ecosystem
-        self.own: dict[str, Any] = {}  # for systems of your own: saved if it has state() and load()
+        self.own: dict[str, Any] = {}  # for custom systems; saved if it has state() and load()
         for component in components:
             self.add_component(component)
 
@@ -141,7 +142,7 @@ class Table(dict[type, Any]):
 
     def __setitem__(self, component: object, columns: object) -> NoReturn:
         raise TypeError(
-            f"table {self.name!r}: its components are not replaced; write into their columns, "
+            f"table {self.name!r}: components cannot be replaced; write into their columns, "
             "as in table[Position].x[rows] = …"
         )
 
@@ -150,14 +151,14 @@ class Table(dict[type, Any]):
         return self.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Give every entity, living or to come, a component; `defaults` replace the component's own."""
+        """Add a component to every entity, present and future; `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
             raise TypeError(
                 f"table {self.name!r}: {component!r} is not a component; declare it with @component"
             )
         if component in self.derived:
             raise ValueError(
-                f"table {self.name!r} has {component.__name__} already: it is made of what organisms sense"
+                f"table {self.name!r} has {component.__name__} already: it is derived from what organisms sense"
             )
         if component in self.columns:
             self.set_defaults(component, **defaults)
@@ -174,12 +175,12 @@ class Table(dict[type, Any]):
         self.renew_handles()
 
     def renew_handles(self) -> None:
-        """Let handles that others keep be looked at anew: rows or columns are others."""
+        """Make cached handles refresh: rows or columns have changed."""
         if self.onlooker is not None:
             self.onlooker.renew(self)
 
     def set_defaults(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Set what a newborn of this table has in these fields."""
+        """Set the values of a newborn of this table in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
                 raise UnknownName(
@@ -203,7 +204,7 @@ class Table(dict[type, Any]):
         return rows[np.argsort(self.uid[rows], kind="stable")]
 
     def reserve(self, n: int) -> None:
-        """Make room for `n` rows in all, at least doubling the columns when they are too short."""
+        """Reserve `n` rows in all; columns that are too short at least double."""
         if n <= self.capacity:
             return
         new = max(n, 2 * self.capacity)
@@ -215,10 +216,10 @@ class Table(dict[type, Any]):
             for field, array in list(vars(columns).items()):
                 setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
         self.capacity = new
-        Columns.replaced = object()  # also where there are no columns: addresses of rows are others
+        Columns.replaced = object()  # also if there are no columns: addresses of rows have changed
 
     def layout(self) -> Layout:
-        """Return where the arrays are in memory, as kernels take them."""
+        """Return the addresses of the arrays, as kernels take them."""
         if self._laid_out != (now := (Noted.changes, Columns.replaced)):
             self._layout, self._laid_out = (
                 self._layout.renewed([getattr(self, name) for name in ROWS], self.columns, self.defaults),
@@ -232,13 +233,13 @@ class Table(dict[type, Any]):
         values: Mapping[tuple[type, str], np.ndarray],
         second: np.ndarray | None = None,
     ) -> None:
-        """Ask for one birth per entry of `parents` (u64[k], 0 for none);
-        they take effect at the end of `reproduce`.
+        """Request one birth per entry of `parents` (u64[k], 0 for none); the births take effect at the end of
+        `reproduce`.
 
-        `values[(Component, field)]` is an array [k, …] of what differs from the table's defaults. Requests
-        must come in an order that does not depend on rows (by parent uid, say): newborn get their uids in
-        this order. Raises KeyError for a component or field that the table lacks, ValueError for a shape that
-        does not fit.
+        `values[(Component, field)]` is an array [k, …] of values that differ from the table's defaults. The
+        order of requests must not depend on rows (sort them by parent uid, for example): newborn get their
+        uids in this order. Raises KeyError for a component or field that the table lacks, ValueError for a
+        wrong shape.
         """
         n, shapes = len(parents), self.layout().shapes
         flat = (n,)
@@ -252,17 +253,17 @@ class Table(dict[type, Any]):
         self.births.append((parents, second, dict(values)))
 
     def _refuse(self, component: type[Any], name: str) -> NoReturn:
-        """Raise what is wrong with a field that newborn are to have."""
+        """Raise an error if a newborn cannot be given this field."""
         if component in self.derived:
             raise TypeError(
-                f"newborn of {self.name!r}: {component.__name__} is read, not written: nobody is born with it"
+                f"newborn of {self.name!r}: {component.__name__} is read-only: a newborn cannot be given it"
             )
         known = self.defaults[component] if component in self.columns else self[component]
         raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values, whole: bool = True) -> np.ndarray:
         """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their
-        rows. Where they are not `whole`, fields of which there are no values keep what was in those rows."""
+        rows. Unless they are `whole`, fields without values keep the former content of the row."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
         layout, rows = self.layout(), np.empty(k, np.int64)
@@ -287,12 +288,12 @@ class Table(dict[type, Any]):
         return rows
 
     def settle(self, uid: np.ndarray, born: np.ndarray, values: Values, whole: bool = True) -> np.ndarray:
-        """Bring entities that come from elsewhere to life in the lowest free rows, with their uids u64[k] and
-        ticks of birth i64[k]; return their rows. Where they are not `whole`, fields of which there are no
-        values are those of who was there before: nobody may read them."""
+        """Bring immigrants to life in the lowest free rows, with their uids u64[k] and ticks of birth
+        i64[k]; return their rows. Unless they are `whole`, fields without values keep the content of a
+        former entity, which must not be read."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
-        self.steady = (-1, -1)  # those of newborn are larger than all others, these need not be
+        self.steady = (-1, -1)  # uids of newborn are larger than all others; these need not be
         return rows
 
     def doomed(self) -> np.ndarray:
@@ -300,7 +301,7 @@ class Table(dict[type, Any]):
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
-        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # that of many numbers is slow
+        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # a search over many values is slow
 
     def dying(self) -> np.ndarray:
         """Return the rows that have a cause of death, in the order of uids: i64[k]."""
@@ -323,13 +324,13 @@ class Table(dict[type, Any]):
             self.onlooker.stale = True
 
     def note_freed(self, n: int, high: int) -> None:
-        """Know that a kernel has freed `n` rows, and that this row and all after it are free now."""
+        """Record that a kernel has freed `n` rows, and that `high` and all rows after it are free now."""
         self.high, self.n, self.version = high, self.n - n, self.version + 1
         if self.onlooker is not None:
             self.onlooker.stale = True
 
     def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
-        """Count a version that differs from the last by births or deaths of these rows alone."""
+        """Start a version that differs from the last only by births or deaths of these rows."""
         if not self.followed:
             self.version += 1
             return
@@ -339,7 +340,7 @@ class Table(dict[type, Any]):
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        if 4 * rows.size > self.n:  # nobody wants to know: to begin anew is as fast
+        if 4 * rows.size > self.n:  # not needed: a fresh start is as fast
             self.steady = (-1, -1)
         else:
             if rows.size:
@@ -347,16 +348,16 @@ class Table(dict[type, Any]):
             self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
-        """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.
+        """Move the entity of row `rows[i]` to row i, for all living entities. This changes no organism's
+        fate.
 
-        Data that systems keep by row moves too, if it has a method `reorder(order)`: row i then holds what
-        row `order[i]` did. Raises ValueError where `rows` are not the living rows, each once.
+        Data that systems store by row moves too, if it has a method `reorder(order)`: row i then holds what
+        row `order[i]` held. Raises ValueError if `rows` are not the living rows, each once.
         """
         rows = np.asarray(rows, np.int64)
         if not np.array_equal(np.sort(rows), self.rows()):
             raise ValueError(
-                f"table {self.name!r}: reorder takes its {self.n} living rows, each once; "
-                f"here are {rows.size} others"
+                f"table {self.name!r}: reorder takes its {self.n} living rows, each once; got {rows.size} others"
             )
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
@@ -370,7 +371,7 @@ class Table(dict[type, Any]):
                     array[: self.n] = array[rows]
                 else:
                     setattr(columns, field, array[order])
-        Columns.replaced = object()  # also where there are no columns: addresses of rows are others
+        Columns.replaced = object()  # also if there are no columns: addresses of rows have changed
         self.renew_handles()
         for part in self.parts().values():
             if callable(getattr(part, "reorder", None)):
@@ -380,22 +381,22 @@ class Table(dict[type, Any]):
 
     @property
     def waiting(self) -> int:
-        """Number of births that were requested and have not taken effect yet."""
+        """Return the number of births that were requested and have not taken effect."""
         return sum(parents.size for parents, _, _ in self.births)
 
     def parts(self) -> dict[str, Any]:
-        """Return, by name, what all entities share and may have a state of its own."""
+        """Return, by name, the shared objects that may have a state of their own."""
         return (self.species.parts() if self.species is not None else {}) | self.own
 
     @property
     def nbytes(self) -> int:
-        """Bytes of all columns."""
+        """Return the size of all columns in bytes."""
         own = sum(array.nbytes for array in (*(getattr(self, a) for a in ROWS), *self.along.values()))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
 
 
 def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
-    """Return what lets a table be the dict of its columns and what is derived, as they are now."""
+    """Snapshot the table's columns and derived components."""
 
     def follow() -> None:
         if (it := table()) is not None:
@@ -406,7 +407,7 @@ def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
 
 
 def _column(kind: Type, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
-    """Return a new column with this default in every row; a heavy one holds it in the rows of the living only."""
+    """Return a new column with this default in every row; a heavy column stores it only in living rows."""
     if not kind.blocked:
         return np.broadcast_to(value, (capacity, *value.shape)).copy()
     column = Blocked(value.shape, kind.dtype).grow(capacity)

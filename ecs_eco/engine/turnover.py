@@ -1,4 +1,4 @@
-"""Steps of the world between systems: deaths, births and migration take effect."""
+"""Turnover between systems: deaths, births and migration take effect."""
 
 import weakref
 from collections.abc import Collection
@@ -30,7 +30,7 @@ class Deaths(_OfWorld):
 
 
 class Births(_OfWorld):
-    """The end of the phase `reproduce`: the newborn get their rows."""
+    """The end of the phase `reproduce`: newborn get their rows."""
 
     label = "the births of the phase reproduce"
 
@@ -40,29 +40,30 @@ class Births(_OfWorld):
 
 
 class Touched(_OfWorld):
-    """After a plain processor: it may have moved what it saw, or written what no kernel can take."""
+    """The step after a plain processor, which may have moved entities or written values that no kernel can
+    take."""
 
     def __init__(self, world: LivingWorld, after: Processor) -> None:
         super().__init__(world)
         self.after = after
 
     def process(self, *_: object) -> None:
-        """Look at what was written."""
+        """Check the values that were written."""
         self.world.touch()
         self.world.admit(refuse=self.world.debug is None)
 
 
 class Unheard:
-    """Deaths of which nobody wants to hear, of all tables in one call of a kernel."""
+    """Deaths without any listener: those of all tables, in one call of a kernel."""
 
     def __init__(self) -> None:
         self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
-        self._found: tuple[Any, ...] = ()  # from what
+        self._found: tuple[Any, ...] = ()  # what they were derived from
         self._high = self._died = np.empty(0, np.int64)
 
     def bury(self, tables: Collection[Table]) -> bool:
-        """Free the rows of all that have a cause of death; return False, with nothing done, where an index of
-        neighbours wants to hear of them."""
+        """Free the rows of all entities that have a cause of death. Return False, with nothing done, if an
+        index of neighbors needs to know them."""
         if self._high.size != len(tables):
             self._high, self._died = np.empty(len(tables), np.int64), np.empty(len(tables), np.int64)
         high, died = self._high, self._died
@@ -81,18 +82,19 @@ class Unheard:
 
 
 class Turnover:
-    """How deaths and births take effect in the tables of a world: rows are freed and filled, hooks are called."""
+    """How deaths and births take effect in the tables of a world: rows are freed and filled, hooks are
+    called."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.proxy(world)
         self._unheard = Unheard()
 
     def heard(self) -> bool:
-        """Return whether deaths are told one by one."""
+        """Return whether deaths are reported one by one."""
         return bool(self.world.on_death)
 
     def bury_dying(self) -> None:
-        """Free the rows of all that have a cause of death; who hears of deaths does so first, in the order of
+        """Free the rows of all entities that have a cause of death, after reporting them in the order of
         uids."""
         tables = self.world.tables.values()
         if not self.heard() and self._unheard.bury(tables):
@@ -102,8 +104,8 @@ class Turnover:
                 self.bury(table, rows, ordered=True)
 
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
-        """Free the rows of some that have a cause of death, once they were told in the order of uids;
-        `ordered` rows have it."""
+        """Free the rows of some entities that have a cause of death, after reporting them in the order of
+        uids, as in `ordered`."""
         if self.heard():
             self.tell_deaths(table, rows if ordered else rows[table.uid[rows].argsort()])
         table.vacate(rows)
@@ -114,7 +116,7 @@ class Turnover:
             listen(table, rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Bring the newborn to life, table by table, in the order in which they were asked for; return their
+        """Bring the requested newborn to life, table by table, in the order of requests; return their
         tables and rows."""
         born = []
         for table in self.world.tables.values():
@@ -140,7 +142,8 @@ class Turnover:
 
 
 def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-    """Free the rows i64[k] of migrants, by uid, that leave for islands `to` i64[k]; no death."""
+    """Free the rows i64[k] of emigrants, ordered by uid, that leave for islands `to` i64[k]. This is not a
+    death."""
     for listen in tuple(world.on_departure):
         listen(table, rows, to)
     table.vacate(rows)
@@ -154,7 +157,8 @@ def arrive(
     values: dict[tuple[type, str], np.ndarray],
     origin: np.ndarray,
 ) -> None:
-    """Give rows to migrants with uids u64[k] and columns that come from islands `origin` i64[k]: no birth."""
+    """Give rows to immigrants with uids u64[k] and columns that come from islands `origin` i64[k]. This is
+    not a birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

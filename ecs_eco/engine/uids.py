@@ -1,4 +1,4 @@
-"""Uids of worlds that exchange entities: each island counts from its own number on, so that no two meet."""
+"""Uids of worlds that exchange entities: each island counts from its own start, so uids are unique."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 Uid = TypeVar("Uid", int, np.ndarray)
 
-BITS = 48  # each island may give 2.8e14 uids
-MOST_ISLANDS = 32  # so that all uids are below 2^53: whole numbers that JSON and JavaScript hold exactly
+BITS = 48  # each island can assign 2.8e14 uids
+MOST_ISLANDS = 32  # so that all uids are below 2^53, the integers that JSON and JavaScript represent exactly
 
 
 def first_uid(island: int) -> int:
-    """Return the first uid that an island gives; `island` is its number, from 0."""
+    """Return the first uid of an island; `island` is its number, from 0."""
     return (island << BITS) + 1
 
 
@@ -23,5 +23,5 @@ def island_of(uid: Uid) -> Uid:
 
 
 def is_given(uid: Uid, next_uid: int) -> Any:
-    """Return which uids u64[n] were given before `next_uid`, or by other islands: bool[n]."""
+    """Return which uids u64[n] were assigned before `next_uid`, or by other islands: bool[n]."""
     return (uid < next_uid) | (island_of(uid) != island_of(next_uid))

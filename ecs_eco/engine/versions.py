@@ -1,4 +1,4 @@
-"""Versions of what decides a result."""
+"""Versions of the software that affects results."""
 
 import platform
 from functools import cache
@@ -8,7 +8,7 @@ PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that decide a result."""
+    """Return the versions of Python and of the packages that affect results."""
     return {"python": platform.python_version()} | {name: _installed(name) for name in PACKAGES}
 
 

@@ -66,7 +66,7 @@ REFUSED = {
 @pytest.mark.parametrize("what", REFUSED)
 def test_after_an_error_within_a_tick_a_world_is_refused(what, broken, tmp_path):
     stopped = (
-        r"tick 3 began and did not end \(ValueError: "
+        r"tick 3 began but did not finish \(ValueError: "
         r"a stone in the way in Trip\).*World.restore.*world.copy"
     )
     with pytest.raises(UnfinishedTick, match=stopped):
@@ -85,7 +85,7 @@ def test_an_error_in_births_names_them():
     world.on_birth.append(lambda *_: fail())
     with pytest.raises(ValueError, match="a stone"):
         world.flush()
-    with pytest.raises(UnfinishedTick, match="the flush before tick 0 began and did not end"):
+    with pytest.raises(UnfinishedTick, match="the flush before tick 0 began but did not finish"):
         world.run(1)
 
 
@@ -101,7 +101,7 @@ def test_an_error_in_a_hook_is_placed_at_the_end_of_its_phase(hook, named):
     world.spawn("ant", Position(x=1.0, y=2.0))
     with pytest.raises(ValueError, match="a stone"):
         world.run(1)
-    with pytest.raises(UnfinishedTick, match=f"tick 3 began and did not end .* in the {named}"):
+    with pytest.raises(UnfinishedTick, match=f"tick 3 began but did not finish .* in the {named}"):
         world.run(1)
 
 
@@ -135,7 +135,7 @@ def test_a_second_ctrl_c_stops_at_once_and_the_world_says_so():
     world = ants(Trip(press), Trip(press))
     with pytest.raises(KeyboardInterrupt):
         world.run(9)
-    with pytest.raises(UnfinishedTick, match=r"tick 3 began and did not end \(KeyboardInterrupt in Trip\)"):
+    with pytest.raises(UnfinishedTick, match=r"tick 3 began but did not finish \(KeyboardInterrupt in Trip\)"):
         world.run(1)
 
 
@@ -189,5 +189,5 @@ def test_a_failed_load_leaves_a_world_that_says_so(tmp_path):
     other = ants(Picky())
     with pytest.raises(ValueError, match="a stone"):
         other.load(path)
-    with pytest.raises(UnfinishedTick, match=r"a load of .*w.safetensors began and did not end"):
+    with pytest.raises(UnfinishedTick, match=r"a load of .*w.safetensors began but did not finish"):
         other.digest()

@@ -75,8 +75,8 @@ def test_types_say_what_they_are():
         ({"x": (float, 1.0)}, TypeError, r"Bad.x: <class 'float'> is not a column type; use f32"),
         ({"x": (f32, ...)}, TypeError, r"Bad.x: a field needs a default, as in `x: float32 = 0`"),
         ({}, TypeError, r"Bad: a component needs at least one field"),
-        ({"fields": (f32, 0)}, TypeError, r"Bad.fields: this name is taken by the handle"),
-        ({"_x": (f32, 0)}, TypeError, r"Bad._x: this name is taken"),
+        ({"fields": (f32, 0)}, TypeError, r"Bad.fields: handles use this name"),
+        ({"_x": (f32, 0)}, TypeError, r"Bad._x: handles use this name"),
         ({"x": (u8, 300)}, ValueError, r"Bad.x: 300 is no uint8 \(.*out of bounds"),
         ({"x": (f32, "warm")}, ValueError, r"Bad.x: 'warm' is no float32"),
         ({"x": (f32[3], [1, 2])}, ValueError, r"Bad.x: \[1, 2\] is no float32\[3\]"),
@@ -91,7 +91,7 @@ def test_a_wrong_declaration_is_refused_at_once(fields, error, message):
 
 def test_a_component_inherits_nothing():
     with pytest.raises(
-        TypeError, match="Wet: a component inherits nothing; write its fields out instead of Fur"
+        TypeError, match="Wet: a component cannot inherit; list its fields instead of Fur"
     ):
 
         @component

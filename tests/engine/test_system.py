@@ -89,10 +89,10 @@ def test_misuse_is_refused():
 
     with pytest.raises(ValueError, match=r"system Lost: unknown phase 'recrod'.*did you mean .record"):
         world.add_system(Lost())
-    with pytest.raises(TypeError, match=r"is no ecs_eco.System or esper.Processor; hand in an instance"):
+    with pytest.raises(TypeError, match=r"is not an ecs_eco.System or esper.Processor; pass an instance"):
         world.add_system(Empty)
     system = world.add_system(Empty())
-    with pytest.raises(ValueError, match="system Empty is in a world already; make another instance"):
+    with pytest.raises(ValueError, match="system Empty is already in a world; create another instance"):
         World().add_system(system)
     with pytest.raises(
         NotImplementedError, match=r"Empty defines neither update\(table, world\) nor process\(\)"

@@ -139,7 +139,7 @@ def test_a_table_is_itself_alone_and_its_components_are_not_replaced():
     one, other = _table(), _table()
     assert one != other
     assert {one: "one", other: "other"}[other] == "other"
-    with pytest.raises(TypeError, match="table 'ant': its components are not replaced; write into their"):
+    with pytest.raises(TypeError, match="table 'ant': components cannot be replaced; write into their"):
         one[Place] = other[Place]
     one.add_component(Mark)
     assert list(one) == list(one.columns) == [Place, Mark]

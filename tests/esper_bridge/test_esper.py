@@ -107,7 +107,7 @@ def checks_remove_processor(world):
             pass
 
     system = world.add_system(Grow())
-    with pytest.raises(RuntimeError, match="Grow is part of its schedule and stays"):
+    with pytest.raises(RuntimeError, match="Grow is part of the schedule and cannot be removed"):
         esper.remove_processor(Grow)
     assert esper.get_processor(Grow) is system
 

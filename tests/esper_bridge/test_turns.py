@@ -51,7 +51,7 @@ def test_a_world_that_nobody_holds_or_whose_thread_is_over_refuses_nobody():
 def test_a_world_is_touched_by_its_own_thread_alone():
     world = World()
     for work in (lambda: world.run(1), world.__enter__):
-        assert "one thread alone touches a world" in str(in_a_thread(work))
+        assert "only the thread that created a world may use it" in str(in_a_thread(work))
 
 
 @pytest.mark.slow

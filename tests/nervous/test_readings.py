@@ -152,7 +152,7 @@ def test_it_is_read_and_not_written():
         sensor.radius = 1
     with pytest.raises(TypeError, match=r"Sensor\.readings is read, not written"):
         table[Sensor].readings = table[Sensor].readings
-    with pytest.raises(TypeError, match="spawn 'goat': Sensor is read, not written: nobody is born with it"):
+    with pytest.raises(TypeError, match="spawn 'goat': Sensor is read-only: a newborn cannot be given it"):
         world.spawn("goat", Sensor())
     with pytest.raises(ValueError, match="table 'goat' has Sensor already"):
         table.add_component(Sensor)

@@ -65,7 +65,7 @@ def test_in_the_place_of_a_part(run, put):
     path = put(run / "series" / "part-00000.parquet")
     for reader in (read_part, read_metadata, mark_of):
         with pytest.raises(
-            RecordingError, match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"
+            RecordingError, match=r"part-00000\.parquet: cannot be read.*(is a folder|is not a regular file)"
         ):
             reader(path)
 
@@ -79,5 +79,5 @@ def test_in_the_place_of_a_manifest(run, put):
 
 @pytest.mark.timeout(60)
 def test_in_the_place_of_a_journal(tmp_path, put):
-    with pytest.raises(OSError, match=r"is a folder|is no regular file"):
+    with pytest.raises(OSError, match=r"is a folder|is not a regular file"):
         read_journal(put(tmp_path / "journal.jsonl"))

@@ -252,7 +252,7 @@ def test_a_raster_is_in_the_folder_of_its_world(tmp_path):
 @pytest.mark.parametrize("name", ["dem.npz", "dem.asc", "dem.tif", "dem.dem"])
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path, name):
     os.mkfifo(tmp_path / name)
-    with pytest.raises(RasterError, match=r"is no regular file|needs rasterio"):
+    with pytest.raises(RasterError, match=r"is not a regular file|needs rasterio"):
         read_raster(name, tmp_path)
 
 

@@ -1,0 +1,49 @@
+"""Draw sentences at random from all texts that a person reads, for an editor to judge one by one.
+
+    python -m tools.draw_sentences [--seed 1] [--count 150]
+
+Pages, docstrings, comments, and texts of the program (errors, help, labels) are drawn in proportion to how many
+sentences each holds. Generated pages and stored results are left out: their sentences come from the sources.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import re
+from collections.abc import Iterator
+
+from tools.plain_words import PLACES, ROOT, files, texts
+
+END = re.compile(r"(?<=[.!?:])\s+(?=[A-Z`*\"])|\n\s*\n|\n\s*(?=[-*|#>]|\d+\. )")
+
+
+def sentences() -> Iterator[tuple[str, str, str]]:
+    """Yield the place, the kind and the words of each sentence of four words or more."""
+    for path in files([ROOT / place for place in PLACES]):
+        for line, kind, text in texts(path):
+            prose = re.sub(r"^```.*?^```$", "\n\n", text, flags=re.M | re.S)
+            for part in END.split(prose):
+                words = " ".join(part.split())
+                if (
+                    len(re.findall(r"[A-Za-z]{2,}", words)) >= 4
+                    and not words.startswith("@")
+                    and words.count("|") < 2
+                ):
+                    yield f"{path.relative_to(ROOT)}:{line}", kind, words
+
+
+def main() -> None:
+    """Print the drawn sentences as JSON lines: number, place, kind, sentence."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=150)
+    asked = parser.parse_args()
+    drawn = random.Random(asked.seed).sample(list(sentences()), asked.count)
+    for number, (place, kind, words) in enumerate(drawn, 1):
+        print(json.dumps({"n": number, "place": place, "kind": kind, "sentence": words}, ensure_ascii=False))
+
+
+if __name__ == "__main__":
+    main()
