@@ -316,7 +316,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         'hidden = [8], file = "goad.safetensors"',
         "goat.policy.file",
         '"goad.safetensors"',
-        "beside the world file",
+        "next to the world file",
         "goat.safetensors",
     ),
     "remains": ("count = 10\n", 'count = 10\nremains = "stne"\n', "goat.remains", '"stne"', "stone", "stone"),

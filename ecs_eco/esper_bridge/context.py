@@ -14,7 +14,7 @@ from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.registry import Registry
 
 _serial = itertools.count(1)
-PARTS = 11  # of the state that esper keeps of a context
+PARTS = 11  # parts of the state that esper stores for a context
 
 
 class Context:
@@ -25,21 +25,21 @@ class Context:
         self.registry = Registry(world)
         if {len(state) for state in esper._context_map.values()} != {PARTS}:
             raise RuntimeError(
-                f"esper {esper.version} keeps its worlds otherwise than esper 3.9, "
-                "for which this package is made; install esper==3.9"
+                f"esper {esper.version} stores its worlds differently from esper 3.9, which this package "
+                "requires; install esper==3.9"
             )
         esper._context_map[self.name] = self.registry.state
 
     def require(self) -> None:
-        """Raise RuntimeError where esper has deleted this world."""
+        """Raise RuntimeError if esper has deleted this world."""
         if self.name not in esper._context_map:
             raise RuntimeError(
-                f"esper.delete_world({self.name!r}) has deleted {self.registry.called}; "
-                "it may still be looked at and saved"
+                f"esper.delete_world({self.name!r}) has deleted {self.registry.called}; you can still "
+                "inspect and save it"
             )
 
     def show(self) -> None:
-        """Let esper show this world; RuntimeError where esper has deleted it."""
+        """Make esper show this world. Raises RuntimeError if esper has deleted it."""
         if self.name not in esper._context_map:
             self.require()
         if esper.current_world != self.name:
@@ -47,7 +47,7 @@ class Context:
 
     @contextmanager
     def inside(self) -> Iterator[None]:
-        """Make this world esper's current context; afterwards restore the one before."""
+        """Make this world esper's current context; restore the previous one afterwards."""
         with turns.turn:
             outer = esper.current_world
             self.show()
@@ -58,13 +58,13 @@ class Context:
         turns.turn.leave()
 
     def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
-        """Dispatch an event of esper's for each entity of a list, with what else there is to say of it."""
+        """Dispatch an event of esper's for each entity of a list, with the given arguments."""
         with self.inside():
             for arguments in zip(numbers, *more, strict=True):
                 esper.dispatch_event(event, *arguments)
 
     def end(self) -> None:
-        """Forget all that esper knows of this world."""
+        """Drop everything that esper stores of this world."""
         if self.name in esper.list_worlds():
             if esper.current_world == self.name:
                 esper.switch_world("default")
@@ -72,6 +72,6 @@ class Context:
 
 
 def switch_back(outer: str) -> None:
-    """Make a context esper's current one again; the default one if it is gone."""
+    """Make a context esper's current one again, or the default one if it no longer exists."""
     if esper.current_world != outer:
         esper.switch_world(outer if outer in esper._context_map else "default")

@@ -1,10 +1,10 @@
-"""Where esper's functions reach a world: dicts, sets and a list that act
-on its tables when they are read or written.
+"""The dicts, sets and list through which esper's functions reach a world: reading or writing them acts on its
+tables.
 
-esper keeps the state of a context in such objects, which `switch_world` exchanges, and its functions do
-nothing but call them. So these reach every caller, also one that imported esper's functions before this
-package, and other contexts of esper know nothing of them. Each says which function of esper comes to it; what
-is to be done is in `registry`.
+esper stores the state of a context in such objects, which `switch_world` exchanges, and its functions only
+call their methods. So these objects serve every caller, including code that imported esper's functions before
+this package, and leave other contexts of esper alone. Each docstring names the esper function that calls it;
+`registry` does the work.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ecs_eco.engine.living import LivingWorld
 from ecs_eco.esper_bridge.entity import Entity, Members, is_column
 
 Reference: TypeAlias = weakref.ref[Any]  # of a handler
-_item = dict.__getitem__  # asked for each entity of a loop: `super()` would take as long again
+_item = dict.__getitem__  # called for each entity of a loop: `super()` would double the time
 
 
 class Components(dict[type, Any]):
-    """Which entities have a component: a set of numbers for each type of plain objects."""
+    """The entities that have a component: a set of numbers for each type of plain objects."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def get(self, kind: type, default: object = None) -> Any:
-        """Return the set of a type, as things stand now."""
+        """Return the current set of a type."""
         self.registry.refresh()
         return Members(self.registry, kind) if is_column(kind) else super().get(kind, default)
 
@@ -48,17 +48,17 @@ class Components(dict[type, Any]):
             super().__delitem__(kind)
 
     def clear(self) -> None:
-        """What `esper.clear_database` comes to first: a refusal."""
-        esper._entity_count = self.registry.numbers  # it has put another one there
+        """Refuse: `esper.clear_database` calls this first."""
+        esper._entity_count = self.registry.numbers  # it has replaced the set
         self.registry.refuse(
             "clear_database",
-            "would take all organisms out of it; esper.delete_entity, or world.kill(uid), "
-            "lets one die; an empty world is another World",
+            "would remove all organisms; esper.delete_entity or world.kill(uid) removes one; for an empty "
+            "world, create another World",
         )
 
 
 class Entities(dict[int, Any]):
-    """All entities by their numbers; one is made when it is looked at."""
+    """All entities by number; an entity object is created when it is accessed."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -71,9 +71,9 @@ class Entities(dict[int, Any]):
     def __missing__(self, number: int) -> Entity:
         if (entity := self.registry.made(number)) is not None:
             return entity
-        for kind in tuple(self.registry.components):  # esper.add_component has put it there first
+        for kind in tuple(self.registry.components):  # esper.add_component has inserted it first
             self.registry.strike(kind, number)
-        raise KeyError(f"{self.registry.called} has no entity {number}: it has died, or never lived")
+        raise KeyError(f"{self.registry.called} has no entity {number}: it has died, or never existed")
 
     def __contains__(self, number: object) -> bool:
         self.registry.refresh()
@@ -84,11 +84,11 @@ class Entities(dict[int, Any]):
         return iter(self.registry.all_numbers())
 
     def get(self, number: int, default: object = None) -> Any:
-        """Return the components of an entity, as things stand now."""
+        """Return the current components of an entity."""
         return self[number] if number in self else default
 
     def __setitem__(self, number: int, things: dict[type, object]) -> None:
-        """What `esper.create_entity` does with it: a spawn."""
+        """Spawn an entity, for `esper.create_entity`."""
         try:
             self.registry.create(number, things)
         except BaseException:
@@ -98,7 +98,8 @@ class Entities(dict[int, Any]):
             raise
 
     def __delitem__(self, number: int) -> None:
-        """What `esper.delete_entity(number, immediate=True)` does, after it has taken it off all sets."""
+        """Delete an entity, for `esper.delete_entity(number, immediate=True)`, which has removed it from
+        all sets."""
         for kind in dict.keys(super().__getitem__(number)):
             if not is_column(kind):
                 self.registry.components.setdefault(kind, set()).add(number)
@@ -106,26 +107,26 @@ class Entities(dict[int, Any]):
 
 
 class Dead(set[int]):
-    """The entities that are to die: those that the tables give a cause of death. It holds nothing itself."""
+    """The entities marked to die: those to which the tables give a cause of death. It stores nothing
+    itself."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def add(self, number: int) -> None:
-        """What `esper.delete_entity` does with it."""
+        """Mark an entity to die, for `esper.delete_entity`."""
         self.registry.delete(number)
 
     def __contains__(self, number: object) -> bool:
         return self.registry.doomed(number)
 
     def __bool__(self) -> bool:
-        """What `esper.process` and `esper.clear_dead_entities` ask first:
-        whether there is something to clear."""
+        """Return whether any deaths are pending, for `esper.process` and `esper.clear_dead_entities`."""
         world = self.registry.world()
         if world is not None and world.ticking:
             self.registry.refuse(
                 "clear_dead_entities",
-                "deaths take effect at the end of the phase `die`; between ticks it works",
+                "deaths take effect at the end of the phase `die`; call it between ticks",
             )
         return world is not None and any(t.doomed().size for t in world.tables.values())
 
@@ -133,60 +134,60 @@ class Dead(set[int]):
         return iter(())
 
     def clear(self) -> None:
-        """What `esper.clear_dead_entities` does with it at its end:
-        those with a cause of death leave their rows."""
+        """Free the rows of entities with a cause of death, for the end of `esper.clear_dead_entities`."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world.flush_deaths()
 
 
 class Cache(dict[type | tuple[type, ...], Any]):
-    """What esper has found before: forgotten when somebody was born or died."""
+    """esper's cache of queries: emptied after every birth or death."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def get(self, kinds: type | tuple[type, ...], default: object = None) -> Any:
-        """Return what was found for these types, if it still holds."""
+        """Return the cached result for these types, if it is still valid."""
         self.registry.refresh()
         return super().get(kinds, default)
 
 
 class Processors(list[esper.Processor]):
-    """What esper runs: a processor that makes a tick pass. Those of the tick are in the schedule of the world."""
+    """The processors that esper runs: one that runs a whole tick. The others are in the schedule of the
+    world."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def append(self, processor: esper.Processor) -> None:
-        """What `esper.add_processor` does: add a system by its phase, or by its priority where that is not 0."""
+        """Add a system by its phase, or by its priority unless that is 0, for `esper.add_processor`."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
     def remove(self, processor: esper.Processor) -> None:
-        """What `esper.remove_processor` does last: it has left the schedule by then."""
+        """Do nothing: `esper.remove_processor` has removed the processor from the schedule by now."""
 
     def __iter__(self) -> Iterator[esper.Processor]:
         registry = self.registry
         if registry.world().ticking:
-            registry.refuse("process", "a tick is under way; one tick cannot pass within another")
+            registry.refuse("process", "a tick is under way; a tick cannot run within another")
         return iter((Tick(registry.world()),))
 
 
 class Kinds(dict[type, Any]):
-    """The processors of a world's schedule by their types."""
+    """The processors of a world's schedule by type."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def get(self, kind: type, default: object = None) -> Any:
-        """Return the last processor of a type, what `esper.get_processor` asks for."""
+        """Return the last processor of a type, for `esper.get_processor`."""
         return next((p for p in reversed(self.registry.world().schedule) if type(p) is kind), default)
 
     def __setitem__(self, kind: type, processor: esper.Processor) -> None:
-        """What `esper.add_processor` does last: the schedule has it by then."""
+        """Do nothing: `esper.add_processor` has added it to the schedule by now."""
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """What `esper.remove_processor` does: a plain processor goes, a system of the world's schedule stays."""
+        """Remove a plain processor and refuse to remove a system, for `esper.remove_processor`."""
         if (processor := self.get(kind)) is not None:
             self.registry.world().remove_processor(processor)
         return processor
@@ -199,15 +200,15 @@ class Events(dict[str, Any]):
     registry: Any
 
     def __setitem__(self, name: str, handlers: object) -> None:
-        """What `esper.set_handler` does with the first of an event: it hands in a set, and gets ours."""
+        """Store our own set of handlers, for the first `esper.set_handler` of an event."""
         super().__setitem__(name, Handlers(self, name))
 
 
 class Handlers:
     """The handlers of one event by weak references, called in the order in which they were set.
 
-    A handler that nobody holds any longer leaves it whatever world esper shows then, and methods may be
-    removed: esper's own sets know neither.
+    A handler that is garbage-collected leaves it whichever world esper shows at the time, and methods can be
+    removed; esper's own sets support neither.
     """
 
     def __init__(self, events: Events, name: str) -> None:
@@ -215,11 +216,11 @@ class Handlers:
         self.references: dict[Reference, None] = {}
 
     def add(self, reference: Reference) -> None:
-        """Take a handler, by a reference of our own."""
+        """Add a handler, by a reference of our own."""
         self.references[self._of(reference, self._leave)] = None
 
     def remove(self, reference: Reference) -> None:
-        """Let a handler go."""
+        """Remove a handler."""
         del self.references[self._of(reference)]
 
     def __contains__(self, reference: Reference) -> bool:
@@ -243,13 +244,13 @@ class Handlers:
 
 
 class Tick(esper.Processor):
-    """What `esper.process` finds instead of processors between ticks: a whole tick of the world."""
+    """The processor that `esper.process` finds between ticks: a whole tick of the world."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world = world
 
     def process(self, *arguments: object, **named: object) -> None:
-        """Let one tick pass."""
+        """Run one tick."""
         if arguments or named:
             raise TypeError(
                 f"esper.process: systems of the world {self.world.name!r} take no arguments; "

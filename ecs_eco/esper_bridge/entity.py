@@ -1,4 +1,5 @@
-"""What esper is handed for one entity, and for all that have a component: made of the tables, when asked."""
+"""The objects that esper receives for an entity, and for all entities with a component; derived from
+tables on access."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ WAITING = -1  # the row of an entity that is not born yet
 
 
 class Entity(dict[type, Any]):
-    """The components of one entity by type: handles of its row, made when they are looked at."""
+    """The components of one entity by type: handles of its row, created on access."""
 
     __slots__ = ("number", "registry", "request", "row", "table", "uid")
 
@@ -19,7 +20,7 @@ class Entity(dict[type, Any]):
         super().__init__(things or {})
         self.registry, self.number, self.table = registry, number, table
         self.row, self.uid = WAITING, 0
-        self.request: Any = None  # what was asked of the table, while it is not born yet
+        self.request: Any = None  # the values requested for its birth, until it is born
 
     def __missing__(self, kind: type) -> Any:
         handle = self.registry.handle(self, kind)
@@ -46,24 +47,24 @@ class Entity(dict[type, Any]):
         return self.all().keys()
 
     def values(self) -> Any:
-        """Return all components, what `esper.components_for_entity` asks for."""
+        """Return all components, for `esper.components_for_entity`."""
         return self.all().values()
 
     def items(self) -> Any:
-        """Return all components by their types."""
+        """Return all components by type."""
         return self.all().items()
 
     def all(self) -> dict[type, Any]:
-        """Return all components by their types: columns in the order of the table, then plain objects."""
+        """Return all components by type: columns in the order of the table, then plain objects."""
         held = dict(super().items())
         return {kind: self[kind] for kind in self.registry.kinds_of(self)} | held
 
     def plain(self) -> list[Any]:
-        """Return the components that are no columns."""
+        """Return the components that are not columns."""
         return [thing for thing in super().values() if not isinstance(thing, Handle)]
 
     def settle(self, row: int, uid: int) -> None:
-        """Let its handles, which stay the objects that they are, mean a row of its table."""
+        """Point its existing handles at a row of its table."""
         self.row, self.uid = row, uid
         for kind, handle in list(super().items()):
             if is_column(kind):
@@ -73,7 +74,7 @@ class Entity(dict[type, Any]):
                     handle._columns, handle._row = new._columns, row
 
     def __setitem__(self, kind: type, thing: object) -> None:
-        """What `esper.add_component` does with it: a plain object is taken, a column refused."""
+        """Take a plain object and refuse a column, for `esper.add_component`."""
         if not (is_column(kind) or isinstance(thing, Handle)):
             super().__setitem__(kind, thing)
             return
@@ -82,29 +83,31 @@ class Entity(dict[type, Any]):
             self.registry.strike(kind, self.number)
         name = name_of(kind)
         how = (
-            f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
+            f"its {name} already exists: write into its fields, as in esper.component_for_entity({self.number}, "
             f"{name}).{_first(kind)} = …"
         )
         if not own:
-            how = f"a component belongs to all of a table: world.table({self.table!r}).add_component({name})"
+            how = (
+                "all entities of a table share their components: "
+                f"world.table({self.table!r}).add_component({name})"
+            )
         raise TypeError(
-            f"esper.add_component: entity {self.number} is one of the table {self.table!r}, and {how}"
+            f"esper.add_component: entity {self.number} belongs to the table {self.table!r}, and {how}"
         )
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """What `esper.remove_component` does with it: a plain object goes, a column stays."""
+        """Remove a plain object and refuse to remove a column, for `esper.remove_component`."""
         if kind not in self or not is_column(kind):
             return super().pop(kind, *default)
         raise TypeError(
-            f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
-            f"all of which have {name_of(kind)}; "
-            "give what it says another value, or keep those without it in a table of their own: "
-            "world.add_table(…)"
+            f"esper.remove_component: entity {self.number} belongs to the table {self.table!r}, "
+            f"all of which have {name_of(kind)}; change its values, or put entities without it in their own "
+            "table: world.add_table(…)"
         )
 
 
 class Members:
-    """The numbers of all entities that have a component of columns, as the tables say."""
+    """The numbers of all entities that have a component of columns, according to the tables."""
 
     __slots__ = ("kind", "registry")
 
@@ -118,14 +121,14 @@ class Members:
         return self.registry.count_with(self.kind)
 
     def add(self, number: int) -> None:
-        """What `esper.create_entity` does with it first: the table will say it."""
+        """Do nothing, for `esper.create_entity`: the table will list the entity."""
 
     def discard(self, number: int) -> None:
-        """What `esper.delete_entity` and `esper.remove_component` do with it first: the table says it."""
+        """Do nothing, for `esper.delete_entity` and `esper.remove_component`: the table lists the entity."""
 
 
 def is_column(kind: object) -> bool:
-    """Return whether a type is a component that tables keep as columns."""
+    """Return whether a type is a component that tables store as columns."""
     return isinstance(kind, type) and issubclass(kind, Handle)
 
 

@@ -1,4 +1,4 @@
-"""The entities of one world as esper knows them: made and brought up to date when esper looks at them."""
+"""The entities of one world as esper sees them: created and updated when esper accesses them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ecs_eco.esper_bridge.entity import WAITING, Entity, name_of
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-NUMBER, UID = "esper's number", "whose it is"  # arrays that a table takes along
+NUMBER, UID = "esper's number", "whose it is"  # arrays that move with a table's rows
 
 
 class Registry:
-    """All that esper holds of one world, which it knows weakly."""
+    """Everything that esper stores of one world, to which it holds a weak reference."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.ref(world)
@@ -33,12 +33,12 @@ class Registry:
         self.caches = Cache(), Cache()
         self.processors, self.kinds = Processors(), Kinds()
         self.events = Events()
-        # whether somebody was born, died or moved to another row since esper was brought up to date
+        # whether births, deaths or moves have happened since the last update
         self.stale = False
-        self.renewed: set[str] = set()  # tables whose rows or columns are others than those of handles
+        self.renewed: set[str] = set()  # tables whose rows or columns have changed since handles were made
         self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
-        self.looked_at: tuple[int, Table, int] | None = None  # the one that esper's loop stands at
-        self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
+        self.looked_at: tuple[int, Table, int] | None = None  # the entity at which esper's loop is
+        self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of the birth request
         parts: tuple[Any, ...] = (
             self.components,
             self.entities,
@@ -50,48 +50,48 @@ class Registry:
         )
         for part in parts:
             part.registry = self
-        # the state of a context, as `esper.switch_world` keeps it
+        # the state of a context, as `esper.switch_world` stores it
         self.state = self.numbers, *parts[:-1], False, {}, self.events
 
     @property
     def called(self) -> str:
-        """The world by its name, for messages."""
+        """The world's name, for messages."""
         world = self.world()
-        return "a world that is gone" if world is None else f"world {world.name!r}"
+        return "a deleted world" if world is None else f"world {world.name!r}"
 
     def refuse(self, function: str, why: str) -> NoReturn:
-        """Raise what a function of esper cannot do here."""
+        """Raise an error for a function of esper that is not available here."""
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
     # --- who is in it ---------------------------------------------------------------------------------------
 
     def join(self, table: Table) -> None:
-        """Keep by row of a table: esper's number of an entity, local to the process, and the uid that it
-        belongs to."""
+        """Store two arrays by row of a table: esper's number of the entity, local to the process, and its
+        uid."""
         table.along[NUMBER] = np.zeros(table.capacity, np.int64)
         table.along[UID] = np.zeros(table.capacity, np.uint64)
         table.onlooker = self
 
     def renew(self, table: Table) -> None:
-        """Look at handles anew: rows or columns of a table are others."""
+        """Update the handles: rows or columns of a table have changed."""
         self.renewed.add(table.name)
         self.stale = True
 
     def strike(self, kind: type, number: int) -> None:
-        """Take an entity off the list of those that have a plain component."""
+        """Remove an entity from the set of those with a plain component."""
         if (numbers := dict.get(self.components, kind)) is not None:
             numbers.discard(number)
             if not numbers:
                 del self.components[kind]
 
     def refresh(self) -> None:
-        """Bring esper up to date where the tables say that it is not."""
+        """Update esper's entities if the tables have changed."""
         if self.stale and (world := self.world()) is not None:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Bring esper's entities up to date: a number for each living organism; the rest is made when it is
-        looked at."""
+        """Update esper's entities: a number for each living organism; everything else is created on
+        access."""
         self.stale = False
         for table in tables:
             entity, owner = table.along[NUMBER], table.along[UID]
@@ -110,7 +110,7 @@ class Registry:
             self._changed()
 
     def number(self, table: Table, row: int) -> int:
-        """Return the number of the living entity of a row, which it gets where it has none yet."""
+        """Return the number of a row's living entity, assigned now if it has none."""
         if table.along[UID][row] != table.uid[row]:
             self._drop(int(table.along[NUMBER][row]))
             table.along[NUMBER][row], table.along[UID][row] = next(self.numbers), table.uid[row]
@@ -121,25 +121,25 @@ class Registry:
         return number
 
     def held(self, number: int) -> Entity | None:
-        """Return what esper holds of a number, which is not brought up to date."""
+        """Return the entity object of a number, without an update."""
         return dict.get(self.entities, number)
 
     def plain(self, table: Table, rows: np.ndarray) -> Iterator[tuple[int, Any]]:
-        """Yield (uid, component) of all components of living rows' owners that are no columns."""
+        """Yield (uid, component) of all components of living entities that are not columns."""
         for row in rows[table.along[NUMBER][rows] != 0].tolist():
             entity = self.held(int(table.along[NUMBER][row]))
             if entity is not None and table.along[UID][row] == table.uid[row]:
                 yield from ((int(table.uid[row]), thing) for thing in entity.plain())
 
     def met(self, table: Table) -> Iterator[tuple[int, int, Entity]]:
-        """Yield the rows, numbers and entities of a table's living that somebody has looked at."""
+        """Yield rows, numbers and entities of a table's living entities that have been accessed."""
         number = table.along[NUMBER]
         for row in np.flatnonzero(table.alive & (table.along[UID] == table.uid)).tolist():
             if (entity := self.held(int(number[row]))) is not None:
                 yield row, int(number[row]), entity
 
     def empty(self, table: Table) -> None:
-        """Forget all entities of a table, and what esper alone knows of them."""
+        """Drop all entities of a table, and the data that only esper has of them."""
         for number in table.along[NUMBER][table.along[UID] != 0].tolist():
             self._drop(number)
         table.along[UID][:] = 0
@@ -157,7 +157,7 @@ class Registry:
         return entity
 
     def _settle(self, table: Table) -> None:
-        """Let the handles that were made mean the rows and columns of now."""
+        """Point the existing handles at the current rows and columns."""
         rows = table.rows()
         for number, row in zip(table.along[NUMBER][rows].tolist(), rows.tolist(), strict=True):
             if (entity := self.held(number)) is not None:
@@ -168,15 +168,15 @@ class Registry:
             for kind in dict.keys(entity):
                 self.strike(kind, number)
 
-    # --- what is looked at ----------------------------------------------------------------------------------
+    # --- access ---------------------------------------------------------------------------------------------
 
     def made(self, number: int) -> Entity | None:
-        """Return the entity of a number, made now; None where nobody has it."""
+        """Return the entity of a number, created now; None if no entity has it."""
         place = self.find(number)
         return None if place is None else self._make(number, *place)
 
     def find(self, number: object) -> tuple[Table, int] | None:
-        """Return the table and the row of a number, by the tables; None where nobody there has it."""
+        """Return the table and the row of a number; None if no entity has it."""
         if self.looked_at is not None and self.looked_at[0] == number:
             return self._if_there(*self.looked_at)
         if not isinstance(number, int):
@@ -197,9 +197,12 @@ class Registry:
         return (table, row) if there else None
 
     def numbers_with(self, kind: type) -> Iterator[int]:
-        """Yield the numbers of all that have a component of columns; what is asked of each is soon found."""
+        """Yield the numbers of all entities that have a component of columns, and prepare fast access to
+        each."""
         try:
-            with uncollected():  # else 100,000 handles would be looked at again and again while they are made
+            with (
+                uncollected()
+            ):  # otherwise 100,000 handles would be updated repeatedly while they are created
                 for table in self._tables():
                     if kind in table.columns or kind in table.derived:
                         rows = table.rows()
@@ -213,7 +216,7 @@ class Registry:
             self.looked_at = None
 
     def count_with(self, kind: type) -> int:
-        """Return how many have a component of columns."""
+        """Return how many entities have a component of columns."""
         return sum(
             table.n for table in self._tables() if kind in table.columns or kind in table.derived
         ) + sum(kind in one for one in self.waiting.values())
@@ -229,12 +232,12 @@ class Registry:
         return [] if table is None else [*table.columns, *table.derived]
 
     def is_in_table(self, entity: Entity, kind: type) -> bool:
-        """Return whether a component is one of the columns of an entity's table."""
+        """Return whether a component is a column of an entity's table."""
         table = self._table_of(entity)
         return table is not None and (kind in table.columns or kind in table.derived)
 
     def handle(self, entity: Entity, kind: type) -> Any:
-        """Return a handle of an entity's row; None where its table has no such columns."""
+        """Return a handle of an entity's row; None if its table lacks these columns."""
         table = self._table_of(entity)
         if table is None or not (kind in table.columns or kind in table.derived):
             return None
@@ -248,11 +251,11 @@ class Registry:
         world = self.world()
         return () if world is None else world.tables.values()
 
-    # --- who comes and goes ---------------------------------------------------------------------------------
+    # --- births and deaths ----------------------------------------------------------------------------------
 
     def create(self, number: int, things: dict[Any, Any]) -> None:
-        """Ask for a newborn with these components; it lives at once,
-        or within a tick from the end of `reproduce` on."""
+        """Request a newborn with these components; it lives at once, or, within a tick, from the end of
+        `reproduce` on."""
         world = self.world()
         require_whole(world, "esper.create_entity", within=True)
         handles = [thing for thing in things.values() if isinstance(thing, Handle)]
@@ -267,8 +270,8 @@ class Registry:
                 world.flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
-        """Return the one table whose components are these, or that alone has them all;
-        TypeError names the tables."""
+        """Return the only table that has exactly these components, or the only one that has them all.
+        Raises TypeError that names the tables."""
         world = self.world()
         fitting = [t for t in world.tables.values() if kinds and t.has(kinds)]
         alike = [t for t in fitting if len(t.columns) == len(kinds)]
@@ -292,14 +295,15 @@ class Registry:
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return what the entity of a birth request has been given so far; None where no entity waits for it."""
+        """Return the values that the entity of a birth request has received; None if no entity waits for
+        it."""
         entity = self.waiting.get(id(request))
         return (
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
         )
 
     def bear(self, request: object, table: Table, row: int) -> None:
-        """Let the entity that has waited for this birth be that of a row."""
+        """Assign a row to the entity that has waited for this birth."""
         if (entity := self.waiting.pop(id(request), None)) is not None:
             self._drop(int(table.along[NUMBER][row]))
             entity.request = None
@@ -308,8 +312,8 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Let an entity die: at the end of the phase `die`, or at once, between ticks;
-        KeyError where it does not live."""
+        """Let an entity die: at the end of the phase `die`, or at once, between ticks. Raises KeyError if
+        it is not alive."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
             births = world.tables[entity.table].births
@@ -321,8 +325,7 @@ class Registry:
         if immediate and world.ticking:
             self.refuse(
                 "delete_entity",
-                "immediate=True: within a tick deaths take effect at the end of the phase `die`; "
-                "leave `immediate` away",
+                "immediate=True: within a tick deaths take effect at the end of the phase `die`; omit `immediate`",
             )
         world.kill(entity.uid, "deleted")
         if immediate:
@@ -336,7 +339,7 @@ class Registry:
 
 
 class Numbers:
-    """The numbers of entities to come, as esper counts them."""
+    """The numbers of future entities, as esper counts them."""
 
     def __init__(self) -> None:
         self.next = 1

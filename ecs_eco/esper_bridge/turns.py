@@ -1,8 +1,8 @@
-"""One world at a time: esper's state is that of the process, so worlds of several threads take turns,
-tick by tick.
+"""One world at a time: esper's state belongs to the process, so worlds of several threads take turns, tick by
+tick.
 
-Users have one world per process, or several in one thread. Only the viewer runs a second one, `apart`,
-in a thread of its own.
+Users have one world per process, or several in one thread. Only the viewer runs a second world in a thread of
+its own, within `apart`.
 """
 
 import gc
@@ -15,25 +15,27 @@ from contextlib import contextmanager
 
 from ecs_eco.engine.living import LivingWorld
 
-_worlds: weakref.WeakSet[LivingWorld] = weakref.WeakSet()  # of threads that may not have one beside others
+_worlds: weakref.WeakSet[LivingWorld] = (
+    weakref.WeakSet()
+)  # of threads that may not run a world in parallel to others
 _apart = threading.local()
 
 
 class _Turn:
-    """A reentrant lock, held whenever esper is used: while a world is made, in each tick,
-    within `with world:`.
+    """A reentrant lock, held whenever esper is used: while a world is created, in each tick, within `with
+    world:`.
 
-    A lock that is released and taken again at once never passes to another thread: after a turn a thread
-    calls `leave`, which gives the next turn to one that waits.
+    A lock that its thread releases and acquires again at once never passes to another thread. After a turn a
+    thread calls `leave`, which gives the next turn to a waiting thread.
     """
 
-    PATIENCE = 1.0  # [s] others have to take their turn: longer than a thread waits on a loaded machine
+    PATIENCE = 1.0  # [s] within which others take their turn: longer than a thread waits on a loaded machine
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self.waiting = 0  # threads
-        self._taken = 0  # turns that a thread had to wait for
-        self._returned: deque[int] = deque()  # threads whose turns others gave back for them
+        self._taken = 0  # turns for which a thread had to wait
+        self._returned: deque[int] = deque()  # threads whose turns were ended by others
 
     def __enter__(self) -> None:
         if not self._lock.acquire(False):
@@ -58,11 +60,11 @@ class _Turn:
         return self._lock._is_owned()  # type: ignore[attr-defined]
 
     def give_back(self, times: int, thread: int) -> None:
-        """End the turns of a world that was freed, which its thread can no longer end;
-        any thread may collect garbage.
+        """End the turns of a world that was freed, which its thread can no longer end: any thread may collect
+        garbage.
 
-        Turns of another thread end with the next one that it ends itself:
-        a lock is released by its own thread only.
+        If another thread holds the turns, they end with the next one that it ends itself: only its own thread
+        can release a lock.
         """
         for _ in range(times):
             if thread == threading.get_ident():
@@ -71,7 +73,7 @@ class _Turn:
                 self._returned.append(thread)
 
     def leave(self) -> None:
-        """Let others who wait go first, unless this thread still holds the turn: within `with world:`."""
+        """Let waiting threads go first, unless this thread still holds the turn: within `with world:`."""
         if self.held():
             return
         taken, end = self._taken, time.monotonic() + self.PATIENCE
@@ -84,7 +86,8 @@ turn = _Turn()
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Let this thread make worlds beside those of other threads; for threads that only this package starts."""
+    """Allow this thread to create worlds next to those of other threads; only for threads that this
+    package starts."""
     _apart.allowed = True
     try:
         yield
@@ -93,15 +96,15 @@ def apart() -> Iterator[None]:
 
 
 def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may have one beside those of others. Raises RuntimeError
-    where it may not, and a living world belongs to another thread."""
+    """Register a new world; return whether its thread may run it in parallel to others. Raises
+    RuntimeError if it may not and a living world belongs to another thread."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
-        gc.collect()  # a world that nothing refers to does not count
+        gc.collect()  # a world without references does not count
         if other := _of_others(me):
             raise RuntimeError(
                 f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
-                "and worlds of several threads would mix: esper has one state per process. "
+                "and worlds of several threads would mix, because esper has one state per process. "
                 "Run worlds in processes, as ecs_eco.lab.search and `ecs-eco compare` "
                 'do (multiprocessing with the context "spawn"), or one after the other in one thread'
             )

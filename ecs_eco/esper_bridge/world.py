@@ -1,4 +1,4 @@
-"""A World that esper can look into: `with world:` shows its organisms as esper's entities."""
+"""A World that esper can inspect: `with world:` shows its organisms as esper's entities."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from ecs_eco.esper_bridge.context import Context, switch_back
 class World(engine.World):
     """Entities in tables, and the systems that act on them.
 
-    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do
-    not mix: each has its own esper context, which `with world:` enters.
+    `dt` [s] is the length of a tick; `seed` fixes every random draw; `threads` affects speed, never results.
+    Worlds do not mix: each has its own esper context, which `with world:` enters.
 
     Hooks are those of `ecs_eco.engine.world.World`.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
-        self.apart = turns.enter(self)  # whether it runs in a thread beside another world
+        self.apart = turns.enter(self)  # whether it runs in a thread next to another world
         self.context = Context(self)
         self.turnover: Turnover = Told(self)
         self._outer: list[str] = []
@@ -44,11 +44,11 @@ class World(engine.World):
         return table
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
-        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.
+        """Run `ticks` ticks; `progress(done, ticks)` is called about ten times a second.
 
-        Returns the world. Returns early, after a whole tick, if `stop()` was called. The functions in
-        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. An error within a
-        tick, or a second Ctrl-C, leaves a world that can only be inspected: anything else raises
+        Returns the world, early if `stop()` was called, always after a whole tick. The functions in
+        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. After an error
+        within a tick, or a second Ctrl-C, the world can only be inspected: anything else raises
         UnfinishedTick.
         """
         self._mine()
@@ -62,7 +62,7 @@ class World(engine.World):
                 switch_back(outside)
 
     def pass_tick(self) -> None:
-        """Let all processors act while esper shows this world."""
+        """Run all processors while esper shows this world."""
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()
@@ -77,11 +77,10 @@ class World(engine.World):
         return self.context.inside()
 
     def sync(self) -> None:
-        """Bring esper's entities up to date: esper then has one for each living organism,
-        with a handle per component.
+        """Update esper's entities: one for each living organism, with a handle per component.
 
-        Done whenever something of esper looks at this world after births and deaths, so nobody need call it:
-        births and deaths that nobody looks at cost no handles.
+        You need not call it: esper's functions do so after births and deaths. Births and deaths that you do
+        not look at cost no handles.
         """
         self.context.registry.sync(self.tables.values())
 
@@ -90,8 +89,8 @@ class World(engine.World):
         return self.context.registry.number(*self.locate(uid))
 
     def uid(self, entity: int) -> int:
-        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
-        0 while it is not born yet."""
+        """Return the uid of the organism with a number of esper's; 0 if it is not born yet. Raises
+        KeyError if there is none."""
         return int(self.context.registry.entities[entity].uid)
 
     def __enter__(self) -> Self:
@@ -100,7 +99,7 @@ class World(engine.World):
         self._outer.append(esper.current_world)
         try:
             self.context.show()
-            self.context.registry.stale = True  # whatever was done to columns by hand
+            self.context.registry.stale = True  # if columns were changed by hand
         except BaseException:
             self.__exit__()
             raise
@@ -114,10 +113,10 @@ class World(engine.World):
 
 
 class Told(Turnover):
-    """Births and deaths of which esper's handlers of "birth" and "death" are told."""
+    """Births and deaths that are reported to esper's handlers of "birth" and "death"."""
 
     def heard(self) -> bool:
-        """Return whether deaths are told one by one."""
+        """Return whether deaths are reported one by one."""
         return bool(self.world.on_death) or "death" in self.world.context.registry.events
 
     def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
@@ -129,7 +128,7 @@ class Told(Turnover):
             world.context.tell("death", self._numbers(table, rows), causes)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Bring the newborn to life, then tell esper's handlers."""
+        """Bring the newborn to life, then call esper's handlers."""
         born = super().bear()
         if "birth" in self.world.context.registry.events:
             numbers = [number for table, rows in born for number in self._numbers(table, rows)]
@@ -137,7 +136,8 @@ class Told(Turnover):
         return born
 
     def occupy(self, table: Table, request: Request) -> np.ndarray:
-        """Give rows and uids to the newborn of one request, with what esper's entity was given meanwhile."""
+        """Give rows and uids to the newborn of one request, with the plain components that its entity
+        received meanwhile."""
         registry = self.world.context.registry
         given = registry.newborn(request) if registry.waiting else None
         if given is None:

@@ -1,5 +1,6 @@
-"""What comes from outside: the sections of world files, and code of users that a world names.
+"""Input from outside: the sections of world files, and the user's code that a world names.
 
-`section` has the strict models of sections. The text of code is read and hashed by `sources` and runs only where
-somebody allowed it: `trust` remembers what may run, `code` imports it, `parameters` says what functions take.
+`section` has the strict models of sections. `sources` reads and hashes the text of code, which runs only if
+the user allows it: `trust` remembers what may run, `code` imports it, `parameters` checks the parameters of
+functions.
 """

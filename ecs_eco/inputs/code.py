@@ -1,9 +1,10 @@
-"""Code that a world names: a closed list of what is shipped,
-and files or modules that somebody allowed to run.
+"""Code that a world names: a closed list of shipped modules, and files or modules that the user allowed to
+run.
 
-A world lists its own code in `code`: files beside it ("sir.py") or installed modules ("mypackage.ecology").
-Reading it executes nothing: the source text is taken and hashed, and run only once this text was allowed (see
-trust.py). A file is never found by way of Python's module path, and no compiled copy of it is used.
+A world lists its own code in `code`: files next to it ("sir.py") or installed modules ("mypackage.ecology").
+Reading the world executes nothing: the source text is read and hashed, and it runs only after the user allows
+this very text (see trust.py). A file is never searched for on Python's module path, and no compiled copy of
+it is used.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ SHIPPED = (
     "ecs_eco.worlds.lamb.systems:Burn",
     "ecs_eco.worlds.lamb.systems:Suckle",
 )
-"""All code of this package that data may name without listing it."""
+"""The modules of this package that data may name without listing them."""
 ENTRY = re.compile(r"(__main__:)?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
@@ -44,7 +45,7 @@ class CodeError(ConfigError):
 
 @dataclass(frozen=True)
 class Code:
-    """What one world lists as its code, and whether all of it may run."""
+    """The code that one world lists, and whether all of it may run."""
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
@@ -54,7 +55,7 @@ class Code:
 
     @property
     def allowed(self) -> bool:
-        """Whether all of it may run: because this process, or its user, allowed these very texts."""
+        """Whether all of it may run, because this process or its user allowed these very texts."""
         return self.passed_on or all(s.allowed for s in self.sources)
 
     def allow(self) -> None:
@@ -62,12 +63,12 @@ class Code:
         trust.allow(s.sha256 for s in self.sources)
 
     def pass_on(self) -> None:
-        """In a child process: allow what the parent allowed, also in copies of these texts."""
+        """Allow, in a child process, what the parent allowed, including copies of these texts."""
         if self.allowed:
             self.allow()
 
     def lists(self, name: str) -> bool:
-        """Whether "module:name" is shipped, or its module is listed."""
+        """Return whether "module:name" is shipped or its module is listed."""
         return name in SHIPPED or any(
             name == s.entry if s.of_session else name.partition(":")[0] == s.module for s in self.sources
         )
@@ -77,12 +78,11 @@ class Code:
         if not self.allowed:
             place = f"{where}: " if where else ""
             raise CodeError(
-                self.problems(),
-                f"{place}names code that nobody has allowed to run here; nothing of it was run",
+                self.problems(), f"{place}names code that is not allowed to run here; none of it was run"
             )
 
     def problems(self) -> list[Problem]:
-        """A problem for each text that is not allowed."""
+        """Yield a problem for each text that is not allowed."""
         return [
             Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
             for i, s in enumerate(self.sources)
@@ -90,7 +90,7 @@ class Code:
         ]
 
     def function(self, name: object) -> Any:
-        """The object that "module:name" stands for; anything but a string is returned.
+        """Return the object that "module:name" stands for; return anything but a string unchanged.
 
         Raises CodeError, ImportError, AttributeError.
         """
@@ -110,7 +110,8 @@ class Code:
         return thing
 
     def problem(self, key: tuple[str | int, ...], name: object) -> Problem | None:
-        """The problem with a name; None if it is right, or its code may not run, or does not (`faults`)."""
+        """Return the problem of a name; None if it is valid, or its code may not run or fails to (see
+        `faults`)."""
         try:
             if isinstance(name, str) and not self.lists(name):
                 return self.unlisted(key, name)
@@ -124,11 +125,11 @@ class Code:
                 key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs"
             )
         if not callable(thing) and not callable(getattr(thing, "process", None)):
-            return Problem(key, f"{name} is no function", name, "a function or a class")
+            return Problem(key, f"{name} is not a function", name, "a function or a class")
         return None
 
     def faults(self) -> list[Problem]:
-        """A problem for each listed text that does not run, where all may."""
+        """Yield a problem for each listed text that fails to run, if all may run."""
         if not self.allowed:
             return []
         return [
@@ -143,7 +144,7 @@ class Code:
         ]
 
     def _unseen(self, name: object) -> bool:
-        """Whether a name is of a listed text that may not run, or does not."""
+        """Return whether a name belongs to a listed text that may not run, or fails to."""
         return (
             isinstance(name, str)
             and name not in SHIPPED
@@ -163,13 +164,13 @@ class Code:
         return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
     def known(self, name: object) -> Any:
-        """The object that a name stands for; None if the name is wrong, or its code may not run."""
+        """Return the object that a name stands for; None if the name is wrong, or its code may not run."""
         wrong = self._unseen(name) or self.problem((), name) is not None
         return None if wrong else self.function(name)
 
     def subclasses(self, base: type, *among: type) -> list[type]:
-        """Return the classes below `base` that the listed texts define, or those `among` some of them; none
-        where they may not run."""
+        """Return the subclasses of `base` that the listed texts, or those `among` them, define; none if
+        they may not run."""
         found = [
             thing
             for name, module in (self._modules if self.allowed else {}).items()
@@ -180,7 +181,7 @@ class Code:
         return [thing for thing in dict.fromkeys(found) if not among or thing in among]
 
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
-        """The problem of a name whose module `code` does not list."""
+        """Return the problem of a name whose module `code` does not list."""
         module, known = name.partition(":")[0], [s.module for s in self.sources]
         allowed = (
             f"a module that `code` lists ({listed(known)}), "
@@ -191,21 +192,22 @@ class Code:
 
     @cached_property
     def _modules(self) -> dict[str, ModuleType | Exception]:
-        """Each module, or why it does not run; those that all run are kept for all worlds."""
+        """Return each module, or the reason why it does not run; if all run, they are cached for all
+        worlds."""
         modules = _loaded.get(self.sources) or dict(_load(self.sources))
         if not any(isinstance(module, Exception) for module in modules.values()):
             _loaded[self.sources] = modules
         return modules
 
     def _module(self, module: str) -> ModuleType:
-        """The module; raises why it does not run."""
+        """Return the module; raise the reason if it does not run."""
         if isinstance(loaded := self._modules[module], Exception):
             raise loaded
         return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Whether a function or class with this `__module__` is the module's own: from its file,
-        or its package."""
+        """Return whether a function or class with this `__module__` is the module's own: from its file or
+        its package."""
         own = self._module(module).__name__
         return (
             home is None
@@ -214,25 +216,25 @@ class Code:
         )
 
 
-HOW = "read it; then, if you trust it, the same command with --trust, or trust=True in Python"
+HOW = "read it; if you trust it, repeat the command with --trust, or pass trust=True in Python"
 PRIVATE = "_ecs_eco_code_"
 NONE = Code()
 
 
 def handed_over(function: object) -> Any:
-    """Return a function as it is; raises CodeError for a name, which only a world can resolve."""
+    """Return a function unchanged. Raises CodeError for a name, which only a world can resolve."""
     return NONE.function(function)
 
 
 def public_module(module: str) -> str:
-    """The module as worlds name it: of a file beside a world, without its private name."""
+    """Return the module as worlds name it: for a file next to a world, without its private name."""
     return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
 
 
 def read(
     entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[Code, list[Problem]]:
-    """The code that a world lists, and what is wrong with it; nothing runs.
+    """Return the code that a world lists, and its problems; nothing runs.
 
     A file is taken from the first of `places` that has it, with the hash in `wanted` if there is one.
     """
@@ -240,7 +242,7 @@ def read(
     problems = []
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
-            continue  # the type of the field says so already
+            continue  # the type of the field reports it already
         source, fault = (
             of_session(entry)
             if ":" in entry
@@ -256,7 +258,7 @@ def read(
                     ("code", i),
                     fault,
                     entry,
-                    "a file beside the world file, or an installed module of your own",
+                    "a file next to the world file, or an installed module of your own",
                 )
             )
         else:
@@ -265,8 +267,8 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in their order; a later file may import an earlier one by its name. In the place of what
-    does not run is why."""
+    """Run the texts in their order; a later file may import an earlier one by name. If one fails, return
+    the reason in its place."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:
@@ -287,7 +289,7 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Excep
 
 
 def _require_unchanged(source: Source) -> None:
-    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed."""
+    """Raise CodeError if the file of an installed module is not the one that was read and allowed."""
     if source.text is not None and (now := of_module(source.entry)[0]) != source:
         fault = (
             f"has changed since it was read: its SHA-256 was {source.sha256}, "
@@ -297,7 +299,7 @@ def _require_unchanged(source: Source) -> None:
 
 
 def _line(error: Exception, source: Source) -> str:
-    """The line of a text where it stopped, "" where its error says so, or where it did not begin."""
+    """Return the line of the text at which it failed, "" if the error names it or the text did not start."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
     return f" ({source.entry}, line {lines[-1]})" if lines else ""
 
@@ -321,7 +323,7 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) 
     module = ModuleType(name)
     module.__file__, module.__dict__["__public__"] = source.path, source.module
     module.__dict__["__builtins__"] = {**vars(builtins), "__import__": find}
-    sys.modules[name] = module  # dataclasses and pickle look there
+    sys.modules[name] = module  # dataclasses and pickle look here
     try:
         exec(compile(source.text or b"", source.path, "exec", dont_inherit=True), module.__dict__)
     except BaseException:

@@ -1,5 +1,5 @@
-"""Parameters of a user's own functions and classes: those after the arguments that they are called with,
-typed by annotations or by their defaults."""
+"""Parameters of a user's functions and classes: those after the arguments of the call, typed by
+annotations or defaults."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ def applied(thing: Callable[..., Any], given: Mapping[str, object]) -> Any:
 def problems_of_parameters(
     thing: Callable[..., Any], given: Mapping[str, object], n: int, key: tuple[str | int, ...]
 ) -> list[Problem]:
-    """Return what is wrong with the parameters of a function or class that is called with `n` arguments
-    besides: unknown names, wrong types, and those that are missing. Nothing is called."""
+    """Return the problems of the parameters of a function or class that is called with `n` further
+    arguments: unknown names, wrong types, missing parameters. Nothing is called."""
     try:
         every = list(inspect.signature(thing).parameters.values())
-    except (TypeError, ValueError):  # it does not say
+    except (TypeError, ValueError):  # its signature is unknown
         return []
     named = [p for p in every[n:] if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
     hints, known = _hints(thing), {p.name: p for p in named}
@@ -47,14 +47,14 @@ def problems_of_parameters(
                     Problem((*key, name), "wrong value", value, f"{fault} ({_in_words(known[name], hints)})")
                 )
         elif not anything:
-            fault = f"no parameter of {getattr(thing, '__name__', 'it')}"
+            fault = f"not a parameter of {getattr(thing, '__name__', 'it')}"
             allowed = listed(_in_words(p, hints) for p in named) if named else "none: it takes no parameters"
             problems.append(Problem((*key, name), fault, value, allowed, nearest(name, known)))
     return problems
 
 
 def _hints(thing: object) -> dict[str, Any]:
-    """Return the annotations of its parameters; none that cannot be resolved."""
+    """Return the annotations of its parameters; none if they cannot be resolved."""
     try:
         return typing.get_type_hints(
             vars(thing).get("__init__", thing) if isinstance(thing, type) else thing, include_extras=True
@@ -64,7 +64,7 @@ def _hints(thing: object) -> dict[str, Any]:
 
 
 def _kind(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> Any:
-    """Return the type of a parameter: its annotation, or that of its default; None if neither says it."""
+    """Return the type of a parameter: its annotation, or that of its default; None if neither exists."""
     if parameter.name in hints:
         return hints[parameter.name]
     kind = type(parameter.default)
@@ -80,9 +80,9 @@ def _in_words(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
 
 
 def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
-    """Return what is allowed where a value is not, or ""."""
+    """Return what is expected if a value is wrong, or ""."""
     if not _is_data(value):
-        return "what TOML can say: finite numbers, texts, true, false, and lists and tables of them"
+        return "a TOML value: finite numbers, texts, true, false, and lists and tables of them"
     kind = _kind(parameter, hints)
     if kind is None:
         return ""
@@ -91,7 +91,8 @@ def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]
 
 
 def _checker(kind: type[Any]) -> Callable[[Any], str] | None:
-    """Return what says why a value is not of a type; None for a type that nobody can check."""
+    """Return a function that reports why a value has the wrong type; None for a type that cannot be
+    checked."""
     try:
         adapter: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
     except (PydanticUserError, TypeError, NameError):

@@ -1,4 +1,4 @@
-"""What all sections of a world file share: strict models and the kinds of numbers."""
+"""The common base of all sections of a world file: strict models, and the kinds of numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pydantic import (
 
 from ecs_eco.inputs.code import public_module
 
-LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 and begins at 1.2e-38
+LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ranges from 1.2e-38 to 3.4e38
 
 
 def _in_float32(value: float) -> float:
@@ -49,46 +49,45 @@ NUMBERS = 'an intervention of kind "add" or "cull"'
 FENCE = 'an intervention of kind "fence"'
 SHAPE = "weights and columns have their shapes from it: build a world with it"
 
-# why a number cannot be an organism's own
+# why a number cannot be heritable
 COLUMN = "COLUMN"  # it can: it has a column of a component, and a trait in config/traits.py
-POPULATION = "it counts organisms: no single one has it"
-PARENTLESS = "it is about organisms without parents, who have no gene of anybody"
-LETTERS = "it says how letters are read and copied: a gene that changed it would be read differently"
-MATTER = "it is matter, which comes from parents, food and surroundings, not from letters"
+POPULATION = "it counts organisms, so no single organism has it"
+PARENTLESS = "it concerns organisms without parents, which inherit no gene"
+LETTERS = "it determines how genomes are read and copied: a gene for it would change its own meaning"
+MATTER = "it is matter, which comes from parents, food and surroundings, not from genes"
 CHEMISTRY = "a reaction has the same proportions in every body"
-FORM = "all of a species have one shape, which body.radius makes larger or smaller as a whole"
-WIDTH = "it is the width of a column or of a network's input, which all of the species share"
+FORM = "all members of a species have the same shape, which body.radius scales as a whole"
+WIDTH = "it is the width of a column or of a network's input, which all members of the species share"
 
 
 @dataclass(frozen=True)
 class Change:
-    """What to do instead of changing a field in a living world, FREE where it may change; and of the entries
-    of a table, where that differs."""
+    """What to do instead of changing a field in a living world, FREE if it may change; the same for the
+    entries of a table, if that differs."""
 
     instead: str | None = None
     entries: str | None = None
 
 
 class Column(NamedTuple):
-    """The component whose field of the number's name holds an organism's own value."""
+    """The component whose field of the same name stores an organism's own value."""
 
     component: str
 
 
 @dataclass(frozen=True)
 class Own:
-    """Whether a gene may code for a number: True (its system reads it by `own_value`), a `Column`, COLUMN, or
-    the reason why not."""
+    """Whether a gene may code for a number: True (its system reads it by `own_value`), a `Column`, COLUMN,
+    or the reason why not."""
 
     own: bool | str | Column
 
 
 class Section(BaseModel):
-    """A section of the file: unknown keys are refused, true is not a number, and nothing changes after
-    loading.
+    """A section of the file: it refuses unknown keys and booleans as numbers, and is immutable after loading.
 
-    `change` and `own` of a subclass are those of its fields that declare none. Without `change` fields follow
-    the field that holds the section.
+    `change` and `own` of a subclass apply to fields that declare none. Without `change`, fields follow the
+    field that contains the section.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
@@ -105,7 +104,8 @@ class Section(BaseModel):
 
 
 def with_keyword(name: str, kind: object, declared: object) -> Any:
-    """Return a section with one field whose name is a keyword of Python: no class body could give it."""
+    """Return a section with one field whose name is a Python keyword, which a class body could not
+    declare."""
     fields: dict[str, Any] = {name: (kind, declared)}
     return create_model("_Keyword", __base__=Section, **fields)
 
@@ -119,7 +119,7 @@ def quantity(
     own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
-    """A field of a section with its description and its unit ("1": a pure number)."""
+    """Return a field of a section with its description and its unit ("1": a pure number)."""
     return about(
         f"{text} [{unit}]", default, change=change, own=own, json_schema_extra={"unit": unit}, **limits
     )
@@ -134,7 +134,7 @@ def about(
     own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
-    """A field of a section that has no unit: a name, a choice, a table."""
+    """Return a field of a section without unit: a name, a choice, a table."""
     field = Field(default, description=text, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))
@@ -144,24 +144,23 @@ def about(
 
 
 def is_absent(value: object) -> bool:
-    """Whether a value is None, false or an empty list: with `exclude_if` it is then left out of what is
-    written, so that worlds without it have the hash and the digests that they had before there was such a
-    key."""
+    """Return whether a value is None, false or an empty list. `exclude_if` then omits it when a world is
+    written, so that worlds without the key keep their former hash and digests."""
     return value is None or value is False or value == []
 
 
 def is_empty(value: object) -> bool:
-    """Whether a value is 0 or a list without entries: `exclude_if` as with `is_absent`."""
+    """Return whether a value is 0 or an empty list: for `exclude_if`, as with `is_absent`."""
     return not value
 
 
 def table(text: str, factory: Callable[[], object], **declared: Any) -> Any:
-    """A section or list that may be left out, and its default factory."""
+    """Return an optional section or list, with its default factory."""
     return about(text, default_factory=factory, **declared)
 
 
 def function_name(function: object) -> str:
-    """ "module:name" of a function, a class or a system; a text stays as it is."""
+    """Return "module:name" of a function, a class or a system; a text is returned unchanged."""
     if isinstance(function, str):
         return function
     if isinstance(function, Use):
@@ -171,7 +170,7 @@ def function_name(function: object) -> str:
 
 
 def as_written(value: object, json: bool) -> Any:
-    """Return what stands for code in a file, with JSON types or as it was handed over."""
+    """Return the form of code in a file, with JSON types, or the object that was passed."""
     if isinstance(value, Use):
         return {"use": as_written(value.use, json), **value.parameters}
     return function_name(value) if json else value
@@ -182,7 +181,7 @@ def _is_code(value: object) -> bool:
 
 
 class NamesCode:
-    """Marks a type of field whose text may name code: `names_in` finds them all."""
+    """Marker of a type of field whose text may name code; `names_in` finds all such fields."""
 
 
 OF_CODE = (
@@ -192,12 +191,12 @@ OF_CODE = (
 )
 NAMED = r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
 Function = Annotated[str, Field(pattern=NAMED), *OF_CODE]
-"""In a file "module:name"; from Python also the function itself."""
+"""In a file, "module:name"; from Python, the function itself or its name."""
 
 
 class Use(Section):
-    """A function or class of your own with its parameters, the other keys: those of the function after the
-    arguments that it is called with, or those of the constructor."""
+    """Your own function or class with its parameters, the other keys: those of the function after the
+    arguments of the call, or those of the constructor."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -205,7 +204,7 @@ class Use(Section):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The parameters that are given, by name."""
+        """The given parameters by name."""
         return dict(self.__pydantic_extra__ or {})
 
 
@@ -214,8 +213,8 @@ WithParameters = Annotated[
     Discriminator(lambda value: "with" if isinstance(value, dict | Use) else "word"),
     *OF_CODE,
 ]
-"""In a file "module:name", or { use = "module:name", … } with parameters; from Python also the function."""
+"""In a file, "module:name", or { use = "module:name", … } with parameters; from Python, also the function."""
 CodeEntry = Annotated[
     str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)
 ]
-"""A file beside the world, "sir.py", or an installed module, "mypackage.ecology"."""
+"""A file next to the world, "sir.py", or an installed module, "mypackage.ecology"."""

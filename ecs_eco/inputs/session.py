@@ -1,4 +1,4 @@
-"""Functions and classes of a notebook, or of another interactive session: their source, in no file."""
+"""Functions and classes of a notebook or another interactive session: their source, which is in no file."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import Any
 
 
 def is_interactive() -> bool:
-    """Return whether `__main__` is a session: in IPython and Jupyter it has the cells, as `In`; elsewhere it
-    is no file."""
+    """Return whether `__main__` is an interactive session: IPython and Jupyter store its cells as `In`;
+    elsewhere it has no file."""
     main = sys.modules.get("__main__")
     return hasattr(main, "In") or getattr(main, "__file__", None) is None
 
 
 def source_of(name: str) -> str | None:
-    """Return the source of a function or class of `__main__` as it is now, with its decorators; where there
-    is none, what it was compiled to. None where nothing of this name was defined there."""
+    """Return the current source of a function or class of `__main__`, with its decorators; if there is
+    none, its bytecode. None if this name is not defined there."""
     thing: Any = sys.modules.get("__main__")
     for part in name.split("."):
         thing = getattr(thing, part, None)
@@ -33,7 +33,7 @@ def source_of(name: str) -> str | None:
 
 
 def _cells(thing: object) -> Iterator[str]:
-    """Yield the cells in which its functions were written; then all cells of the session, the last first."""
+    """Yield the cells that define its functions, then all cells of the session, the latest first."""
     functions = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
     for file in dict.fromkeys(f.__code__.co_filename for f in functions if inspect.isfunction(f)):
         yield "".join(linecache.getlines(file))
@@ -41,7 +41,7 @@ def _cells(thing: object) -> Iterator[str]:
 
 
 def _definition(text: str, name: str) -> str | None:
-    """Return the lines of the last definition of a name in a text, None where there is none."""
+    """Return the lines of the last definition of a name in a text, None if there is none."""
     try:
         nodes = [
             node
@@ -57,7 +57,7 @@ def _definition(text: str, name: str) -> str | None:
 
 
 def _compiled(thing: object) -> Any:
-    """Return what a function or class is made of, as numbers and texts that are the same in each session."""
+    """Return the contents of a function or class as numbers and texts that are the same in each session."""
     if inspect.isclass(thing):
         return [
             [name, _compiled(value)]

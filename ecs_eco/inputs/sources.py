@@ -1,4 +1,4 @@
-"""The texts of code that worlds name, as they are read and hashed; nothing of them runs here."""
+"""The texts of code that worlds name, read and hashed; none of them runs here."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ LARGEST_FILE = 10_000_000  # bytes
 
 @dataclass(frozen=True)
 class Source:
-    """A file or a module that a world lists, or "__main__:name" of an interactive session, and its text as it
-    was read; `text` is None where there is no file."""
+    """A file or module that a world lists, or "__main__:name" of an interactive session, with its text as
+    read; `text` is None if there is no file."""
 
     entry: str
     path: str
@@ -27,12 +27,12 @@ class Source:
 
     @property
     def is_file(self) -> bool:
-        """Whether it is a file beside the world, not an installed module."""
+        """Whether it is a file next to the world, not an installed module."""
         return self.entry.endswith(".py")
 
     @property
     def module(self) -> str:
-        """What stands before the colon in names of what is in it."""
+        """The part before the colon in names of its functions and classes."""
         return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
 
     @property
@@ -42,12 +42,12 @@ class Source:
 
     @property
     def allowed(self) -> bool:
-        """Whether it may run; what this session defined runs already."""
+        """Whether it may run; definitions of this session run already."""
         return self.of_session or trust.allowed(self.sha256)
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of its text; of its name for a module without a file."""
+        """The hash of its text; of its name for a module without a file."""
         return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
 
     def __str__(self) -> str:
@@ -56,7 +56,7 @@ class Source:
 
 def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
     """Return the source of a file in the first of `places` that has it, with the hash `wanted` if there is
-    one; or None and what is wrong."""
+    one; or None and the problem."""
     first = None
     for path in (place / entry for place in places if (place / entry).is_file()):
         try:
@@ -72,17 +72,20 @@ def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Sou
 
 
 def of_session(entry: str) -> tuple[Source | None, str]:
-    """Return the source of "__main__:name", or None and what is wrong."""
+    """Return the source of "__main__:name", or None and the problem."""
     text = source_of(entry.partition(":")[2])
     if text is None:
-        return None, "it was defined in an interactive session, a notebook perhaps, and is not in this one"
+        return (
+            None,
+            "it was defined in an interactive session, such as a notebook, and is not defined in this one",
+        )
     return Source(entry, "", text.encode()), ""
 
 
 def of_module(entry: str) -> tuple[Source | None, str]:
-    """Return the source of an installed module, which is not imported, or None and what is wrong."""
+    """Return the source of an installed module, without importing it, or None and the problem."""
     if entry.partition(".")[0] in sys.stdlib_module_names and entry != "__main__":
-        return None, "a module of Python itself; write a function in a file of your own"
+        return None, "a module of Python itself; write a function in your own file"
     path, text = "", None
     if entry in sys.modules:
         path = getattr(sys.modules[entry], "__file__", None) or ""
@@ -99,7 +102,7 @@ def of_module(entry: str) -> tuple[Source | None, str]:
 
 
 def _origin(module: str) -> str | None:
-    """The file of an installed module, found without importing the packages that it is in."""
+    """Return the file of an installed module, found without importing the packages that contain it."""
     inside, origin = None, None
     parts = module.split(".")
     for n in range(1, len(parts) + 1):

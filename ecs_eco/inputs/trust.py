@@ -15,28 +15,28 @@ _here: set[str] = set()  # allowed in this process
 
 
 def allowed(sha256: str) -> bool:
-    """Whether a text with this hash may run."""
+    """Return whether a text with this hash may run."""
     return sha256 in _here or sha256 in remembered()
 
 
 def allowed_here(sha256: str) -> bool:
-    """Whether a text with this hash was allowed in this process, not before."""
+    """Return whether a text with this hash was allowed in this process."""
     return sha256 in _here
 
 
 def allow(hashes: Iterable[str]) -> None:
-    """Allow texts of these hashes in this process."""
+    """Allow texts with these hashes in this process."""
     _here.update(hashes)
 
 
 def file() -> Path:
-    """The file of this user that remembers what was allowed."""
+    """Return the file that stores what this user allowed."""
     home = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
     return Path(home) / "ecs-eco" / "trusted.json"
 
 
 def remembered() -> dict[str, str]:
-    """What this user allowed before: hash and path.
+    """Return what this user allowed before: hash and path.
 
     Empty if the file belongs to another user, or others may write to it.
     """
@@ -53,7 +53,7 @@ def remembered() -> dict[str, str]:
 
 
 def remember(texts: Mapping[str, str]) -> None:
-    """Allow texts, hash and path, from now on; raises ConfigError where that cannot be written."""
+    """Allow texts, given by hash and path, permanently. Raises ConfigError if the file cannot be written."""
     allow(texts)
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     known = {sha256: {"path": path, "since": since} for sha256, path in {**remembered(), **texts}.items()}

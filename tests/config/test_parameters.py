@@ -99,14 +99,14 @@ def test_parameters_are_part_of_the_hash_and_loading_what_was_resolved_gives_it_
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("systems.Feast.gian=1", ["no parameter of Feast", 'did you mean "gain"?', "rounds: int = 1"]),
+        ("systems.Feast.gian=1", ["not a parameter of Feast", 'did you mean "gain"?', "rounds: int = 1"]),
         ("systems.Fest.gain=1", ["no entry Fest", "0 to 1, or Feast, Nothing", 'did you mean "Feast"?']),
         ("systems.Feast.gain=much", ["systems.Feast.gain", "a valid number"]),
         ("systems.Feast.gain=-1", ["greater than or equal to 0"]),
         ("systems.Feast.gain=nan", ["finite numbers"]),
         ("systems.Feast.rounds=1.5", ["a valid integer (rounds: int = 1)"]),
         ("systems.Feast.who=3", ["a valid string"]),
-        ("systems.Nothing.gain=1", ["no parameter of Nothing", "it takes no parameters"]),
+        ("systems.Nothing.gain=1", ["not a parameter of Nothing", "it takes no parameters"]),
         ('systems.Feast.use="mine:Fest"', ["mine has no function Fest", 'did you mean "Feast"?']),
         ("systems.Feast.use=1", ["wrong type"]),
         ('reporters.rich={ use = "mine:above" }', ["reporters.rich.limit", "is missing", "limit: float"]),

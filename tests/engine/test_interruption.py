@@ -135,7 +135,9 @@ def test_a_second_ctrl_c_stops_at_once_and_the_world_says_so():
     world = ants(Trip(press), Trip(press))
     with pytest.raises(KeyboardInterrupt):
         world.run(9)
-    with pytest.raises(UnfinishedTick, match=r"tick 3 began but did not finish \(KeyboardInterrupt in Trip\)"):
+    with pytest.raises(
+        UnfinishedTick, match=r"tick 3 began but did not finish \(KeyboardInterrupt in Trip\)"
+    ):
         world.run(1)
 
 

@@ -90,9 +90,7 @@ def test_a_wrong_declaration_is_refused_at_once(fields, error, message):
 
 
 def test_a_component_inherits_nothing():
-    with pytest.raises(
-        TypeError, match="Wet: a component cannot inherit; list its fields instead of Fur"
-    ):
+    with pytest.raises(TypeError, match="Wet: a component cannot inherit; list its fields instead of Fur"):
 
         @component
         class Wet(Fur):

@@ -66,7 +66,7 @@ def test_an_entity_created_within_a_tick_is_in_esper_at_once_and_lives_from_the_
                     r"deaths take effect at the end of the phase `die`",
                 ):
                     esper.process()
-                with pytest.raises(RuntimeError, match="leave `immediate` away"):
+                with pytest.raises(RuntimeError, match="omit `immediate`"):
                     esper.delete_entity(world.entity(1), immediate=True)
                 assert len(esper.get_component(Position)) == 5
 

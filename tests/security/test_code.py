@@ -64,7 +64,7 @@ def test_code_that_is_not_listed_is_refused_and_not_imported(pattern: str, mark:
 def test_listed_code_waits_until_it_is_allowed(pattern: str, mark: Path) -> None:
     path = written(mark.parent, world_of(pattern, code=["evil.py"]))
     config = load(path)  # all the rest is right
-    with pytest.raises(CodeError, match=r"nobody has allowed[\s\S]*SHA-256[\s\S]*--trust"):
+    with pytest.raises(CodeError, match=r"is not allowed to run[\s\S]*SHA-256[\s\S]*--trust"):
         World.from_config(config)
     assert not mark.exists()
     World.from_config(path, trust=True, record=False).run(1)
@@ -83,7 +83,7 @@ def test_code_that_is_named_in_a_table_with_parameters_is_no_exception(pattern: 
         load(path)
     path = written(mark.parent, json.loads(text) | {"code": ["evil.py"]})
     load(path)
-    with pytest.raises(CodeError, match="nobody has allowed"):
+    with pytest.raises(CodeError, match="is not allowed to run"):
         World.from_config(path)
     assert not mark.exists()
     World.from_config(path, trust=True, record=False).run(1)
@@ -199,7 +199,7 @@ def test_a_changed_file_is_asked_for_again_in_the_process_that_allowed_it(entry:
         lambda: repeat(mark.parent / "run"),
         lambda: World.restore(sorted((mark.parent / "run" / "checkpoints").iterdir())[-1]),
     ):
-        with pytest.raises(ValueError, match=r"nobody has allowed|has changed"):
+        with pytest.raises(ValueError, match=r"is not allowed to run|has changed"):
             attempt()
     assert not Path(f"{mark}-changed").exists()
 
@@ -250,7 +250,7 @@ def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark:
         ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"),
         ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
         ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"),
-        ("evil:feel", "feel = 3", "is no function"),
+        ("evil:feel", "feel = 3", "is not a function"),
     ],
 )
 def test_allowed_code_is_looked_at(name: str, text: str, word: str, mark: Path) -> None:
