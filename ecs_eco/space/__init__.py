@@ -1,7 +1,7 @@
-"""Where things are and what surrounds them: edges, neighbours, sight, fields, terrain, sun and water.
+"""Positions and surroundings: edges, neighbors, sight, fields, terrain, sun and water.
 
-What the living do with it belongs to `ecs_eco.nervous` and `ecs_eco.systems`: kernels here take arrays and
-numbers.
+Kernels of this package take arrays and numbers. What organisms do with them belongs to `ecs_eco.nervous` and
+`ecs_eco.systems`.
 """
 
 from ecs_eco.space.field import Field

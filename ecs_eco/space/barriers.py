@@ -1,4 +1,5 @@
-"""Capsules and boxes through which no solid body passes, however fast: solid, no spheres, and unable to move."""
+"""Capsules and boxes that stop every solid body, however fast: solid shapes, other than spheres, that
+cannot move."""
 
 import math
 from typing import TYPE_CHECKING
@@ -16,12 +17,12 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-SHORT = 1e-4  # share of a way by which it ends before a barrier
-POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a body without extent
+SHORT = 1e-4  # share of a displacement by which it ends before a barrier
+POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a point
 
 
 def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
-    """Return the solid capsules and boxes that cannot move, of all tables `but` one; None where there is
+    """Return the solid capsules and boxes that cannot move, of all tables `but` one; None if there are
     none."""
     names = [
         n
@@ -39,11 +40,11 @@ def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
 def hold_back(
     world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray, z: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
-    """End ways f32[n, 3] [m] from places f32[n] at the edges of the space, and shorten those that then lead
-    into a barrier, so that they end before it; return by what factor, f32[n].
+    """Clip displacements f32[n, 3] [m] from places f32[n] at the edges of the space, and shorten those that
+    lead into a barrier, so that they end before it. Return the factors of shortening, f32[n].
 
-    A body within a barrier may leave it, and goes no deeper. A way around a torus may be longer than that,
-    up to the sum of both sides, where it ends.
+    A body within a barrier may leave it but goes no deeper. Around a torus a displacement may be longer than
+    the torus, up to the sum of both sides.
     """
     space, share = world.space, np.ones(x.size, np.float32)
     for axis, at in enumerate((x, y, z)):
@@ -73,8 +74,8 @@ def hold_back(
 def stop(
     world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
-    """Let the living of a table, who have gone ways f32[n, 3] [m] from places f32[rows, 3] [m], stay before
-    barriers; return by what factor their ways are shorter, f32[n]."""
+    """Stop the living of a table, with displacements f32[n, 3] [m] from places f32[rows, 3] [m], before
+    barriers; return the factors of shortening, f32[n]."""
     p, space, rows = table[Position], world.space, table.rows()
     x, y, z = before[rows].T.copy()
     share = hold_back(world, walls, x, y, z, way)
@@ -89,7 +90,8 @@ def stop(
 def shorten(
     first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, way, share
 ):
-    """`hold_back` for the ways first … last − 1: in parts of half a torus, of which it sees the next images."""
+    """Run `hold_back` for displacements first … last − 1, in parts of half a torus, for each of which it
+    checks the nearest images."""
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     half = np.float64(min(lengths[0], lengths[1])) / 2 if torus else np.inf
     most = np.float64(lengths[0] + lengths[1]) if torus else np.inf
@@ -98,7 +100,7 @@ def shorten(
         if wx == 0 and wy == 0 and wz == 0:
             continue
         longest = max(abs(wx), abs(wy))
-        whole = most / longest if longest > most else 1.0  # share of the way that is looked at
+        whole = most / longest if longest > most else 1.0  # the part of the displacement that is checked
         parts = max(math.ceil(whole * longest / half), 1)
         wx, wy, wz = wx * whole / parts, wy * whole / parts, wz * whole / parts
         px, py, pz, free, part = np.float64(x[i]), np.float64(y[i]), np.float64(z[i]), 1.0, 0
@@ -138,7 +140,8 @@ def shorten(
 def _free_part(
     px, py, pz, wx, wy, wz, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, near, seen
 ):
-    """Return at which share of a way of at most half a torus a barrier begins, 1 where there is none."""
+    """Return the share of a displacement of at most half a torus at which a barrier begins, 1 if there is
+    none."""
     images, free = 2 if torus else 1, 1.0
     for q in range(
         around(

@@ -1,4 +1,4 @@
-"""Obstacles: ground that nothing can enter or see through, and the bodies of several tables in one index."""
+"""Obstacles: ground that blocks movement and sight, and the bodies of several tables in one index."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -20,14 +20,14 @@ NO_SCALE = np.zeros(2, np.float32)
 
 
 def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
-    """Return the ground map and its scale; a map of one cell stands for open ground."""
+    """Return the ground map and its scale; a map of one cell represents open ground."""
     if world.terrain is None:
         return sight.NO_GROUND, NO_SCALE
     return world.terrain.ground, world.terrain.inverse
 
 
 def opaque_ground(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
-    """Return the ground map and its scale, for those who look; a map of one cell where no rock is."""
+    """Return the ground map and its scale, for sight; a map of one cell if there is no rock."""
     if world.terrain is None:
         return sight.NO_GROUND, NO_SCALE
     ground, inverse = rocks(world)
@@ -35,14 +35,13 @@ def opaque_ground(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
 
 
 def relief(world: "SpatialWorld") -> np.ndarray:
-    """Return the heights of the ground f32[ny, nx] [m] where hills hide what is behind them;
-    a map of one cell where they hide nothing."""
+    """Return the heights of the ground f32[ny, nx] [m] if hills block sight, otherwise a map of one cell."""
     terrain = world.terrain
     return sight.NO_HILLS if terrain is None or not terrain.hides else terrain.height
 
 
 def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
-    """Return how high the bodies in these rows are, where their eyes are too: f32[n] [m]."""
+    """Return the heights of the bodies in these rows, where their eyes are: f32[n] [m]."""
     if Shape not in table:
         return 2 * table[Body].radius[rows]
     _, _, height, rounding = extents(table)
@@ -50,7 +49,7 @@ def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
 
 
 def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the tables whose bodies hide what is behind them: of spheres, and of others."""
+    """Return the names of the tables whose bodies block sight: of spheres, and of other shapes."""
     spheres: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
     for name, table in world.tables.items():
@@ -63,7 +62,7 @@ def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...
 
 
 def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
-    """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
+    """Return the bodies of several tables in one index, rebuilt after any of them has changed."""
 
     def build() -> sight.Bodies:
         return sight.Bodies(
@@ -75,8 +74,8 @@ def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
 
 
 def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
-    """Return the bodies of several tables, of any shape, in one index of all cells that they touch; rebuilt
-    when one of them has changed."""
+    """Return the bodies of several tables, of any shape, in one index of all cells that they touch;
+    rebuilt after any of them has changed."""
 
     def build() -> Solids:
         tables = [world.tables[name] for name in names]
@@ -108,8 +107,8 @@ def bound(table: "Table") -> float:
 
 
 def extents(table: "Table") -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return length, width and height of the box within each body of a table that has Shape, and by how much
-    it is rounded: f64[capacity] [m]."""
+    """Return length, width and height of the box within each body of a table that has Shape, and the
+    radius of its rounding: f64[capacity] [m]."""
     s, radius = table[Shape], table[Body].radius.astype(np.float64)
     length, width, height = (2 * half * radius for half in (s.half_length, s.half_width, s.half_height))
     return length, width, height, s.rounding * radius

@@ -1,4 +1,4 @@
-"""Checks of the surroundings: fields, ground and ambient values, which users may write between ticks."""
+"""Checks of fields, ground and ambient values, which users may write between ticks."""
 
 import numpy as np
 

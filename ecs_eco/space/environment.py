@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.terrain import Terrain
 
 Quantity = Callable[..., np.ndarray]
-"""f(world, x, y, z), of places f32[n] [m] → one number for each, or one for all."""
+"""f(world, x, y, z) of places f32[n] [m] returns a number for each place, or one for all."""
 
 
 class Environment(dict[str, Quantity]):
-    """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]);
-    each replaces a constant in `ambient`.
+    """Functions of place by quantity ("light", "temperature" [K], "pressure" [Pa]); each replaces a constant
+    in `ambient`.
 
-    A sun, a water and a year bring functions of their own; a function set by the user takes precedence.
+    A sun, a water and a year provide their own functions; a function set by the user takes precedence.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,8 @@ class Environment(dict[str, Quantity]):
 
 
 class Surroundings(LivingWorld, Protocol):
-    """A world with places, as `ecs_eco.space.world` declares it."""
+    """The attributes of a world with positions that this module uses; `ecs_eco.space.world` implements
+    them."""
 
     space: Space
     environment: Environment

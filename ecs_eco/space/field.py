@@ -15,35 +15,35 @@ NOBODY = NOWHERE, NOWHERE, NOWHERE, np.float32(0)  # emits nothing
 
 
 class Field:
-    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell];
-    diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
+    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell]; diffusion [m^2/s] and decay [1/s] follow
+    Fick's second law."""
 
     def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
         self.space = space
         n = [max(1, round(s / cell)) for s in space.size]
         self.shape = (n[0], n[1], n[2] if space.volume else 1)
         self.diffusion, self.decay = diffusion, decay
-        self.substance: str | None = None  # whose concentrations [mol/L] it holds
-        self.litres = 0.0  # of a cell, where it holds a substance
-        self.initial: np.ndarray | None = None  # [mol/L], where it holds a substance
+        self.substance: str | None = None  # the substance whose concentrations [mol/L] it holds
+        self.litres = 0.0  # of a cell, if it holds a substance
+        self.initial: np.ndarray | None = None  # [mol/L], if it holds a substance
         self.renewal = 0.0  # [1/s]
         self.value = np.zeros(self.shape[::-1], np.float32)
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
         self._steps: tuple[Any, ...] = ((), 0, (), 0.0, 0.0)
-        self.band: Any = None  # passes time for the rows of one process, where the world is divided
+        self.band: Any = None  # advances the rows of one process, if the world is divided
         self.inverse = np.array(
             [n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32
         )
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
-        """Put `amount`, f32[n] or the same for each, into the cells of places (x, y, z) f32[n] [m], in the
-        order given, with the next `pass_time`."""
+        """Add `amount`, f32[n] or one number for all, to the cells of places (x, y, z) f32[n] [m], in the
+        given order, during the next `pass_time`."""
         _deposit(self.source, x, y, z, amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
-        """Let it hold the concentrations of a substance [mol/L], in float64 so that none is lost: at first
-        `initial` f64[nz, ny, nx]; a plane is a layer of `depth` [m]."""
+        """Make it hold the concentrations of a substance [mol/L], in float64 so that nothing is lost:
+        initially `initial` f64[nz, ny, nx]; a plane is a layer of `depth` [m]."""
         size = [*self.space.size[:2], depth] if len(self.space.size) == 2 else self.space.size
         self.litres = 1000 * math.prod(size) / math.prod(self.shape)
         self.substance, self.initial, self.renewal = substance, initial, renewal
@@ -51,19 +51,19 @@ class Field:
         self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
 
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Put amounts f64[n] [mol] of its substance into the cells of places f32[n] [m], at once."""
+        """Add amounts f64[n] [mol] of its substance to the cells of places f32[n] [m], at once."""
         _deposit(self.value, x, y, z, amount / self.litres, self.inverse)
 
     def held(self) -> float:
-        """Return how much of its substance it holds [mol]."""
+        """Return the amount of its substance in the field [mol]."""
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Let sources flow in evenly over `dt` seconds while the field diffuses, decays and is renewed;
-        first emit what `emit` would be called with.
+        """Advance the field by `dt` seconds: sources flow in evenly while it diffuses, decays and is renewed.
+        The arguments of `emit` may be given here.
 
-        Diffusion takes as many explicit steps as are stable. Amounts follow dc/dt = source − decay c +
-        renewal (initial − c), solved exactly.
+        Diffusion takes as many explicit steps as stability requires. Amounts follow dc/dt = source − decay c
+        + renewal (initial − c), solved exactly.
         """
         if self.band is not None:
             self.band.pass_time(dt, *emitted)
@@ -90,8 +90,8 @@ class Field:
             self.value += self.initial * (self.renewal * dt * float(arrives))
 
     def _plan(self, dt: float) -> tuple[int, tuple[np.float32, ...], Any, Any]:
-        """Return the number of steps in `dt` seconds, what flows along each axis in each, and the shares that
-        are left after `dt` of what was there and of what flows in meanwhile."""
+        """Return the number of steps in `dt` seconds, the flow along each axis per step, and the shares of
+        the initial content and of the inflow that are left after `dt`."""
         rates = [self.diffusion * power(float(i), 2) for i in self.inverse]
         steps, lost = max(1, math.ceil(dt * sum(rates) * 2 / 0.9)), (self.decay + self.renewal) * dt
         a = np.array([dt * r / steps for r in rates], np.float32)
@@ -100,7 +100,7 @@ class Field:
         return steps, (a[0], a[1], a[2]), kind(left), kind(arrives)
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
-        """Write the field at places f32[n] [m] to `out` f32[n], linear between the centres of cells."""
+        """Write the field at places f32[n] [m] to `out` f32[n], linear between the centers of cells."""
         sample(self.value, x, y, z, self.inverse, self.space.torus, out)
 
 
@@ -117,8 +117,8 @@ def _deposit(source, x, y, z, amount, inverse):
 
 @njit
 def _flow(value, source, other, x, y, z, amount, inverse, steps, a, left, arrives, torus):
-    """Put amounts into the source, let the share of it that arrives flow into the share that is left of the
-    field, and this spread in steps, to and fro between two arrays: after an odd number it is in `other`."""
+    """Add amounts to the source, scale source and field by their remaining shares, and diffuse the sum in
+    steps, back and forth between two arrays: after an odd number of steps the result is in `other`."""
     _deposit(source, x, y, z, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):
@@ -148,7 +148,7 @@ def _diffuse(now, new, a, torus):
                 now[k, north],
                 new[k, j],
             )
-            for i in range(1, nx - 1):  # without branches: this becomes vector code
+            for i in range(1, nx - 1):  # no branches: this compiles to vector code
                 c = row[i]
                 flow = ax * (row[i - 1] + row[i + 1] - c - c) + ay * (front[i] + back[i] - c - c)
                 flow += az * (lower[i] + upper[i] - c - c)
@@ -164,7 +164,7 @@ def _diffuse(now, new, a, torus):
 
 @njit
 def at(value, x, y, z, inverse, torus):
-    """Return the field at one place, linear between the centres of cells."""
+    """Return the field at one place, linear between the centers of cells."""
     nz, ny, nx = value.shape
     gx, gy, gz = (
         x * inverse[0] - np.float32(0.5),

@@ -1,11 +1,11 @@
-"""The gate: what comes into a world from outside is a finite number within its limits, is brought there,
+"""The gate for values from outside a tick: a value is finite and within its limits, is brought within them,
 or is refused by name.
 
-Outside is everything that no system of a tick wrote: spawned organisms, what was written to columns, handles,
-fields and ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is wrapped
-around it, a heading around the circle; a place on a wall is moved to just before it. Within a tick nothing is
-checked: kernels stay within their arrays whatever the numbers are, and the debug mode says which system wrote
-a bad one.
+Outside means everything that no system wrote within a tick: spawned organisms, values written to columns,
+handles, fields and ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is
+wrapped, and so is a heading; a place on a wall is moved to just before it. Within a tick nothing is checked:
+kernels stay within their arrays whatever the numbers, and the debug mode reports the system that wrote a bad
+value.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 # lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
 FURTHEST = 1000
-TURN = np.float32(2 * np.pi)  # [rad] what systems write lies from 0 to this, both included
+TURN = np.float32(2 * np.pi)  # [rad] systems write values from 0 to this, both included
 
 
 class Limits(NamedTuple):
-    """What a field of a component may hold in one table: low to high, both allowed;
-    `length` is that of an axis of the space [m], or of a turn [rad]."""
+    """The range of a field of a component in one table: low to high, both included; `length` is that of an
+    axis of the space [m], or of a full turn [rad]."""
 
     component: type[Any]
     field: str
     low: Any
     high: Any
-    length: float = 0.0  # 0: no place along an axis, and no heading
-    around: bool = False  # whether it goes around
+    length: float = 0.0  # 0: neither a place along an axis nor a heading
+    around: bool = False  # whether it wraps around
 
     @property
     def name(self) -> str:
@@ -51,7 +51,7 @@ class Limits(NamedTuple):
         if self.length:
             unit, what = ("rad", "circle") if self.field == "heading" else ("m", "torus")
             back = (
-                f"; up to ±{FURTHEST * self.length:g} {unit} is brought back around the {what}"
+                f"; up to ±{FURTHEST * self.length:g} {unit} is wrapped around the {what}"
                 if self.around
                 else ""
             )
@@ -66,8 +66,8 @@ class Limits(NamedTuple):
         return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
-        """Return places f32[k] [m] brought into the space, headings [rad] into the circle, where they are
-        outside and that is possible; others unchanged."""
+        """Return places f32[k] [m] wrapped into the space and headings [rad] into the circle, if they are
+        outside and this is possible; others unchanged."""
         if self.around:
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
@@ -78,8 +78,8 @@ class Limits(NamedTuple):
         )
 
     def refuse(self, label: str, values: np.ndarray) -> None:
-        """Raise ValueError if a value is outside; `label` says whose it is,
-        with {} for the row of the first one."""
+        """Raise ValueError if a value is outside; `label` names its owner, with {} for the row of the
+        first one."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])
@@ -92,16 +92,16 @@ class Limits(NamedTuple):
 
 
 class Looked(NamedTuple):
-    """What the gate looks at in every table of a world."""
+    """The fields that the gate checks in every table of a world."""
 
-    key: list[Any]  # what it was made of
+    key: list[Any]  # what it was derived from
     tables: tuple["Table", ...]
     columns: list[scan.ColumnGroup]  # by type
     limits: list[list[Limits | None]]  # of these columns; None: of the causes of death
 
 
 def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[Limits]:
-    """Return the limits of a table's fields, with `heavy` of heavy ones too."""
+    """Return the limits of a table's fields; `heavy` includes those of heavy columns."""
     key = (*table.columns, *table.dims.values())
     known = table.limits.get(heavy)
     if known is None or known[0] != key:
@@ -110,7 +110,7 @@ def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[
 
 
 def _look(world: Surroundings, known: Looked | None) -> Looked:
-    """Return what to look at: `known` as long as no table and no column has become another."""
+    """Return the fields to check: `known` as long as no table or column has been replaced."""
     tables = tuple(world.tables.values())
     key = [Columns.replaced, len(world.causes), *tables, *[table.dims for table in tables]]
     if known is not None and known.key == key:
@@ -150,8 +150,8 @@ def _limits(world: Surroundings, table: "Table", heavy: bool) -> Iterator[Limits
 
 @lru_cache(256)
 def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, Any]]:
-    """Return the fields of a component that are looked at, with types and limits as they are declared, None
-    where there are none: the same in every table."""
+    """Return the fields of a component that are checked, with types and limits as declared, None if there
+    are none: the same in every table."""
     out = []
     for field, (kind, default) in component.fields.items():
         # its default is not finite: any number is allowed
@@ -167,11 +167,11 @@ def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, An
 
 
 def admit(world: Surroundings, refuse: bool = True, known: Looked | None = None) -> Looked:
-    """Wrap or refuse what was written since the last tick: columns of the living, fields, ground,
+    """Wrap or refuse the values that were written since the last tick: columns of the living, fields, ground,
     ambient values, requested births.
 
-    Returns what it looked at, which saves time where the next call is given it. Raises ValueError that names
-    the organism, the field, the value and the limits; does not raise where the debug mode will.
+    Returns the checked fields, which saves time if you pass them to the next call. Raises ValueError that
+    names the organism, the field, the value and the limits, unless the debug mode will raise it.
     """
     if refuse:
         check_surroundings(world)
@@ -213,10 +213,10 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
 def newborn(
     world: Surroundings, table: "Table", values: Mapping[tuple[type, str], Any], label: str
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns of newborn with their places brought into the space;
-    ValueError for what is beyond its limits.
+    """Return the columns of newborn with their places wrapped into the space. Raises ValueError for values
+    beyond their limits.
 
-    `label` says in the message who they are, with {} for the number of the first one.
+    `label` names the newborn in the message, with {} for the number of the first one.
     """
     out = {}
     for limits in limits_of(world, table, heavy=True):
@@ -231,7 +231,8 @@ def newborn(
 
 
 def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
-    """Return what a user's function gave for n places as an array of n numbers; ValueError otherwise."""
+    """Return the result of a user's function for n places as an array of n numbers. Raises ValueError for
+    any other result."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(

@@ -1,4 +1,4 @@
-"""The extent of a world, its edges, and the cells that neighbours are looked up in."""
+"""The extent of a world, its edges, and the cells of its neighbor index."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,15 +8,15 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 
-BLOCK = 128  # places whose cells are found at once
+BLOCK = 128  # places whose cells are computed at once
 
 
 class Space:
-    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls");
-    a volume has walls below and above.
+    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls"); a volume has walls
+    at the bottom and top.
 
-    `cell` [m] is the wished side of a cell of the neighbour index. Cells are a little larger,
-    so that whole ones fit.
+    `cell` [m] is the desired side of a cell of the neighbor index. Actual cells are slightly larger, so that
+    a whole number of them fits.
     """
 
     def __init__(self, size: Sequence[float], edges: str = "torus", cell: float | None = None) -> None:
@@ -33,12 +33,12 @@ class Space:
         self.set_cell(cell if cell is not None else max(min(self.size[:2]) / 32, 1e-3))
 
     def set_cell(self, cell: float) -> None:
-        """Choose the side of the index cells [m]; at most 4 million cells are made."""
+        """Choose the side of the index cells [m]; there are at most 4 million cells."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        # a smaller cell would not grow, and no length would hold a whole number of them
+        # a smaller cell would not grow, and no length would contain a whole number of them
         cell = max(cell, 1e-300)
-        # in floats: whole numbers of numpy wrap around
+        # in floats: integers of numpy wrap around
         while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:
             cell *= 1.25
         self.cell = float(cell)
@@ -49,13 +49,13 @@ class Space:
             np.float32,
         )
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
-        side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest of a cell
-        # how many cells a search of a radius [m] spans to each side: few radii are asked for again and again
+        side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest side of a cell
+        # how many cells a search radius [m] spans to each side: few radii are asked for, but often
         self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
 
 
 def cells_within(side: float, most: int, radius: float) -> int:
-    """Return how many cells of a side [m], at most `most`, a radius [m] spans; 0 for what is no number."""
+    """Return how many cells of a side [m], at most `most`, a radius [m] spans; 0 for NaN."""
     cells = radius / side
     return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
@@ -67,15 +67,14 @@ def wrapped(d, length):
 
 
 def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
-    """Return coordinates f32[n] brought back into [0, length): around a torus, or to the wall."""
+    """Return coordinates f32[n] brought into [0, length): around a torus, or to the wall."""
     near = np.nextafter(np.float32(length), np.float32(0.0))
     return np.minimum(v % length, near) if torus else v.clip(0, near)
 
 
 @njit
 def into(v, length, torus):
-    """Return a coordinate brought back into [0, length): around a torus, or to the wall;
-    0 for what is no number."""
+    """Return a coordinate brought into [0, length): around a torus, or to the wall; 0 for NaN."""
     zero = np.float32(0.0)
     if torus:
         v = v - length * np.float32(np.floor(v / length))
@@ -86,8 +85,8 @@ def into(v, length, torus):
 
 @njit
 def cell_of(place, n):
-    """Return in which of n cells a place lies, in units of cells: in the nearest where it lies beyond them,
-    0 for what is no number."""
+    """Return which of n cells contains a place, in units of cells: the nearest cell if it lies beyond
+    them, 0 for NaN."""
     zero, end = np.float32(0.0), np.float32(n)
     place = place if place > zero else zero
     place = place if place < end else end
@@ -96,8 +95,9 @@ def cell_of(place, n):
 
 @lone_njit
 def cells_at(first, size, x, y, z, nx, ny, nz, ix, iy, iz, cell):
-    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as
-    `cell_of` has it; ix, iy, iz are cells to the metre. Without branches, so that it becomes vector code."""
+    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest,
+    as `cell_of` computes it; ix, iy, iz are cells per meter. No branches, so that it compiles to vector
+    code."""
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)
     fx, fy, fz = np.float32(nx), np.float32(ny), np.float32(nz)
     for k in range(size):
@@ -111,8 +111,7 @@ def cells_at(first, size, x, y, z, nx, ny, nz, ix, iy, iz, cell):
 
 @njit
 def floor_between(place, low, high):
-    """Return the floor of a place in units of cells, no less than low and no more than high;
-    low for what is no number."""
+    """Return the floor of a place in units of cells, at least low and at most high; low for NaN."""
     least, most = np.float32(low), np.float32(high)
     place = place if place > least else least
     place = place if place < most else most
@@ -129,6 +128,6 @@ def half_cells(way, inverse, lengths):
 
 
 def cells_of(v: np.ndarray, inverse: float, n: int) -> np.ndarray:
-    """Return in which of n cells, `inverse` to the metre, coordinates f32[k] [m] lie: i64[k],
-    as `cell_of` does."""
+    """Return which of n cells, `inverse` per meter, contains each coordinate f32[k] [m]: i64[k], as
+    `cell_of` does."""
     return np.nan_to_num(v * inverse, nan=0.0, posinf=n, neginf=0.0).clip(0, n - 1).astype(np.int64)

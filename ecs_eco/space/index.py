@@ -1,5 +1,5 @@
-"""The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n), or
-brought up to date where organisms were born or died, and nothing else happened."""
+"""The neighbor index: the living of one table sorted by cell, and by uid within a cell; rebuilt in O(n),
+or updated if only births and deaths took place."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 
 
 class Index:
-    """The living sorted by place.
+    """The living sorted by position.
 
     Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1]. The
-    order of the entries follows from places and uids alone: it is the canonical order of all sums and ties.
+    order of entries follows from positions and uids only: it is the canonical order of all sums and ties.
     `flat` is whether z is 0 everywhere.
     """
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self.version = -1
-        self.top = 0  # no uid was larger
+        self.top = 0  # the largest uid so far
         self.flat = True
         self.lock = threading.Lock()  # held by the thread that builds it
         self.start = np.zeros(space.n_cells + 1, np.int64)
@@ -44,10 +44,10 @@ class Index:
         self._spare: tuple[np.ndarray, ...] | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are `alive` bool[rows]; the other arrays are as long or longer, places in
-        [0, size): others count as in the nearest cell."""
+        """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long, with places in
+        [0, size): places outside count as in the nearest cell."""
         if alive.size > self._cell.size:
-            self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # newborn have room
+            self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # leaves space for newborn
         if self.start.size != self.space.n_cells + 1:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
         self.flat, self.top = sort_cells(
@@ -69,8 +69,8 @@ class Index:
         self._show()
 
     def renew(self, table: Table, places: Columns) -> bool:
-        """Take out who died since, and put in who was born, where nothing else has happened to the table;
-        return False, with nothing changed, where sorting all is as fast."""
+        """Remove the dead and insert the newborn since the last build, if nothing else has happened to the
+        table; return False, with nothing changed, if sorting everything is as fast."""
         gone, their, born, uids = changes(table, self.version)
         k = gone.size + born.size
         if (
@@ -117,7 +117,8 @@ class Index:
 
 
 def changes(table: Table, version: int) -> list[np.ndarray]:
-    """Return rows i64[k] and uids u64[k] of those who left a table after a version, then of who came."""
+    """Return rows i64[k] and uids u64[k] of the entities that left a table after a version, then of those
+    that came."""
     changed: list[np.ndarray] = []
     for noted in (table.gone, table.newborn):
         k = len(noted)
@@ -136,8 +137,8 @@ def changes(table: Table, version: int) -> list[np.ndarray]:
 
 @njit
 def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su):
-    """Counting sort of the living rows by cell (x fastest), then insertion sort by uid within a cell; return
-    whether z is 0 everywhere, and the largest uid, 0 where nobody lives.
+    """Sort the living rows by cell (counting sort, x fastest), then by uid within a cell (insertion sort).
+    Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
 
     The dead are sorted, too, behind the last cell: a branch for each would take longer.
     """
@@ -200,17 +201,18 @@ def put_in(
     sz_,
     su_,
 ):
-    """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
-    any z of the latter is not 0.
+    """Copy the entries of an index, without the dead and with the newborn, into other arrays; return whether
+    the z of any newborn is not 0.
 
-    `gone` and `born` are rows, with uids. Those of the newborn are in their order and larger than all others:
-    each comes last in its cell. Who was born and died since is left out: `now` are the uids of the rows.
+    `gone` and `born` are rows, with uids. The uids of the newborn are in ascending order and larger than all
+    others: each comes last in its cell. Entities that were born and have died since are left out: `now` are
+    the uids of the rows.
     """
     n_cells, high = nx * ny * nz, False
     touched, last, next_ = np.int32(-2), np.full(n_cells, -1, np.int32), np.empty(born.size, np.int32)
     for k in range(gone.size):
         of = cell[gone[k]] if gone[k] < cell.size else n_cells
-        if of < n_cells:  # else nobody of this row was in the index
+        if of < n_cells:  # otherwise no entity of this row was in the index
             for i in range(start[of], start[of + 1]):
                 if su[i] == their[k]:
                     su[i] = 0
@@ -227,7 +229,7 @@ def put_in(
     for c in range(n_cells):
         begin, end, k = np.uint64(start[c]), np.uint64(start[c + 1]), last[c]
         start[c] = to
-        for i in range(begin, end):  # without branches
+        for i in range(begin, end):  # no branches
             rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
             to += np.uint64(su[i] != 0)
         while k >= 0:
@@ -253,9 +255,10 @@ def insert(i, cell, rows, su):
 
 @lone_njit
 def find_cells(alive, x, y, z, nx, ny, nz, inverse, cell):
-    """Write the cell of each living row, as `cell_of` has it, the number of cells for the dead: i32[rows].
+    """Write the cell of each living row, as `cell_of` computes it, and the number of cells for the dead:
+    i32[rows].
 
-    Without branches, so that it becomes vector code.
+    No branches, so that it compiles to vector code.
     """
     zero, one = np.float32(0.0), np.int32(1)
     fx, fy, fz, ix, iy, iz = (

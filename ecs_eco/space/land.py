@@ -1,4 +1,4 @@
-"""What classes of land cover are to those who live there: maps of growth, pace, cost and shelter."""
+"""Effects of land cover on organisms: maps of growth, pace, cost and shelter."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ Value = Callable[[Any], float]
 
 
 class LandMaps:
-    """Factors of each cell, f32[ny, nx], or None where all are 1: growth, pace and cost of classes;
-    `shelter`, shares, or None where all are 0. `wet` bool[ny, nx]: streams. `sha256` names the land."""
+    """Factors of each cell, f32[ny, nx], or None if all are 1: growth, pace and cost of the land classes;
+    `shelter`, shares, or None if all are 0. `wet` bool[ny, nx]: streams. `sha256` identifies the land."""
 
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:
         self.kinds, self.sha256 = land.kinds, land.sha256
@@ -33,7 +33,7 @@ def _map(kinds: np.ndarray, classes: Sequence[Any], value: Value, usual: float) 
 
 
 def at_places(factors: np.ndarray, terrain: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the numbers of a map f32[ny, nx] of a terrain at places f32[n] [m]: f32[n]."""
+    """Return the values of a map f32[ny, nx] of a terrain at places f32[n] [m]: f32[n]."""
     out: np.ndarray = factors[
         cells_of(y, terrain.inverse[1], terrain.shape[0]), cells_of(x, terrain.inverse[0], terrain.shape[1])
     ]

@@ -1,7 +1,8 @@
-"""Nearest neighbours of all entries of one index among those of another: 16 seekers in cell order at a time.
+"""The nearest neighbors of all entries of one index among those of another: 16 seekers in cell order at a
+time.
 
-The lanes of a block are neighbours in a row of cells, so they share their candidates; places, least distances
-and nearest entries of the lanes stay in vector registers. About 18 ns a seeker with four targets in reach.
+The lanes of a block are neighbors in a row of cells, so they share their candidates; their positions, least
+distances and nearest entries stay in vector registers. About 18 ns per seeker with four targets in reach.
 """
 
 from collections.abc import Callable
@@ -24,12 +25,12 @@ def nearest(
     kernel: Callable[..., None] | None = None,
     more: tuple[Any, ...] = (),
 ) -> None:
-    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none,
+    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if there is none,
     and its distance squared.
 
-    `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 where
-    none is. A seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)`
-    runs a kernel over 0…n in parts: `seek`, or one that does as it does, and what follows with `more`.
+    `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 if there
+    is none. A seeker is not its own target if both indexes are the same. `split(kernel, n, *arguments)` runs
+    a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by `more`.
     """
     space = seekers.space
     nx, ny, nz = space.shape
@@ -87,7 +88,7 @@ def _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block):
 
 @njit
 def _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, lx, ly, block):
-    """`_compare` where a block spans the torus: every difference is wrapped by itself."""
+    """Do the same as `_compare` for a block that spans the torus: every difference is wrapped by itself."""
     if a >= b:
         return
     x, y, z = load(block, 0), load(block, LANES), load(block, 2 * LANES)
@@ -111,7 +112,8 @@ def _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, lx, ly,
 
 @njit
 def _fill(block, ox, oy, oz, i0, m, radius2):
-    """Put the places of the m seekers from i0 on into a block; the last one's into lanes beyond them."""
+    """Copy the places of the m seekers from i0 on into a block, and those of the last one into the
+    remaining lanes."""
     store(block, 3 * LANES, spread(radius2))
     store(block, 4 * LANES, spread(np.float32(-1)))
     if m == LANES:
@@ -148,7 +150,7 @@ def seek(
     target,
     distance2,
 ):
-    """`nearest` for the seekers in the rows of cells first … last − 1."""
+    """Run `nearest` for the seekers in the rows of cells first … last − 1."""
     # x, y, z, least distance, its target, and an infinity among zeros: one array, so that
     # no check for overlap is compiled in
     block = np.zeros(7 * LANES, np.float32)

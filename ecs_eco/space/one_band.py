@@ -1,7 +1,7 @@
-"""The bands of a world over many processes, as systems see them: this one, where one process does all.
+"""The bands of a world divided among processes, as systems see them: this class is for a single process.
 
-A system says which of its work may be divided, and which arrays hold what comes of it; `ecs_eco.bands`
-divides it between processes. What says nothing is done by every process alike.
+A system declares which part of its work may be divided, and which arrays hold the results; `ecs_eco.bands`
+divides it among processes. Every process does the rest of the work itself.
 """
 
 from __future__ import annotations
@@ -22,23 +22,24 @@ _everything = nullcontext()
 
 
 class OneBand:
-    """One process, whose band is the whole map.
+    """A single process, whose band is the whole map.
 
-    `size` is the number of processes that hold this same world, and `rank` the place of this one among them.
-    `divided` says that each holds a part alone, its own organisms and copies of those beyond its edges:
-    ghosts, whose own processes decide what becomes of them.
+    `size` is the number of processes that hold this world, and `rank` the number of this one. `divided` means
+    that each holds only a part: its own organisms, and copies of those just beyond its edges, ghosts, whose
+    own processes decide their fate.
     """
 
     size, rank = 1, 0
     divided = False
-    inherited: Callable[..., Any] | None = None  # what newborn inherit, where parents are in other processes
+    inherited: Callable[..., Any] | None = None  # what newborn inherit from parents in other processes
 
     def stops(self) -> bool:
-        """Return whether a world that is told to stop may do so by itself; else all stop at the same tick."""
+        """Return whether a world that is asked to stop may do so by itself; otherwise all stop at the same
+        tick."""
         return True
 
     def part(self, n: int) -> tuple[int, int]:
-        """Return which of n independent items, first … last − 1, this process is to do."""
+        """Return which of n independent items, first … last − 1, this process handles."""
         return 0, n
 
     def whole(self, n: int, *arrays: np.ndarray) -> None:
@@ -49,43 +50,42 @@ class OneBand:
         return part
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
-        process's band alone; afterwards the `outputs` [index.n, …] are completed."""
+        """Within this context, `World.split` over the entries of an index, or over its rows of cells, runs
+        for this process's band only; afterwards complete the `outputs` [index.n, …]."""
         return _everything
 
     def mine(self, names: Iterable[str]) -> list[str]:
-        """Return which of some independent things this process is to do."""
+        """Return which of some independent items this process handles."""
         return list(names)
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy the array of each name from the process whose it is (`mine`) to all others."""
+        """Copy the array of each name from the process that owns it (`mine`) to all others."""
 
-    # --- what is divided where each process holds a part of the world alone ---------------------------------
+    # --- divided work if each process holds only a part of the world ---------------------------------------
 
     @property
     def common(self) -> OneBand:
-        """The processes that share work on what all of them hold: policies and rollouts."""
+        """The processes that share work on data that all of them hold: policies and rollouts."""
         return self
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Do as `over`, for what ghosts need not have: their rows of the outputs mean nothing."""
+        """Do the same as `over` for outputs that ghosts do not need: their rows are undefined."""
         return self.over(index, *outputs)
 
     def entries(self, index: Index) -> slice:
-        """Return which entries of an index are no ghosts: they are in one piece."""
+        """Return which entries of an index are not ghosts: they are contiguous."""
         return slice(0, index.n)
 
     def living(self, table: Table) -> np.ndarray:
-        """Return which rows of a table live and are no ghosts: bool[capacity]."""
+        """Return which rows of a table are alive and not ghosts: bool[capacity]."""
         return table.alive
 
     def count(self, table: Table) -> int:
-        """Return how many of a table live, in all processes."""
+        """Return the number of the living of a table, in all processes."""
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] with those of all processes behind one another: in canonical order, if each
-        stands in this order."""
+        """Return arrays [n, …] concatenated over all processes: in canonical order, if each part is."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:
@@ -101,21 +101,22 @@ class OneBand:
         return flags
 
     def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
-        """Return what stands on each site i64[ny, nx], −1 for nothing: the rows of plants, or their uids
-        where no process has all rows."""
+        """Return the occupant of each site i64[ny, nx], −1 for none: the rows of plants, or their uids if
+        no process has all rows."""
         return stands
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Note what individuals have learnt in this tick, an entry each; return it."""
+        """Record what individuals have learned in this tick, an entry each; return it."""
         return arrays
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world, in the one process that looks at it or writes it to a file; None elsewhere."""
+        """Return the whole world, in the one process that displays it or writes it to a file; None
+        elsewhere."""
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return what a function says of the whole of a divided world, in all processes that ask."""
+        """Return the result of a function of the whole of a divided world, in all processes."""
         raise NotImplementedError
 
     def collect(self, recorder: object) -> None:
-        """Bring what all processes have recorded since the last time to the one that writes it."""
+        """Bring the records of all processes since the last call to the one that writes them."""

@@ -1,7 +1,7 @@
-"""Who is near whom: all pairs of a place and a body that are closer than a radius, from the neighbour index.
+"""All pairs of a place and a body that are closer than a radius, from the neighbor index.
 
-Two passes over the cells in reach, one that counts and one that writes, so that threads share the places and
-the result has no order but that of places and of the index.
+Two passes over the cells in reach, one that counts and one that writes, let threads share the places, and the
+order of the result depends only on places and the index.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,11 @@ from ecs_eco.space.index import Index
 
 
 class Pairs(NamedTuple):
-    """Pairs that are near each other, as arrays [k]; `rows, others, distance = pairs`."""
+    """Pairs of neighbors, as arrays [k]; `rows, others, distance = pairs`."""
 
-    rows: np.ndarray  # i64, rows of the table asked, or numbers of the places
+    rows: np.ndarray  # i64, rows of the first table, or numbers of the places
     others: np.ndarray  # i64, rows of the other table
-    distance: np.ndarray  # f32 [m], from centre to centre, the shorter way around a torus
+    distance: np.ndarray  # f32 [m], from center to center, the shorter way around a torus
 
 
 def pairs(
@@ -33,9 +33,9 @@ def pairs(
 ) -> Pairs:
     """Return every pair of a place and a target closer to it than its radius.
 
-    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] are what the result calls them, `radius`
-    f32[n] [m]. Pairs come in the order of the places, and for each of them in that of the index. Where places
-    are those of the targets' own index (`same`), nobody is paired with itself. `split(kernel, n, *arguments)`
+    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] are their labels in the result, `radius`
+    f32[n] [m]. Pairs come in the order of the places, and for each of them in that of the index. If places
+    belong to the targets' own index (`same`), no entity is paired with itself. `split(kernel, n, *arguments)`
     runs a kernel over 0…n in parts.
     """
     space, n = targets.space, len(rows)
@@ -67,10 +67,10 @@ def pairs(
 
 
 def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
-    """Return places [n, axes] [m] as x, y, z f32[n] within the space: around a torus, between walls as they
-    are.
+    """Return places [n, axes] [m] as x, y, z f32[n] within the space: wrapped around a torus, unchanged
+    between walls.
 
-    Raises ValueError for another shape, for what is no finite number, and for places beyond the walls.
+    Raises ValueError for a wrong shape, for numbers that are not finite, and for places beyond the walls.
     """
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
@@ -98,8 +98,8 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
 def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
 
-    An array has one for each of them or, where they are the `rows` i64[n] of a table, one for each of its
-    rows. Raises ValueError for other lengths, and for what is negative or no number.
+    An array has one for each of them or, if they are the `rows` i64[n] of a table, one for each of its rows.
+    Raises ValueError for other lengths, and for negative numbers or NaN.
     """
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
@@ -121,8 +121,8 @@ def _run(split: Callable[..., None] | None, n: int, *arguments: object) -> None:
 
 @njit
 def _cells(place, reach, length, inverse, n, torus):
-    """Return the first and the last cell that a search along one axis looks into; around a torus the first
-    may be below 0 and the last beyond n, and no cell comes twice."""
+    """Return the first and the last cell of a search along one axis; around a torus the first may be below
+    0 and the last beyond n, and no cell comes twice."""
     wider = reach + np.float32(1e-5) * length  # than rounding
     low, high = (place - wider) * inverse, (place + wider) * inverse
     if not torus:
@@ -133,7 +133,7 @@ def _cells(place, reach, length, inverse, n, torus):
 
 @njit
 def _shorter(d, length):
-    """Return a difference of two places on a ring, or that of the other way around where it is shorter."""
+    """Return a difference of two places on a ring, or that of the other way around if it is shorter."""
     half = np.float32(0.5) * length
     d = d - length if d > half else d
     return d + length if d < -half else d
@@ -141,9 +141,9 @@ def _shorter(d, length):
 
 @njit
 def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
-    """Return how many of the targets begin … end − 1, but for `own`, are near a place."""
+    """Return how many of the targets begin … end − 1, except `own`, are near a place."""
     n = np.int64(0)
-    for t in range(begin, end):  # without branches: this becomes vector code
+    for t in range(begin, end):  # no branches: this compiles to vector code
         dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
         if seam:
             dx, dy = _shorter(dx, lengths[0]), _shorter(dy, lengths[1])
@@ -153,10 +153,11 @@ def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
 
 @njit
 def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop, entry, distance2):
-    """Write those that `_count` counts from n on, until all are found at `stop`; return where the next
-    belong.
+    """Write the targets that `_count` counts, from n on, until all are found at `stop`; return the position
+    after them.
 
-    Every target is written, and the next one over it if it was not near: that costs less than a branch.
+    Every target is written, and overwritten by the next one if it was not near: that costs less than a
+    branch.
     """
     for t in range(begin, end):
         if n == stop:
@@ -193,8 +194,8 @@ def pair(
     entry,
     distance2,
 ):
-    """Count the targets near the places first … last − 1 into start[place + 1]; or, where `distance2` has
-    room, write them from start[place] on."""
+    """Count the targets near the places first … last − 1 into start[place + 1]; or, if `distance2` is not
+    empty, write them from start[place] on."""
     counts = distance2.size == 0
     for i in range(first, last):
         x, y, z, r = px[i], py[i], pz[i], radius[i]

@@ -1,4 +1,4 @@
-"""Parts of the ground: circles and rectangles."""
+"""Regions of the ground: circles and rectangles."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Region:
     """A circle [x, y, radius], around a torus, or a rectangle [x0, y0, x1, y1] on the ground [m]."""
 
     def __init__(self, space: Space | None, numbers: Sequence[float]) -> None:
-        self.space: Any = space  # None where only the border is asked for
+        self.space: Any = space  # None if only the border is needed
         self.numbers, self.round = [float(v) for v in numbers], len(numbers) == 3
 
     def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether each place is in it: bool[n]."""
+        """Return whether each place is in the region: bool[n]."""
         if not self.round:
             x0, y0, x1, y1 = self.numbers
             return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
@@ -31,7 +31,8 @@ class Region:
         return arrays.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2]."""
+        """Return the places in the region that pairs of numbers in [0, 1) select, all equally likely:
+        f32[n, 2]."""
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v
@@ -44,7 +45,7 @@ class Region:
         return np.minimum(place.astype(np.float32), np.nextafter(self.space.lengths[:2], np.float32(0)))
 
     def border(self) -> np.ndarray:
-        """Return the corners of its border, the first one again at the end: f64[k, 2]."""
+        """Return the corners of its border, with the first one repeated at the end: f64[k, 2]."""
         if not self.round:
             x0, y0, x1, y1 = self.numbers
             return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])

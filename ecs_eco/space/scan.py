@@ -1,7 +1,7 @@
-"""The columns of all tables, looked at in one call for each type: a world that runs tick by tick pays for it
-in every tick.
+"""Check the columns of all tables in one call per type: a world that runs tick by tick pays for it in every
+tick.
 
-This kernel takes their addresses, which hold as long as no column is replaced: see `engine.addresses`.
+This kernel takes their addresses, which are valid until a column is replaced: see `engine.addresses`.
 """
 
 from typing import Any, NamedTuple
@@ -18,14 +18,14 @@ class ColumnGroup(NamedTuple):
 
     arrays: tuple[np.ndarray, ...]  # flat; they keep the addresses alive
     addresses: np.ndarray  # u64
-    table: np.ndarray  # i64, the number of each one's table
-    each: np.ndarray  # i64, values of one organism
+    table: np.ndarray  # i64, the number of each column's table
+    each: np.ndarray  # i64, values per organism
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
     def of(cls, entries: list[tuple[int, np.ndarray, Any, Any]]) -> "ColumnGroup":
-        """Make them of (number of the table, column, low, high), columns of one type."""
+        """Return the group of (number of the table, column, low, high), columns of one type."""
         table, arrays, low, high = zip(*entries, strict=True)
         return cls(
             tuple(array.reshape(-1) for array in arrays),
@@ -38,7 +38,7 @@ class ColumnGroup(NamedTuple):
 
     def first_outside(self, start: int, rows: np.ndarray) -> int:
         """Return the number of the first column, from `start` on, with a value outside low … high or NaN,
-        -1 if there is none; `rows` i64 is the number of rows of each table, those of the dead too."""
+        -1 if there is none; `rows` i64 is the number of rows of each table, those of the dead included."""
         outside: int = _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
         return outside
 
@@ -53,7 +53,7 @@ def _first_outside(addresses, table, each, low, high, start, rows):
     for k in range(start, addresses.size):
         n = each[k] * rows[table[k]]
         column, least, most, outside = column_at(addresses[k], low, n), low[k], high[k], False
-        for i in range(n):  # without branches: this becomes vector code
+        for i in range(n):  # no branches: this compiles to vector code
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:
             return k

@@ -1,4 +1,5 @@
-"""Those of a table that look for others: where they are, and the nearest of another table to each."""
+"""The living of a table that look for neighbors: their positions, and the nearest member of another table
+to each."""
 
 from __future__ import annotations
 
@@ -18,17 +19,17 @@ if TYPE_CHECKING:
 
 
 class Seekers:
-    """The living of a table as things stand now, in canonical order, which does not depend on rows: `n` of
-    them, their `rows` i64[n], neighbour `index` (uids and places), `heading` [rad], its `cos` and `sin`, and
-    `radius` [m], f32[n].
+    """The living of a table in canonical order, which does not depend on rows: `n` of them, their `rows`
+    i64[n], neighbor `index` (uids and positions), `heading` [rad], its `cos` and `sin`, and `radius` [m],
+    f32[n].
 
-    Sensors get one, and systems make one in `update`: keep none, rows change.
+    Sensors receive one, and systems create one in `update`. Never hold one across ticks: rows change.
     """
 
     def __init__(self, world: SpatialWorld, table: Table) -> None:
         self.world, self.index = world, world.index(table)
         self.rows: np.ndarray = self.index.rows.copy()
-        self.heading: np.ndarray = table[Position].heading.take(self.rows)  # half as long as with [rows]
+        self.heading: np.ndarray = table[Position].heading.take(self.rows)  # twice as fast as [rows]
         self.cos: np.ndarray = arrays.cos(self.heading)
         self.sin: np.ndarray = arrays.sin(self.heading)
         self.n = int(self.rows.size)
@@ -36,18 +37,17 @@ class Seekers:
             table[Body].radius.take(self.rows) if Body in table else np.zeros(self.n, np.float32)
         )
         self.half: tuple[np.ndarray, ...] | None = None
-        """Half of the length, width and height of each body that is no sphere, f32[n] [m]; else None."""
+        """Half of the length, width and height of each body, f32[n] [m]; None if all are spheres."""
         if Shape in table:
             *sides, rounding = (side[self.rows] for side in extents(table))
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the row of the nearest of another table that is closer than `radius` [m] to each, i64[n], −1
-        where there is none; and its distance f32[n] [m], infinite where there is none.
+        """Return the row of the nearest member of another table that is closer than `radius` [m] to each,
+        i64[n], −1 if there is none; and its distance f32[n] [m], infinite if there is none.
 
-        Distances are from center to center, the shorter way around a torus. `other` may be the same table:
-        nobody is its own neighbor. Raises KeyError for an unknown table, ValueError for a radius that cannot
-        be.
+        Distances are from center to center, the shorter way around a torus. `other` may be the same table: no
+        organism is its own neighbor. Raises KeyError for an unknown table, ValueError for an invalid radius.
         """
         targets = self.world.index(self.world.table(other) if isinstance(other, str) else other)
         entry, distance2 = np.empty(self.n, np.int32), np.empty(self.n, np.float32)

@@ -1,11 +1,11 @@
-"""Capsules and boxes: how far bodies of any shape are from each other, and where rays meet them.
+"""Capsules and boxes: the distance between bodies of any shape, and where rays meet them.
 
-A body is a row of `form` f32[n, 9]: the place of its centre x, y, z [m]; half the length, width and height of
-the box within it [m]; by how much that box is rounded [m]; cosine and sine of its heading. A sphere has a
-rounding alone, a capsule length and rounding, a box no rounding. Two upright boxes turned about the vertical
-are products of a rectangle and an interval each: the square of their distance is that of the rectangles plus
+A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
+of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a
+rounding, a capsule length and rounding, a box no rounding. Two upright boxes, rotated about the vertical, are
+each the product of a rectangle and an interval: the square of their distance is that of the rectangles plus
 that of the intervals. Methods after Ericson, Real-Time Collision Detection (2005), sections 4.4, 4.5, 5.1 to
-5.3 and 5.5. Numbers within are float64.
+5.3 and 5.5. Internal numbers are float64.
 """
 
 import math
@@ -19,7 +19,7 @@ from ecs_eco.compiled.jit import njit
 Size: TypeAlias = float | np.ndarray
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
 CONCENTRIC = 1e-9  # [m] a distance without a direction
-TURNED = 2e-7  # by which part of its size a corner may be off, since cosine and sine are float32
+TURNED = 2e-7  # relative error of a corner, since cosine and sine are float32
 
 
 def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
@@ -42,7 +42,7 @@ def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
 
 @njit
 def _spread(form, i, nx, ny):
-    """Return how far the rectangle within a body reaches from its centre along a unit vector."""
+    """Return how far the rectangle within a body extends from its center along a unit vector."""
     a, b, c, s = (
         np.float64(form[i, LENGTH]),
         np.float64(form[i, WIDTH]),
@@ -54,14 +54,14 @@ def _spread(form, i, nx, ny):
 
 @njit
 def bounds(form, i):
-    """Return how far a body reaches from its centre along x, y and z [m]."""
+    """Return how far a body extends from its center along x, y and z [m]."""
     r = np.float64(form[i, ROUND])
     return _spread(form, i, 1.0, 0.0) + r, _spread(form, i, 0.0, 1.0) + r, np.float64(form[i, HEIGHT]) + r
 
 
 @njit
 def _corner(form, i, k):
-    """Return corner k of the rectangle within a body, from its centre."""
+    """Return corner k of the rectangle within a body, from its center."""
     a = np.float64(form[i, LENGTH]) if k & 1 else -np.float64(form[i, LENGTH])
     b = np.float64(form[i, WIDTH]) if k & 2 else -np.float64(form[i, WIDTH])
     c, s = np.float64(form[i, COS]), np.float64(form[i, SIN])
@@ -70,7 +70,7 @@ def _corner(form, i, k):
 
 @njit
 def nearest_on(form, e, dx, dy):
-    """Return the place of the rectangle within body e nearest to (dx, dy), both from its centre."""
+    """Return the point of the rectangle within body e nearest to (dx, dy), both from its center."""
     c, s = np.float64(form[e, COS]), np.float64(form[e, SIN])
     a, b = np.float64(form[e, LENGTH]), np.float64(form[e, WIDTH])
     u, v = min(max(dx * c + dy * s, -a), a), min(max(dy * c - dx * s, -b), b)
@@ -79,8 +79,8 @@ def nearest_on(form, e, dx, dy):
 
 @njit
 def _part(form, i, other, e, dx, dy, tie):
-    """Return how far the rectangles of two bodies are apart along the best of their four axes, less than 0
-    where they overlap, and that axis, from e to i (separating axes: Ericson 2005, section 5.2.1)."""
+    """Return the distance of the rectangles of two bodies along the best of their four axes, negative if
+    they overlap, and that axis, from e to i (separating axes: Ericson 2005, section 5.2.1)."""
     best, ax, ay = -np.inf, 1.0, 0.0
     for k in range(4):
         c, s = (
@@ -99,10 +99,10 @@ def _part(form, i, other, e, dx, dy, tie):
 
 @njit
 def closest(form, i, other, e, dx, dy):
-    """Return the nearest places of the rectangles of two bodies that do not overlap, that of i and that of e,
-    both from the centre of e; (dx, dy) is the centre of i from that of e.
+    """Return the nearest points of the rectangles of two bodies that do not overlap, that of i and that of e,
+    both from the center of e; (dx, dy) is the center of i from the center of e.
 
-    One of the two is always a corner.
+    One of the two points is always a corner.
     """
     best, px, py, qx, qy = np.inf, dx, dy, 0.0, 0.0
     for k in range(4):
@@ -128,11 +128,11 @@ def _size(form, i):
 
 @njit
 def contact(form, i, other, e, dx, dy, dz, volume, tie):
-    """Return the distance between the surfaces of two bodies [m], less than 0 where they overlap: by that
-    much the shortest push parts them; and the direction of that push on i, a unit vector.
+    """Return the distance between the surfaces of two bodies [m], and the direction of the shortest push on i
+    that separates them, a unit vector. If they overlap, the distance is negative: the length of that push.
 
-    (dx, dy, dz) is the centre of i from that of e [m]. On a plane heights do not count. `tie`, 1 or −1, says
-    which way i goes where both have the same centre.
+    (dx, dy, dz) is the center of i from the center of e [m]. On a plane, heights do not count. `tie`, 1 or
+    −1, decides which way i goes if both have the same center.
     """
     rounding = np.float64(form[i, ROUND]) + np.float64(other[e, ROUND])
     apart, nx, ny = _part(form, i, other, e, dx, dy, tie)
@@ -154,8 +154,8 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
 
 @njit
 def ray(form, e, ox, oy, oz, ux, uy, uz):
-    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 within it, infinite where the
-    ray misses it; the ray begins at (ox, oy, oz) from the body's centre [m].
+    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 within it, infinite if the ray
+    misses it; the ray begins at (ox, oy, oz) from the body's center [m].
 
     Boxes by slabs (Ericson 2005, section 5.3.3), capsules by their cylinder and both spheres.
     """
@@ -168,7 +168,7 @@ def ray(form, e, ox, oy, oz, ux, uy, uz):
     )
     x, y, z = ox * c + oy * s, oy * c - ox * s, oz
     dx, dy, dz = ux * c + uy * s, uy * c - ux * s, uz
-    if b > 0 or h > 0:  # a box; one with rounded edges counts as if they were not
+    if b > 0 or h > 0:  # a box; rounded edges count as sharp
         begin, end = -np.inf, np.inf
         for k in range(3):
             at, d, half = (x, dx, a + r) if k == 0 else (y, dy, b + r) if k == 1 else (z, dz, h + r)
@@ -204,7 +204,7 @@ def ray(form, e, ox, oy, oz, ux, uy, uz):
 @njit
 def shift_to(d, length, limit, image):
     """Return a difference d along an axis of a torus as that of the nearest image (0) or the next one (1);
-    infinite where that one is further than `limit` [m], beyond which it does not count."""
+    infinite if that one is further than `limit` [m], beyond which it does not count."""
     d = d - length * math.floor(d / length + 0.5)
     if image == 0:
         return d
@@ -214,10 +214,10 @@ def shift_to(d, length, limit, image):
 
 @njit
 def touching(form, i, other, e, dx, dy, dz, lengths, torus, volume):
-    """Return the distance between the surfaces of two bodies [m], around a torus by the shorter way, less
-    than 0 where they overlap; and the way from the centre of i to its place that is nearest to e.
+    """Return the distance between the surfaces of two bodies [m], around a torus by the shorter way, negative
+    if they overlap; and the vector from the center of i to its point nearest to e.
 
-    (dx, dy, dz) is the centre of i from that of e [m].
+    (dx, dy, dz) is the center of i from the center of e [m].
     """
     images, best, wx, wy, wz = 2 if torus else 1, np.inf, 0.0, 0.0, 0.0
     r = np.float64(form[i, ROUND])

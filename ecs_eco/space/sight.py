@@ -1,4 +1,4 @@
-"""What is seen: rays and lines of sight that stop at the first opaque body, rock or hill."""
+"""Sight: rays and lines of sight that end at the first opaque body, rock or hill."""
 
 from collections.abc import Sequence
 
@@ -15,15 +15,15 @@ NO_HILLS = np.zeros((1, 1), np.float32)
 
 
 class Bodies:
-    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m],
-    of radius[i] [m]."""
+    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m], of radius[i]
+    [m]."""
 
     def __init__(self, space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> None:
         """Merge the indexes of `tables`, each with the radii of its rows f32[capacity]."""
         n, there = 0, 0
         for index, _ in tables:
             n += index.n
-        four = np.empty((4, n), np.float32)  # one by one: to unpack an array takes longer
+        four = np.empty((4, n), np.float32)  # one by one: unpacking an array takes longer
         self.x, self.y, self.z, self.radius = four[0], four[1], four[2], four[3]
         self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
         self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
@@ -51,8 +51,8 @@ class Bodies:
 
 @njit
 def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z, radius, uid, kinds):
-    """Put the entries of an index, all of one kind, among the `there` first of others, from the last to the
-    first, by cell and in a cell by uid; return the largest radius."""
+    """Insert the entries of an index, all of one kind, among the first `there` entries, from the last to
+    the first, by cell and by uid within a cell; return the largest radius."""
     i, j, a, b, largest = there - 1, tx.size - 1, start.size - 1, start.size - 1, np.float32(0.0)
     if there == 0:
         for k in range(j + 1):
@@ -81,8 +81,8 @@ def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z,
 
 @njit
 def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
-    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order;
-    return their number."""
+    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return
+    their number."""
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
@@ -111,7 +111,7 @@ def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, toru
 
 @njit
 def offset(ax, ay, az, bx, by, bz, lengths, torus):
-    """Return the shortest way from a to b."""
+    """Return the shortest displacement from a to b."""
     dx, dy, dz = bx - ax, by - ay, bz - az
     if torus:
         dx, dy = wrapped(dx, lengths[0]), wrapped(dy, lengths[1])
@@ -120,7 +120,7 @@ def offset(ax, ay, az, bx, by, bz, lengths, torus):
 
 @njit
 def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
-    """Return the share of the way (dx, dy) at which rock begins, 2 where there is none."""
+    """Return the share of the displacement (dx, dy) at which rock begins, 2 if there is none."""
     if ground.size == 1:
         return np.float32(2.0)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), ground_inverse, lengths)
@@ -139,10 +139,10 @@ def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, ny, nz, lengths, torus):
-    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends,
-    `me` and `it`.
+    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me`
+    and `it`.
 
-    Looks at the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
+    Checks the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
     """
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
@@ -237,11 +237,11 @@ def nearest_visible(
     target,
     distance2,
 ):
-    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body,
-    rock or hill, −1 if none.
+    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body, rock or
+    hill, −1 if there is none.
 
-    Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last
-    − 1; the heights of eyes and tops are f32[n], or numbers where no hill hides anything.
+    Seekers without any target in reach (target[i] < 0) stay as they are. Kernel over seekers first … last −
+    1; the heights of eyes and tops are f32[n], or numbers if no hill blocks sight.
     """
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
@@ -366,11 +366,11 @@ def cast(
     hit,
     distance,
 ):
-    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none,
-    −2 rock or wall) and how far.
+    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none, −2 rock or wall)
+    and its distance.
 
-    Rays start at (ox, oy, oz) and lie in the horizontal plane, at angles from the heading of which `ray_cos`
-    and `ray_sin` are cosine and sine, f32[rays] or f32[n, rays]; `hit` i32[n, rays], `distance` f32[n, rays]
+    Rays start at (ox, oy, oz) and lie in the horizontal plane, at angles from the heading whose cosine and
+    sine are `ray_cos` and `ray_sin`, f32[rays] or f32[n, rays]; `hit` i32[n, rays], `distance` f32[n, rays]
     [m].
     """
     rays = ray_cos.shape[-1]
@@ -418,9 +418,9 @@ def cast(
 
 @njit
 def ways(dx, dy, d2, r2, ux, uy, best, way):
-    """Write how far along each ray the sphere at (dx, dy) begins, 0 within it, infinite where it is missed;
-    return whether some way is shorter than `best`. `d2` is the squared distance [m²], `r2` the squared
-    radius."""
+    """Write how far along each ray the sphere at (dx, dy) begins, 0 within it, infinite if the ray misses
+    it; return whether any distance is shorter than `best`. `d2` is the squared distance [m²], `r2` the
+    squared radius."""
     if d2 <= r2:
         way[:] = 0
         return True
@@ -437,7 +437,7 @@ def ways(dx, dy, d2, r2, ux, uy, best, way):
 
 @njit
 def wall_ahead(x, y, ux, uy, lengths):
-    """How far the rim of the space is in a direction [m]."""
+    """Return the distance to the rim of the space in a direction [m]."""
     wall = np.float32(np.inf)
     if ux > 0:
         wall = min(wall, (lengths[0] - x) / ux)

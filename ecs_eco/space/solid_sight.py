@@ -1,5 +1,5 @@
-"""What is seen where some bodies are capsules or boxes: rays that meet them, lines that they cut, and the
-nearest of a kind, by the place of it that is nearest."""
+"""Sight among capsules and boxes: rays that meet them, lines that they cut, and the nearest body of a
+kind, measured to its nearest point."""
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from ecs_eco.space.terrain import hill_between
 
 @njit
 def meets(form, e, x, y, z, wx, wy, wz, lengths, torus):
-    """Return the share of the way (wx, wy, wz) from (x, y, z) at which body e begins; infinite where it does
-    not lie there."""
+    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if
+    it misses it."""
     images, best = 2 if torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):
@@ -28,8 +28,8 @@ def meets(form, e, x, y, z, wx, wy, wz, lengths, torus):
 def cut(
     x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near
 ):
-    """Return whether a capsule or box lies across the way (wx, wy, wz) from (x, y, z), other than `me` and
-    `it`; `seen` and `near` are those of `around`."""
+    """Return whether a capsule or box lies across the displacement (wx, wy, wz) from (x, y, z), other than
+    `me` and `it`; `seen` and `near` are those of `around`."""
     n = around(
         x + wx / 2,
         y + wy / 2,
@@ -85,7 +85,8 @@ def cast_on_solids(
     hit,
     distance,
 ):
-    """Replace what rays hit, as `sight.cast` writes it, by the capsules and boxes that they meet before."""
+    """Replace the hits of rays, as `sight.cast` writes them, by the capsules and boxes that they meet
+    before."""
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)
     for i in range(first, last):
         x, y, z = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i])
@@ -117,14 +118,15 @@ def cast_on_solids(
 
 @njit
 def top_of(form, e):
-    """Return how high body e is [m]."""
+    """Return the height of body e [m]."""
     return np.float32(2 * (form[e, 5] + form[e, 6]))
 
 
 @njit
 def towards(form, e, x, y, z, limit, lengths, torus, volume):
-    """Return the way from (x, y, z) to the nearest place of a body, and its length squared; infinite beyond
-    `limit` [m]. Of a sphere that is its centre, of a capsule its axis, of a box the box."""
+    """Return the displacement from (x, y, z) to the nearest point of a body, and its length squared;
+    infinite beyond `limit` [m]. The point of a sphere is its center; of a capsule, it is on the axis; of a
+    box, in the box."""
     images = 2 if torus else 1
     best, wx, wy, wz = np.inf, 0.0, 0.0, 0.0
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
@@ -187,9 +189,8 @@ def nearest_in_sight(
     target,
     distance2,
 ):
-    """Write for each seeker where the nearest target is that lies in the field of view and that no sphere,
-    capsule, box, rock or hill hides: its nearest place (px, py, pz)[i] [m]; target[i] is i, or −1 if there is
-    none.
+    """Write for each seeker the nearest point (px, py, pz)[i] [m] of the nearest target in the field of view
+    that no sphere, capsule, box, rock or hill hides; target[i] is i, or −1 if there is none.
 
     `solid` are the opaque capsules and boxes, b… the opaque spheres.
     """

@@ -1,5 +1,5 @@
-"""Bodies of any shape in one index: each is listed in all cells that it touches, so that a long wall is found
-along its whole length and a search for it reaches no further than one for small bodies."""
+"""Bodies of any shape in one index: each is listed in all cells that it touches, so that a search finds a
+long wall along its whole length and reaches no further than one for small bodies."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.space.geometry import Space, floor_between
 from ecs_eco.space.shapes import COS, LENGTH, ROUND, SIN, WIDTH, bounds
 
-FEW = 4  # cells; of a body over more of them, those at the corners of its bounds may not touch it
+FEW = 4  # cells; for a body over more cells, the corners of its bounds may not touch it
 
 
 class Solids:
     """Bodies of any shape of several tables: entry e of table `kind[e]` has the form `form[e]`, as in
     `ecs_eco.space.shapes`, and the row `rows[e]`; cell c is touched by entry[start[c]:start[c + 1]].
 
-    The entries of one table are those of its index, in that order.
+    The entries of one table are those of its index, in the same order.
     """
 
     def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
@@ -32,14 +32,14 @@ class Solids:
 
     @property
     def cells(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where to look for them: start and entry."""
+        """The lists of the cells: start and entry."""
         return self.start, self.entry
 
 
 @njit
 def cells_between(low, high, inverse, length, n, torus):
-    """Return the first and the last of the cells along an axis that low … high [m] touch; around a torus the
-    first may be below 0 and the last beyond n, and no cell comes twice."""
+    """Return the first and the last of the cells along an axis that low … high [m] touch; around a torus
+    the first may be below 0 and the last beyond n, and no cell comes twice."""
     wider = 1e-5 * length  # than rounding
     low, high = np.float32((low - wider) * inverse), np.float32((high + wider) * inverse)
     if not torus:
@@ -51,8 +51,8 @@ def cells_between(low, high, inverse, length, n, torus):
 
 @njit
 def _misses(form, e, x, y, half_x, half_y):
-    """Return whether a cell with its centre at (x, y) from that of a body, half as large as this,
-    does not touch it: it lies beyond one of its sides."""
+    """Return whether a cell with its center at (x, y) from that of a body, and with these half sides, does
+    not touch it, because it lies beyond one of its sides."""
     c, s = abs(np.float64(form[e, COS])), abs(np.float64(form[e, SIN]))
     ahead = x * np.float64(form[e, COS]) + y * np.float64(form[e, SIN])
     aside = y * np.float64(form[e, COS]) - x * np.float64(form[e, SIN])
@@ -104,7 +104,7 @@ def around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entr
     """Write the entries in the cells that a box of half this size [m] around a place touches, each once, in a
     fixed order; return their number.
 
-    `seen` i64[n + 1] is 0 at first, and tells calls apart; `out` i64[n] takes them all.
+    `seen` i64[n + 1] is 0 at first and distinguishes calls; `out` i64[n] takes them all.
     """
     x0, x1 = cells_between(x - ex, x + ex, inverse[0], lengths[0], nx, torus)
     y0, y1 = cells_between(y - ey, y + ey, inverse[1], lengths[1], ny, torus)

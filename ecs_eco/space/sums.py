@@ -1,4 +1,4 @@
-"""Sums over all bodies in reach of a place, weighted by distance: 16 places at a time, as `nearest` does it.
+"""Sums over all bodies in reach of a place, weighted by distance: 16 places at a time, as in `nearest`.
 
 Seekers and bodies are taken in the order of their indexes: sums have the same bits for any order of rows and
 any number of threads. It takes up to twice the time of `nearest`.
@@ -15,7 +15,7 @@ from ecs_eco.space.index import Index
 LANES = 16
 NONE, LINEAR, INVERSE_SQUARE = 0, 1, 2  # how the weight of a body falls with its distance
 DECAYS = {"none": NONE, "linear": LINEAR, "inverse_square": INVERSE_SQUARE}
-TOUCHING2 = 1e-12  # [m^2] the least square of a distance
+TOUCHING2 = 1e-12  # [m^2] the smallest square of a distance
 
 
 def add_near(
@@ -32,11 +32,11 @@ def add_near(
 ) -> None:
     """Add to total f64[n] each target's value times its weight, and its weight to weight f64[n].
 
-    `places` x, y, z f32[n] [m] are the seekers' own, or others in the space; `radius` f32[n] [m] is how far
-    each looks, from its place to the centre of a body. `value` and `size` [m], the body's radius, are f32 of
-    the targets in the order of their index. The weight at distance d is 1, 1 − d/radius, or
-    1/max(d, size)² [1/m^2]; sums are float32 within a row of cells, float64 over all. A seeker is not its own
-    target where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    `places` x, y, z f32[n] [m] are the seekers' own, or others in the space; `radius` f32[n] [m] is the range
+    of each, from its place to the center of a body. `value` and `size` [m], the body's radius, are f32 of the
+    targets in the order of their index. The weight at distance d is 1, 1 − d/radius, or 1/max(d, size)²
+    [1/m^2]; sums are float32 within a row of cells, float64 over all. A seeker is not its own target if both
+    indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
     nx, ny, nz = space.shape
@@ -71,8 +71,8 @@ def add_near(
 
 @njit
 def _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block):
-    """Put the places of m seekers from i0 on into a block: on a torus beyond its edge
-    where that is nearer to the body."""
+    """Copy the places of m seekers from i0 on into a block: on a torus, beyond its edge if that is nearer
+    to the body."""
     hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
     for lane in range(LANES):
         i = i0 + min(lane, m - 1)
@@ -89,7 +89,7 @@ def _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block):
 
 @njit
 def cells_touched(block, axis, length, inverse, n, torus):
-    """Return the first and the last cell along an axis that the lanes of a block look into.
+    """Return the first and the last cell along an axis that the lanes of a block search.
 
     Around a torus the first may be below 0, and the last beyond n; no cell comes twice.
     """
@@ -107,8 +107,8 @@ def cells_touched(block, axis, length, inverse, n, torus):
 
 @njit
 def _add(begin, end, i0, same, seam, decay, tx, ty, tz, value, size, lengths, block, sums):
-    """Add the bodies begin … end − 1 to all lanes of a block whose first seeker is i0;
-    `seam`: the way may lead across the edge of the torus."""
+    """Add the bodies begin … end − 1 to all lanes of a block whose first seeker is i0; `seam`: the
+    displacement may cross the edge of the torus."""
     zero, one, Lx, Ly = np.float32(0.0), np.float32(1.0), lengths[0], lengths[1]
     hx, hy = np.float32(0.5) * Lx, np.float32(0.5) * Ly
     for j in range(begin, end):
@@ -166,7 +166,7 @@ def add_rows(
     total,
     weight,
 ):
-    """`add_near` for the seekers in the rows of cells first … last − 1."""
+    """Run `add_near` for the seekers in the rows of cells first … last − 1."""
     # x, y, z, radius², 1/radius, two sums, radius: one array, so that no check for overlap is compiled in
     block, sums = np.zeros(8 * LANES, np.float32), np.empty(2 * LANES)
     for r in range(first, last):

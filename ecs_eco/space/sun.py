@@ -1,4 +1,4 @@
-"""The sun's elevation, and the light that it and the moon give."""
+"""The sun's elevation, and the light of the sun and the moon."""
 
 import math
 
@@ -8,7 +8,7 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.models.water.Sun`."""
+    """Light at the surface, relative to a sun in the zenith; see `ecs_eco.config.models.water.Sun`."""
 
     def __init__(
         self,
@@ -34,7 +34,7 @@ class Sun:
         )
 
     def light(self, time: float) -> float:
-        """Return the light at a time [s]; a year's seasons come also where days do not."""
+        """Return the light at a time [s]; seasons of a year apply also without days."""
         season = self.season(time)
         if self.kind == "constant":
             return daily_mean(self.latitude, season) + self.moon * daily_mean(self.latitude, -season)
@@ -53,7 +53,8 @@ def sine_of_elevation(share: float, latitude: float, declination: float) -> floa
 
 
 def daily_mean(latitude: float, declination: float) -> float:
-    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15)."""
+    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq.
+    4.2.15)."""
     up = scalars.sin(latitude) * scalars.sin(declination)
     swing = scalars.cos(latitude) * scalars.cos(declination)
     # [rad] hour angle; polar day and night

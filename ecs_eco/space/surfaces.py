@@ -1,4 +1,4 @@
-"""The nearest of a kind by the distance between surfaces, where some bodies are capsules or boxes."""
+"""The nearest body of a kind by the distance between surfaces, if some bodies are capsules or boxes."""
 
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 def nearest_surface(
     world: "SpatialWorld", table: "Table", other: "Table", reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each of a table, in the order of its index, the entry of the nearest of another in its
-    index, i32[n], −1 where none is within `reach` [m], and the square of the distance f32[n] [m^2]: 0 for
-    those that touch."""
+    """Return for each member of a table, in the order of its index, the entry of the nearest member of
+    another in its index, i32[n], −1 if none is within `reach` [m], and the square of the distance f32[n]
+    [m^2]: 0 for those that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
     target, distance2 = np.full(mine.uid.size, -1, np.int32), np.full(mine.uid.size, np.inf, np.float32)
     world.split(
@@ -63,8 +63,8 @@ def seek_surface(
     target,
     distance2,
 ):
-    """`nearest_surface` for entries first … last − 1; of those that overlap the deepest, of equals the one
-    with the lower uid."""
+    """Run `nearest_surface` for entries first … last − 1; of bodies that overlap it takes the deepest, of
+    equals the one with the lower uid."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])

@@ -1,4 +1,4 @@
-"""A height map with slopes that cost and cells that nothing walks into: lakes, rocks, steep mountains."""
+"""A height map with slopes that cost energy and cells that block walkers: lakes, rocks, steep mountains."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
 
 class Terrain:
-    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock,
-    3 fence) on cells of side `cell` [m].
+    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side
+    `cell` [m].
 
-    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those who stand where it is
-    put up can walk off it to either side. `slope_cost` is the extra cost of locomotion per unit of upward
-    slope, as a share of the cost on the flat. `hides`: whether hills hide what is behind them.
+    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those on its line when it is
+    put up can walk off to either side. `slope_cost` is the extra cost of locomotion per unit of upward slope,
+    as a share of the cost on the flat. `hides`: whether hills block sight.
     """
 
     def __init__(
@@ -47,11 +47,11 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # declared in the world file; an intervention keeps the ground that it makes
+        self.declared = True  # declared in the world file; an intervention keeps the ground that it creates
         self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
         self.roads: list[Road] = []
-        self.land: LandMaps | None = None  # what real land adds: see ecs_eco.space.land
-        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None where all are 1
+        self.land: LandMaps | None = None  # added by real land: see ecs_eco.space.land
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None if all are 1
         self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)
@@ -67,7 +67,7 @@ class Terrain:
             self.pave(np.array(road["line"], float), road["width"], road["pace"], road["cost"])
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
-        """Return 1 at the centre of a round place, 0 at its radius and beyond: f64[ny, nx]."""
+        """Return 1 at the center of a round place, 0 at its radius and beyond: f64[ny, nx]."""
         ny, nx = self.height.shape
         x = (np.arange(nx) + 0.5) / self.inverse[0] - place["at"][0]
         y = (np.arange(ny) + 0.5) / self.inverse[1] - place["at"][1]
@@ -77,7 +77,7 @@ class Terrain:
         return np.clip(1 - arrays.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether somebody can stand at each place [m]: bool[n]."""
+        """Return whether an organism can be at each place [m]: bool[n]."""
         ny, nx = self.ground.shape
         i, j = cells_of(x, self.inverse[0], nx), cells_of(y, self.inverse[1], ny)
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
@@ -90,19 +90,19 @@ class Terrain:
     def within_sites(
         self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray, centre_y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return places f32[n] [m] within sites of which the centres f32[n] [m] are open: the centre of the
-        site where nobody can stand at the place, at the rim of a rock or a lake."""
+        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open: the center of the site
+        if the place itself, at the rim of a rock or a lake, is blocked."""
         free = self.free(x, y)
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
     def fence(self, corners: np.ndarray) -> None:
-        """Put up a fence along a line f64[k, 2] [m], on open ground;
-        beyond the edge of a torus it goes on at the other side."""
+        """Put up a fence along a line f64[k, 2] [m], on open ground; beyond the edge of a torus it
+        continues on the other side."""
         self.fences.append(np.asarray(corners, float))
         self.draw_fences()
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
-        """Take a fence away, or all of them; raises ValueError where none stands along this line."""
+        """Remove a fence, or all of them. Raises ValueError if there is none along this line."""
         same = [
             i
             for i, f in enumerate(self.fences)
@@ -110,14 +110,14 @@ class Terrain:
         ]
         if corners is not None and not same:
             raise ValueError(
-                f"no fence stands along {np.asarray(corners).tolist()}; there are {len(self.fences)} others"
+                f"there is no fence along {np.asarray(corners).tolist()}; there are {len(self.fences)} others"
             )
         gone = same if corners is None else same[:1]
         self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
         self.draw_fences()
 
     def draw_fences(self) -> None:
-        """Mark the cells on which fences stand anew."""
+        """Mark again the cells on which there are fences."""
         ny, nx = self.ground.shape
         self.ground[self.ground == FENCE] = OPEN
         for corners in self.fences:
@@ -129,23 +129,23 @@ class Terrain:
             self.ground[j, i] = np.where(self.ground[j, i] == OPEN, FENCE, self.ground[j, i])
 
     def pave(self, corners: np.ndarray, width: float, pace: float, cost: float) -> None:
-        """Lay a road along a line f64[k, 2] [m]: factors of the speed of those on it and of its costs."""
+        """Build a road along a line f64[k, 2] [m]: factors of speed and of cost for animals on it."""
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()
 
     def unpave(self, corners: np.ndarray | None = None) -> None:
-        """Take a road away, or all of them; raises ValueError where none lies along this line."""
+        """Remove a road, or all of them. Raises ValueError if there is none along this line."""
         same = [i for i, road in enumerate(self.roads) if corners is None or np.array_equal(road[0], corners)]
         if corners is not None and not same:
             raise ValueError(
-                f"no road lies along {np.asarray(corners).tolist()}; there are {len(self.roads)} others"
+                f"there is no road along {np.asarray(corners).tolist()}; there are {len(self.roads)} others"
             )
         gone = same if corners is None else same[:1]
         self.roads = [road for i, road in enumerate(self.roads) if i not in gone]
         self.draw_roads()
 
     def draw_roads(self) -> None:
-        """Make the maps of pace and toll anew: of the land, and of the roads on it."""
+        """Recompute the maps of pace and toll: of the land, and of the roads on it."""
         self.pace = self.toll = None
         land = self.land
         if land is not None and not (land.pace is None and land.cost is None):
@@ -159,13 +159,13 @@ class Terrain:
             self.pace[on], self.toll[on] = road.pace, road.cost
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what a run can change: the ground, and the fences and roads on it;
-        nothing of ground that is kept elsewhere."""
+        """Return what a run can change: the ground, and the fences and roads on it; nothing for ground
+        that is stored elsewhere."""
         return self.fenced() if self.declared else {}
 
     def fenced(self) -> dict[str, np.ndarray]:
-        """Return the ground, and the corners of all fences with the number of each one's; roads follow, with
-        negative numbers and two rows more: width and pace, cost and 0."""
+        """Return the ground, and the corners of all fences with the number of each; roads follow, with
+        negative numbers and two more rows: width and pace, cost and 0."""
         lines = [
             *self.fences,
             *(np.array([*road.line, (road.width, road.pace), (road.cost, 0.0)]) for road in self.roads),
@@ -178,7 +178,7 @@ class Terrain:
         }
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take a `state()`; raises ValueError for ground of another size."""
+        """Load a `state()`. Raises ValueError for ground of another size."""
         if state["ground"].shape != self.ground.shape:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
@@ -215,7 +215,7 @@ class Road(NamedTuple):
     cost: float  # factor of costs
 
     def covers(self, terrain: Terrain) -> np.ndarray:
-        """Return the cells whose centre is on it or that its line passes: bool[ny, nx]."""
+        """Return the cells whose center is on it or that its line crosses: bool[ny, nx]."""
         (ny, nx), space, out = terrain.shape, terrain.space, np.zeros(terrain.shape, np.bool_)
         i, j = cells_along(self.line * np.array([nx, ny]) / np.array(space.size[:2])).T
         if space.torus:
@@ -237,17 +237,17 @@ class Road(NamedTuple):
 
 
 def cells_along(corners: np.ndarray) -> np.ndarray:
-    """Return the cells (i, j) that a line through corners f64[k, 2] passes, in units of cells: i64[n, 2].
+    """Return the cells (i, j) that a line through corners f64[k, 2] crosses, in units of cells: i64[n, 2].
 
-    Each shares a side with the next, never a corner alone: there is no way through between them (Amanatides &
-    Woo 1987).
+    Each shares a side with the next, never only a corner, so there is no way through between them (Amanatides
+    & Woo 1987).
     """
     x, y = (int(np.floor(v)) for v in corners[0])
     cells = [(x, y)]
     for (ax, ay), (bx, by) in pairwise(corners.tolist()):
         dx, dy, ends = bx - ax, by - ay, (int(np.floor(bx)), int(np.floor(by)))
         for _ in range(abs(ends[0] - x) + abs(ends[1] - y)):
-            # the share of the way at which it leaves this cell
+            # the share of the segment at which it leaves this cell
             at_x = ((x + (dx > 0)) - ax) / dx if x != ends[0] else np.inf
             at_y = ((y + (dy > 0)) - ay) / dy if y != ends[1] else np.inf
             if at_x <= at_y:
@@ -261,7 +261,8 @@ def cells_along(corners: np.ndarray) -> np.ndarray:
 def _hills(
     space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0
 ) -> np.ndarray:
-    """Return smooth hills: a sum of 32 plane waves of random direction and phase that close around the torus."""
+    """Return smooth hills: a sum of 32 plane waves of random direction and phase that are periodic on the
+    torus."""
     u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64), random.PLACE).reshape(
         3, 32
     )
@@ -279,8 +280,8 @@ def _hills(
 
 @njit
 def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
-    """Return whether a fence, rock or water begins on the way (dx, dy), other than that on which it begins;
-    looks at every half cell."""
+    """Return whether a fence, rock or water begins along the displacement (dx, dy), other than the one at
+    its start; checks every half cell."""
     on = ground_at(ground, inverse, x, y)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
@@ -296,8 +297,8 @@ def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
 
 @njit
 def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
-    """Return whether the whole way (dx, dy) is on open ground, for one who may stand on a fence;
-    looks at every half cell."""
+    """Return whether the whole displacement (dx, dy) is on open ground, for an animal that may be on a
+    fence; checks every half cell."""
     on = ground_at(ground, inverse, x, y) == FENCE
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
@@ -319,7 +320,7 @@ def ground_at(ground, inverse, x, y):
 
 @njit
 def height_at(height, inverse, x, y, torus):
-    """Return the height [m] at a place, linear between the centres of cells."""
+    """Return the height [m] at a place, linear between the centers of cells."""
     ny, nx = height.shape
     gx, gy = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5)
     i0, j0 = floor_between(gx, -1, nx), floor_between(gy, -1, ny)
@@ -343,7 +344,7 @@ def height_at(height, inverse, x, y, torus):
 @njit
 def hill_between(x, y, dx, dy, eye, top, height, inverse, lengths, torus):
     """Return whether the ground rises above the straight line from `eye` [m] above the ground at (x, y) to
-    `top` [m] above that at the end of the way (dx, dy); looks at every half cell."""
+    `top` [m] above the ground at the end of the displacement (dx, dy); checks every half cell."""
     if height.size == 1:
         return False
     begin = height_at(height, inverse, x, y, torus) + eye

@@ -1,4 +1,4 @@
-"""A column of water: light, warmth and pressure with depth, and its currents.
+"""A column of water: light, temperature and pressure with depth, and its currents.
 
 The surface is at z = height.
 """
@@ -41,11 +41,11 @@ class Water:
         self.optical = attenuation * self.layer * np.arange(self.n + 1)
 
     def shade(self, shadows: Iterable[tuple[np.ndarray, np.ndarray, float]]) -> None:
-        """Let bodies dim what is below them: (alive bool[n], z f32[n] [m],
-        area of the shade of one [m^2]) of each kind.
+        """Shade the water below bodies: (alive bool[n], z f32[n] [m], shaded area per body [m^2]) of each
+        kind.
 
-        The optical depth of a layer is attenuation × thickness + bodies × shade / area
-        of the water (Beer-Lambert).
+        The optical depth of a layer is attenuation × thickness + bodies × shade / area of the water
+        (Beer-Lambert).
         """
         added = np.zeros(self.n)
         for alive, z, shade in shadows:
@@ -61,8 +61,8 @@ class Water:
         return out
 
     def temperature(self, surface: float, z: np.ndarray) -> np.ndarray:
-        """Return the temperature [K] at heights z f32[n] [m]:
-        a tanh from that of the surface to that of the deep."""
+        """Return the temperature [K] at heights z f32[n] [m]: a tanh from that of the surface to that of
+        the deep."""
         if self.deep_temperature is None:
             return np.full(z.size, surface, np.float32)
         share = 0.5 * (1 + arrays.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
@@ -94,8 +94,8 @@ def dim(surface, z, height, optical, inverse, out):
 
 @njit
 def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volume, x, y, z):
-    """Carry the living with a current f32[k, 3] of (depth, u, v) and let them sink;
-    nobody leaves through surface or bottom."""
+    """Move the living with a current f32[k, 3] of (depth, u, v) and let them sink, between surface and
+    bottom."""
     for row in range(first, last):
         if not alive[row]:
             continue
@@ -118,7 +118,7 @@ def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volu
 
 @njit
 def carry(alive, u, v, w, dt, lengths, torus, x, y, z):
-    """Carry the living with velocities of their own: f32[n] each."""
+    """Move the living with their own velocities: f32[n] each."""
     for row in range(alive.size):
         if alive[row]:
             x[row], y[row] = (

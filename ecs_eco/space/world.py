@@ -1,4 +1,5 @@
-"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read."""
+"""A world with positions: its space, its surroundings and its neighbor indexes, which sensors and systems
+read."""
 
 from __future__ import annotations
 
@@ -33,9 +34,9 @@ T = TypeVar("T")
 class SpatialWorld(World):
     """Entities in one space, and the systems that act on them.
 
-    `size` [m] and `edges` describe the space, `cell` [m] the side of the cells of the neighbour index. The
-    rest is that of `ecs_eco.esper_bridge.world.World`. What is attached to a world from above, its configuration
-    and its recorder, has its place here, since systems ask for it.
+    `size` [m] and `edges` describe the space, `cell` [m] is the side of the cells of the neighbor index. The
+    rest is that of `ecs_eco.esper_bridge.world.World`. Attributes that higher packages set, such as its
+    configuration and recorder, are declared here, because systems use them.
     """
 
     def __init__(
@@ -55,22 +56,24 @@ class SpatialWorld(World):
         self.fields: dict[str, Field] = {}
         self.terrain: Terrain | None = None
         self.substances: list[str] = []
-        self.bodiless: set[str] = set()  # causes of death that leave no body, besides those of being eaten
-        self.reproduction = True  # switched off while policies are pre-trained
+        self.bodiless: set[str] = (
+            set()
+        )  # causes of death that leave no body, in addition to those of being eaten
+        self.reproduction = True  # switched off during pre-training
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None
         self.own_systems: list[Any] = []  # those that the configuration lists, in its order
-        self.reporters: dict[str, Any] = {}  # what is measured in every tick, by name
+        self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
         self.matter: Any = None  # the Books of its substances (ecs_eco.life.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
-        self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, where choices come from outside
+        self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, if choices come from outside
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
-        self.lock = threading.RLock()  # held while something is made that threads share
+        self.lock = threading.RLock()  # held while an object that threads share is created
         self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
-        tables = self.tables  # `self` would make a circle
+        tables = self.tables  # `self` would create a reference cycle
         # addresses of alive, uid, x, y and z of each table, for kernels
         self.whereabouts = Addresses(lambda: [_whereabouts(table) for table in tables.values()])
 
@@ -84,13 +87,14 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
-        true."""
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is
+        then true."""
         self.stopping = self.bands.stops()
 
     def listed(self) -> list[str]:
-        """Return the names of the species, not of objects, in the order in which the world file has them: for
-        all that people read. Tables are in the order of names, for the file's must not matter."""
+        """Return the names of the species, not of objects, in the order of the world file, for everything
+        that people read. Tables are in the order of names, because the order of the file must not affect
+        results."""
         known = [] if self.config is None else list(self.config.species)
         return sorted(
             (name for name, table in self.tables.items() if not table.species.is_object),
@@ -99,7 +103,7 @@ class SpatialWorld(World):
 
     @property
     def ambient(self) -> dict[str, float]:
-        """Light, temperature [K] and pressure [Pa] where no function of the environment says otherwise."""
+        """Light, temperature [K] and pressure [Pa], unless a function of the environment replaces them."""
         return self.environment.ambient
 
     @ambient.setter
@@ -107,20 +111,20 @@ class SpatialWorld(World):
         self.environment.ambient = values
 
     def admit(self, refuse: bool = True) -> None:
-        """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
+        """Wrap or refuse the values that were written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
     def admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the values of newborn with their places brought into the space;
-        ValueError for what is beyond its limits."""
+        """Return the values of newborn with their places wrapped into the space. Raises ValueError for
+        values beyond their limits."""
         return gate.newborn(self, table, values, label)
 
-    # --- who is near whom -----------------------------------------------------------------------------------
+    # --- neighbors -------------------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask."""
+        """Return the current neighbor index of a table that has Position; any thread may call it."""
         index = self._indexes.get(table.name)
         if index is not None and index.version == table.version and index.space is self.space:
             return index
@@ -142,7 +146,7 @@ class SpatialWorld(World):
         return index
 
     def _build(self, table: Table) -> Index:
-        """Bring an index up to date; of several threads that want it, one does, and the others wait."""
+        """Update an index; of several threads that need it, one does so and the others wait."""
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
             index = self._index_of(table)
@@ -152,20 +156,19 @@ class SpatialWorld(World):
                     p, (first, last) = table[Position], table.steady
                     if last != table.version or index.version < first or not index.renew(table, p):
                         index.build(table.alive[: table.high], p.x, p.y, p.z, table.uid)
-                # of fewer than there are cells, sorting all is faster than to go over the cells
+                # if there are fewer rows than cells, sorting everything is faster than visiting the cells
                 index.version, table.followed = table.version, index.n >= self.space.n_cells
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
-        """Return all pairs of one of `table` and one of `other` that are closer than `radius` [m]: rows of
-        both, and distances.
+        """Return all pairs of a member of `table` and one of `other` that are closer than `radius` [m]: rows
+        of both, and distances.
 
-        Both may be the same: nobody is paired with itself, and two that are near each other are two pairs,
-        one of each. Tables are given by themselves or by name; `radius` is a number, or an array with one for
-        each row of `table`. Pairs come in canonical order, whatever the rows. Distances are from centre to
-        centre, the shorter way around a torus, at places as they are now: a system that has moved bodies says
-        so first (`table.version += 1`). Raises KeyError for an unknown table, ValueError for a radius that
-        cannot be.
+        Both may be the same: then no organism is paired with itself, and two neighbors form two pairs. Tables
+        are given as objects or by name; `radius` is a number, or an array with one for each row of `table`.
+        Pairs come in canonical order, whatever the rows. Distances are from center to center, the shorter way
+        around a torus, at current positions: a system that has moved bodies must first report it
+        (`table.version += 1`). Raises KeyError for an unknown table, ValueError for an invalid radius.
         """
         seekers, targets = self._two(table, other)
         own = near.radii(radius, seekers.n, seekers.rows)
@@ -174,11 +177,11 @@ class SpatialWorld(World):
         )
 
     def within(self, table: Table | str, places: ArrayLike, radius: ArrayLike) -> Pairs:
-        """Return all of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of places,
-        rows, distances.
+        """Return all members of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of
+        places, rows, distances.
 
         They come in the order of the places, and for each in canonical order; `radius` is a number, or an
-        array with one for each place. See `pairs`; raises ValueError also for places that cannot be.
+        array with one for each place. See `pairs`; raises ValueError also for invalid places.
         """
         targets = self._two(table, table)[0]
         xyz = near.places_in(self.space, places)
@@ -186,11 +189,11 @@ class SpatialWorld(World):
         return near.pairs(xyz, np.arange(n), near.radii(radius, n), targets, False, self.split)
 
     def nearest(self, table: Table | str, other: Table | str, radius: float | None = None) -> Pairs:
-        """Return, for each of `table` that has one of `other` closer than `radius` [m], the nearest one: rows
-        of both, and distances.
+        """Return, for each member of `table` that has one of `other` closer than `radius` [m], the nearest
+        one: rows of both, and distances.
 
-        Without a radius it is sought in the whole world. Who has none in reach is left out; of two that are
-        equally near one is taken by the canonical order. Nobody is its own neighbour. See `pairs`.
+        Without a radius it searches the whole world. Members without a neighbor in reach are left out; of
+        equally near ones the first in canonical order is taken. No organism is its own neighbor. See `pairs`.
         """
         seekers, targets = self._two(table, other)
         widest = math.dist([0.0] * 3, self.space.lengths)
@@ -204,9 +207,9 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the bodies of several tables in one index of a kind, as things stand now:
-        those that `build()` returned, or does now."""
-        with self.lock:  # several threads may want it at once
+        """Return the current bodies of several tables in one index of a kind: the result of the last
+        `build()`, or of a new one."""
+        with self.lock:  # several threads may need it at once
             version: tuple[int, ...] = ()
             for name in names:
                 version = *version, self.tables[name].version
@@ -216,7 +219,7 @@ class SpatialWorld(World):
             return kept[1]
 
     def forget_neighbours(self) -> None:
-        """Let all indexes be made anew: the cells, or all places, are others."""
+        """Make all indexes rebuild: the cells, or all positions, have changed."""
         self._indexes.clear()
         self._merged.clear()
         self.touch()

@@ -1,4 +1,4 @@
-"""The year: how far it has gone, and how the temperature follows it."""
+"""The year: how much of it has passed, and its effect on temperature."""
 
 import math
 
@@ -19,5 +19,5 @@ class Year:
         return (time / self.length + self.start) % 1.0
 
     def warming(self, time: float) -> float:
-        """Return how much warmer than its mean over the year it is at a time [s]: a sine wave [K]."""
+        """Return how much warmer than its annual mean it is at a time [s]: a sine wave [K]."""
         return self.temperature * scalars.cos(2 * math.pi * (self.share(time) - self.warmest))

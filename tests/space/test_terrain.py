@@ -116,7 +116,7 @@ def test_ground_with_fences_is_saved_and_brought_back():
         terrain.unfence(np.array([[0.5, 5.5], [19.5, 5.5]]))
         assert terrain.ground[5, 15] == FENCE  # the other one
         assert terrain.ground[5, 12] == 0
-    with pytest.raises(ValueError, match="no fence stands along"):
+    with pytest.raises(ValueError, match="there is no fence along"):
         b.unfence(np.array([[0.5, 5.5], [19.5, 5.5]]))
     with pytest.raises(ValueError, match="cells"):
         Terrain(space, 2.0).load(a.state())
