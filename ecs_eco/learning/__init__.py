@@ -1,8 +1,9 @@
-"""Learning while alive: actor-critic networks and PPO, for populations that are born and die in mid-rollout.
+"""Learning during life: actor-critic networks and PPO, for populations whose members are born and die in
+mid-rollout.
 
-How an organism senses, decides and is rewarded belongs to `ecs_eco.nervous` and `ecs_eco.systems`: nothing
-here knows biology, and the parts train plain Gymnasium vector environments. Names load when first used:
-`from ecs_eco.learning import PPO` loads neither torch nor numba.
+This package knows no biology and also trains plain Gymnasium vector environments. How an organism senses,
+decides and is rewarded belongs to `ecs_eco.nervous` and `ecs_eco.systems`. Names load on first use: `from
+ecs_eco.learning import PPO` loads neither torch nor numba.
 """
 
 from typing import TYPE_CHECKING

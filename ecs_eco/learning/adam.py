@@ -9,16 +9,16 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 
-# sums may be taken in any order here: always the same one for the same number of weights
+# sums may be taken in any order here, which is the same for the same number of weights
 summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 
 @summing_njit
 def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, decay=0.0):
-    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows;
-    return its length.
+    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its
+    norm.
 
-    Weights decay apart from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
+    Weight decay is decoupled from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
     nothing changes.
     """
     gradient = gradients[0]
@@ -46,7 +46,7 @@ def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, 
 
 @summing_njit
 def adam_each(weights, gradients, moment_1, moment_2, steps, rates, epsilon, max_norm, decay):
-    """Take a step of Adam with each row of weights f32[k, size]; return the lengths of the gradients f64[k]."""
+    """Take a step of Adam with each row of weights f32[k, size]; return the norms of the gradients f64[k]."""
     norms = np.empty(len(weights))
     for i in range(len(weights)):
         norms[i] = adam(

@@ -1,5 +1,5 @@
-"""What a rollout says before it is learnt from: advantages, their mean and deviation, and how well the values
-foretold."""
+"""Statistics of a rollout before an update: advantages, their mean and deviation, and the variance that
+values explain."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ecs_eco.learning.arithmetic import fused_njit
 
 @fused_njit
 def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
-    """Fill in the advantages (Schulman et al. 2016, eq. 16) of transitions STEP[n] in order of time, of which
-    each has its row's life after it, or `ended` bool[n].
+    """Fill in the advantages (Schulman et al. 2016, eq. 16) of transitions STEP[n] in order of time; after
+    each, its row's life continues unless `ended` bool[n].
 
-    `later` and `gain` f32[rows] hold the value and the advantage of what each row did next: at first what it
-    expects of all that comes, and 0.
+    `later` and `gain` f32[rows] hold the value and the advantage of each row's next transition: initially the
+    bootstrap value and 0.
     """
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]
@@ -27,8 +27,8 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
 
 @fused_njit
 def summarize(steps):
-    """Return, of a rollout STEP[n], the mean and the deviation of the advantages, the share of the targets'
-    variance that the values explain, and the mean reward; NaN where it says nothing."""
+    """Return, of a rollout STEP[n], the mean and the deviation of the advantages, the share of the
+    targets' variance that the values explain, and the mean reward; NaN if undefined."""
     n = len(steps)
     mean = target_mean = variance = target_variance = reward = 0.0
     for i in range(n):

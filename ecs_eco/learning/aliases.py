@@ -1,10 +1,10 @@
-"""What others call the hyperparameters of PPO: Stable-Baselines3, CleanRL and papers."""
+"""Other names of PPO's hyperparameters: those of Stable-Baselines3, CleanRL and papers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-ALIASES = {  # their word → ours
+ALIASES = {  # their name → ours
     "gamma": "discount",
     "lr": "learning_rate",
     "batch_size": "minibatch",
@@ -26,8 +26,7 @@ ALIASES = {  # their word → ours
 
 
 def resolve(given: Iterable[str]) -> dict[str, str]:
-    """Return our name of each of these that is another word for one; raises ValueError where both are given,
-    or two words for one."""
+    """Return our name of each of these settings. Raises ValueError if a setting is given under two names."""
     names = list(given)
     known = {word: ALIASES[word] for word in names if word in ALIASES}
     for i, (word, name) in enumerate(known.items()):
@@ -38,5 +37,5 @@ def resolve(given: Iterable[str]) -> dict[str, str]:
 
 
 def hint(word: str) -> str:
-    """Return what to say of another word that was taken: what it is called here."""
+    """Return a hint for another name that was accepted: the name of the setting here."""
     return f"{word} is called {ALIASES[word]} here"

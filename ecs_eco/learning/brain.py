@@ -1,7 +1,7 @@
-"""Plain actor-critic networks of small tanh layers: their shape, where their weights lie, and `Brain`, one
-that all of a species share.
+"""Plain actor-critic networks of small tanh layers: their shape, the layout of their weights, and `Brain`,
+which all members of a species share.
 
-It thinks without torch; how it learns is in ppo.py.
+Inference needs no torch; ppo.py does the learning.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ class PlainNetwork:
     `groups` are the numbers of options of the categorical ones, then CONTINUOUS for each continuous one.
     `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own). A
     network is one row of `size` numbers: of each layer the matrix (in, out), then the bias. With a shared
-    trunk the last layer has all outputs of the policy, then the value; else the policy's layers come first.
+    trunk the last layer has all outputs of the policy, then the value; otherwise the policy's layers come
+    first.
     """
 
-    memory = 0  # numbers that it keeps from one decision to the next
-    by_row = True  # what one thinks depends on no other, to the bit: processes may share the rows
+    memory = 0  # numbers that it keeps between decisions
+    by_row = (
+        True  # the output for one row is independent of the others, to the bit: processes may share the rows
+    )
 
     def __init__(
         self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], trunk: str = "shared"
@@ -49,7 +52,7 @@ class PlainNetwork:
             raise ValueError(f"trunk = {trunk!r}: allowed is 'shared' or 'separate'")
         self.n_observations, self.groups = n_observations, tuple(groups)
         self.hidden, self.trunk = tuple(hidden), trunk
-        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
+        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
         self.offsets, self.n_numbers = laid_out(groups)
         self.n_logits, self.spreads = sum(groups), spreads(groups)
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
@@ -73,8 +76,8 @@ class PlainNetwork:
                 below, above = above, above + _whole(b)
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Return the parts of weights [..., size] in the order of `shapes`;
-        the value is the last output of the last layer."""
+        """Return the parts of weights [..., size] in the order of `shapes`; the value is the last output
+        of the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [
@@ -130,8 +133,8 @@ class Brain(PlainNetwork):
         return {name: np.array(weights, order="C") for name, weights in self.named().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing,
-        unknown or of another shape."""
+        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
+        shapes."""
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -148,8 +151,8 @@ class Brain(PlainNetwork):
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations].
 
-        A row's bits depend neither on the other rows, nor on its place among them,
-        nor on the threads of `split`.
+        The bits of a row depend neither on the other rows, nor on its position, nor on the threads of
+        `split`.
         """
         n = len(observations)
         shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)
@@ -169,11 +172,11 @@ class Brain(PlainNetwork):
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what `forward` does, and the memory f32[n, 0] as it is."""
+        """Return the result of `forward`, and the memory f32[n, 0] unchanged."""
         return *self.forward(observations, split), memory
 
     def _draw(self, seed: int) -> None:
-        """Draw all weights anew; biases are zero."""
+        """Draw all weights again; biases are zero."""
         matrices = [(name, w) for name, w in self.named().items() if name.endswith("weight")]
         generators = [np.random.Generator(np.random.Philox(key=[seed, n])) for n in range(len(matrices))]
         with nullcontext() if portable.on() else one_blas_thread():
@@ -185,8 +188,8 @@ class Brain(PlainNetwork):
 
 
 def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
-    """Return a random f64[n_out, n_in] with orthonormal rows or columns,
-    whichever are fewer (Saxe et al. 2014)."""
+    """Return a random f64[n_out, n_in] with orthonormal rows or columns, whichever are fewer (Saxe et al.
+    2014)."""
     if portable.on():
         return orthogonal(generator, n_out, n_in)
     q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
@@ -195,5 +198,5 @@ def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.nda
 
 
 def _whole(n: int) -> int:
-    """Return n up to a whole number of vectors."""
+    """Return n rounded up to a whole number of vectors."""
     return -(-n // LANES) * LANES

@@ -1,4 +1,5 @@
-"""Which brain and learner belong to a species: the built-in network with its kernels, or any torch module."""
+"""Choose the brain and the learner of a species: the built-in network with its kernels, or any torch
+module."""
 
 from __future__ import annotations
 
@@ -25,10 +26,10 @@ def brain_of(
     device: str = "cpu",
     trunk: str = "shared",
 ) -> PolicyNetwork:
-    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one with a `trunk`;
-    without torch where that thinks on the CPU.
+    """Return a new brain: of `network(n_observations, groups)`, or the built-in one with a `trunk`, without
+    torch if it runs on the CPU.
 
-    Raises ValueError for a module that cannot be a brain, and for a device that is not there.
+    Raises ValueError for a module that cannot be a brain, and for a device that does not exist.
     """
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
@@ -51,8 +52,8 @@ def individuals_of(
     seed: int,
     device: str = "cpu",
 ) -> Individuals:
-    """Return the networks of a species whose members each have their own: by kernels for the built-in one
-    with categorical actions, by torch.func for others."""
+    """Return the networks of a species whose members each have their own: with kernels for the built-in
+    network with categorical actions, with torch.func for others."""
     from ecs_eco.learning.individual import Individuals
 
     if network is None and device == "cpu" and not laid_out(groups)[1]:
@@ -66,8 +67,8 @@ def individuals_of(
 
 
 def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
-    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere;
-    one behaves as the other."""
+    """Return the learner of a brain: kernels for a plain network, autograd otherwise; both give the same
+    results."""
     if isinstance(brain, Brain):
         from ecs_eco.learning.ppo import Learner
 

@@ -1,4 +1,4 @@
-"""How a row of logits becomes one choice per action group."""
+"""Turn a row of logits into one choice per action group."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import numpy as np
 
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 
-BLOCK = 128  # rows that are turned on their side at once
+BLOCK = 128  # rows that are transposed at once
 
 
 @lone_fused_njit
 def choose(logits, offsets, uniforms, choice, log_probability):
-    """Draw each row's choice int[n, G], and its log-probability f32[n], where the uniforms f32[n, G] fall.
+    """Draw each row's choice int[n, G], and its log-probability f32[n], at the uniforms f32[n, G].
 
-    `offsets` are the brain's; uniforms are in [0, 1). Rows go in blocks turned on their side, so that loops
-    along them become vectors.
+    `offsets` are the brain's; uniforms are in [0, 1). Rows are transposed in blocks, so that loops along them
+    become vector code.
     """
     n, width = logits.shape
     side, total = np.zeros((width, BLOCK), np.float32), np.empty(BLOCK, np.float32)
@@ -41,10 +41,11 @@ def choose(logits, offsets, uniforms, choice, log_probability):
 
 @lone_fused_njit
 def _draw(side, low, high, rest, total, taken, number):
-    """Choose one of the options low … high − 1 of each column where `rest`, uniform in [0, 1), falls.
+    """Choose one of the options low … high − 1 of each column at `rest`, uniform in [0, 1).
 
-    `side` f32[k, BLOCK] are logits, here less their largest; `total` becomes the sum of their exponentials,
-    `taken` the chosen logit, `number` which it is, from 0 on: f32[BLOCK] each, as float32 for vectors.
+    `side` f32[k, BLOCK] are logits, reduced here by the largest; `total` becomes the sum of their
+    exponentials, `taken` the chosen logit, `number` its index, from 0: f32[BLOCK] each, as float32 for vector
+    code.
     """
     zero, one = np.float32(0), np.float32(1)
     for i in range(BLOCK):
@@ -73,7 +74,7 @@ def _draw(side, low, high, rest, total, taken, number):
 
 @fused_njit
 def choose_best(logits, offsets, choice):
-    """Write each row's likeliest choice of every group into int[n, G]; the first of equals."""
+    """Write each row's most probable choice of every group into int[n, G]; the first of equals."""
     for i in range(logits.shape[0]):
         for g in range(len(offsets) - 1):
             choice[i, g] = _highest(logits, i, offsets[g], offsets[g + 1]) - offsets[g]

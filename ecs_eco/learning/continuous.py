@@ -1,12 +1,12 @@
-"""Continuous actions: numbers drawn from normal distributions of which the network gives mean and spread.
+"""Continuous actions: numbers drawn from normal distributions whose mean and deviation the network outputs.
 
-Among the `groups` of a network each is `CONTINUOUS`, which stands after all categorical ones and takes two
-outputs: the mean, and the natural logarithm of the standard deviation, held in LEAST … MOST. Numbers are in
-units of half the action's range around its middle, so that −1 and 1 are its limits; what is drawn beyond them
-is carried out as the limit, and learnt from as it was drawn.
+Among the `groups` of a network, each is `CONTINUOUS`, comes after all categorical ones and takes two outputs:
+the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are in units
+of half the action's range around its middle, so that −1 and 1 are its limits. A number beyond them is
+executed as the limit, and learned from as it was drawn.
 
-In the built-in network the deviation is one learned number for all observations, a bias: were it learnt
-through the weights of a whole layer too, it would fall as many times faster than the mean finds its place.
+In the built-in network the deviation is one learned number for all observations, a bias: if the weights of a
+whole layer could change it too, it would fall many times faster than the mean improves.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TURN = np.float32(2 * np.pi)
 
 
 class Continuous(int):
-    """The size of a continuous action's head, told apart from a categorical one of two options."""
+    """The size of a continuous action's head, distinct from a categorical one of two options."""
 
     def __repr__(self) -> str:
         return "CONTINUOUS"
@@ -33,8 +33,9 @@ CONTINUOUS = Continuous(2)
 
 
 def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
-    """Return where the outputs of each categorical group begin and the last one's end, i64[G + 1], and how
-    many continuous groups follow them; ValueError where one of the former comes after one of the latter."""
+    """Return where the outputs of each categorical group begin and the last one's end, i64[G + 1], and the
+    number of continuous groups after them. Raises ValueError if a categorical group follows a continuous
+    one."""
     kinds = [isinstance(group, Continuous) for group in groups]
     if kinds != sorted(kinds):
         raise ValueError(f"groups = {tuple(groups)}: continuous ones come last")
@@ -55,8 +56,8 @@ def in_units(numbers: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarr
 
 @fused_njit
 def draw_numbers(outputs, uniforms, numbers, log_probability):
-    """Draw numbers f32[n, k] from normal distributions of outputs f32[n, 2 k] (mean, log deviation), and add
-    their log-probabilities to f32[n]; uniforms f32[n, 2 k] are in [0, 1) (Box and Muller 1958)."""
+    """Draw numbers f32[n, k] from normal distributions of outputs f32[n, 2 k] (mean, log deviation), and
+    add their log-probabilities to f32[n]; uniforms f32[n, 2 k] are in [0, 1) (Box and Muller 1958)."""
     for i in range(numbers.shape[0]):
         for j in range(numbers.shape[1]):
             radius = np.sqrt(max(np.float32(0), np.float32(-2) * log(np.float32(1) - uniforms[i, 2 * j])))

@@ -1,9 +1,10 @@
-"""Activations and gradient of a plain network over some transitions, for weights that many share or one has.
+"""Activations and gradient of a plain network over some transitions, for weights that are shared or
+individual.
 
-All is in one flat array, the scratch: the activations of all layers, the deltas (the gradient by each
-layer's sums, before tanh), the weights, their gradient, and what `Layout` names. A layer's activations are
-(rows, wide), a row for each transition, up to a multiple of ROWS, and wide the layer's units, up to a
-multiple of LANES. What is behind the units, and behind a matrix's rows, is read and let be.
+Everything is in one flat array, the scratch: the activations of all layers, the deltas (the gradient by each
+layer's sums, before tanh), the weights, their gradient, and the fields of `Layout`. A layer's activations are
+(rows, wide), a row for each transition, up to a multiple of ROWS; wide is the number of the layer's units, up
+to a multiple of LANES. The padding behind the units, and behind a matrix's rows, is read and ignored.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
 
 
 class Layout(NamedTuple):
-    """Where parts of the scratch begin, behind the activations."""
+    """The positions of parts of the scratch, behind the activations."""
 
     deltas: int
     weights: int
@@ -42,7 +43,7 @@ def layout_of(layers, rows):
         head = max(head, 0 if layer.hidden else round_up(layer.outputs, ROWS) * narrow)
     deltas = round_up(rows, ROWS) * units
     gradient = 2 * deltas + size + LANES
-    there = gradient + size + ROWS * widest + LANES  # tiles go beyond it
+    there = gradient + size + ROWS * widest + LANES  # tiles extend beyond it
     zeros = there + transposed
     return Layout(deltas, 2 * deltas, gradient, there, zeros, zeros + widest, zeros + widest + head)
 
@@ -61,7 +62,8 @@ def gather_observations(observations, chosen, scratch):
 
 @fused_njit
 def transpose_weights(scratch, layout, layers):
-    """Write the matrix (a, b) of each layer above the first as (b, wide), whenever weights have changed."""
+    """Write the matrix (a, b) of each layer above the first as (b, wide), after every change of the
+    weights."""
     for level in range(len(layers)):
         layer = layer_of(layers, level)
         a, b, wide = layer.inputs, layer.outputs, round_up(layer.inputs, LANES)
@@ -98,7 +100,9 @@ def backward(scratch, layout, layers, rows, n):
             b = layer.outputs
             product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, 0, below, narrow, narrow)
             _through_tanh(scratch, below, rows * layer.below, rows * narrow)
-    for level in range(len(layers)):  # from the first to the last, for tiles go beyond what is theirs
+    for level in range(
+        len(layers)
+    ):  # from the first to the last, because tiles extend beyond their own block
         layer = layer_of(layers, level)
         a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
         narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
@@ -126,7 +130,7 @@ def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
 
 @fused_njit
 def _through_tanh(scratch, deltas, h, n):
-    """Turn n numbers of the gradient by tanh's results h into those by what it was taken of."""
+    """Multiply n numbers of the gradient by the derivative of tanh, given its results h."""
     one = spread(np.float32(1))
     for i in range(0, n, LANES):
         y = load(scratch, h + i)

@@ -1,9 +1,9 @@
-"""A brain for every animal: each has its own weights, its own Adam and its own hyperparameters,
-and learns from its own life.
+"""A brain for every animal: each has its own weights, its own Adam and its own hyperparameters, and learns
+from its own life.
 
-Nothing is kept here: weights and rollouts are columns of the animals' table, in blocks of rows (components
-Policy and Experience), so that a brain is born and dies with its animal. The loss is that of ppo.py; the
-kernels are in individual_kernels.py.
+Weights and rollouts are columns of the animals' table, in blocks of rows (components Policy and Experience),
+so that a brain is born and dies with its animal. The loss is that of ppo.py; the kernels are in
+individual_kernels.py.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from ecs_eco.engine.blocks import Blocked
     from ecs_eco.engine.schema import Columns
 
-WEIGHTS = 170  # used, there and back in learning, in the 30 ns that `split` counts as an organism
+WEIGHTS = 170  # used, both ways in learning, in the 30 ns that `split` counts per organism
 
 
 class Individuals(PlainNetwork):
-    """The networks of all individuals of a species: a shared trunk of tanh layers,
-    heads for policy and value, and PPO.
+    """The networks of all individuals of a species: a shared trunk of tanh layers, heads for policy and
+    value, and PPO.
 
-    `policy` and `experience` are the columns of these components. Rows come in canonical order; what an
-    animal thinks and learns depends, bit for bit, neither on its row, nor on the others, nor on threads. A
-    tick is: sense; credit; learn, for those that are `due`; forward; choose; store.
+    `policy` and `experience` are the columns of these components. Rows come in canonical order; the decisions
+    and the learning of an animal do not depend, to the bit, on its row, on the others, or on threads. A tick
+    is: sense; credit; learn, for those that are `due`; forward; choose; store.
     """
 
     def __init__(
@@ -51,11 +51,11 @@ class Individuals(PlainNetwork):
         }
 
     def reset(self, ppo: PPO) -> None:
-        """Take other hyperparameters; the horizon stays."""
+        """Set other hyperparameters; the horizon stays."""
         self.ppo = ppo
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
-        """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
+        """Return the weights of a shared brain in the order in which individuals store theirs: f32[size]."""
         weights, named = np.empty(self.size, np.float32), brain.named()
         for name, part in self.named_views(weights).items():
             part[...] = named[name]
@@ -76,8 +76,8 @@ class Individuals(PlainNetwork):
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborn, each the same for the same key and `who` u64[k].
 
-        Weights are normal with deviation gain / sqrt(inputs), the gain sqrt(2), 0.01 of the logits,
-        1 of the value; biases are zero.
+        Weights are normal with deviation gain / sqrt(inputs); the gain is sqrt(2), 0.01 for the logits, 1 for
+        the value. Biases are zero.
         """
         deviations = np.zeros(self.size, np.float32)
         for matrix in self.views(deviations)[::2]:
@@ -88,9 +88,9 @@ class Individuals(PlainNetwork):
         return weights
 
     def prune(self, weights: np.ndarray, units: np.ndarray, layer: int) -> None:
-        """Leave each network of weights f32[k, size] the first `units` i64[k] of a hidden layer.
+        """Keep only the first `units` i64[k] of a hidden layer in each network of weights f32[k, size].
 
-        All weights to and from the others become 0, and stay so: no gradient reaches them.
+        All weights to and from the others become 0 and stay 0: no gradient reaches them.
         """
         missing = np.arange(self.hidden[layer]) >= units[:, None]
         into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
@@ -99,7 +99,7 @@ class Individuals(PlainNetwork):
         out[missing] = 0
 
     def complete(self, weights: np.ndarray, fresh: np.ndarray) -> None:
-        """Give networks f32[k, size] the hidden units that they lack (weights of 0) of `fresh` ones."""
+        """Give networks f32[k, size] their missing hidden units (weights of 0) from `fresh` ones."""
         for layer in range(len(self.hidden)):
             into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
             lacking = ~(into.any(axis=1) | (bias != 0) | out.any(axis=2))
@@ -111,8 +111,8 @@ class Individuals(PlainNetwork):
     def forward(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the logits f32[n, n_logits] and values f32[n] of what the animals
-        of `rows` i64[n] observe, f32[n, c]."""
+        """Return the logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n] with
+        observations f32[n, c]."""
         n = len(rows)
         if x.shape != (n, self.n_observations):
             raise ValueError(f"observations have shape {x.shape}; allowed is {(n, self.n_observations)}")
@@ -143,7 +143,7 @@ class Individuals(PlainNetwork):
     ) -> None:
         """Append a transition to the rollout of each row i64[n]: f32[n, c], int[n, groups], f32[n], f32[n].
 
-        Raises ValueError where a rollout is full: `learn` empties it.
+        Raises ValueError if a rollout is full: `learn` empties it.
         """
         if not len(rows):
             return
@@ -165,17 +165,17 @@ class Individuals(PlainNetwork):
             )
 
     def credit(self, experience: Columns, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over."""
+        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are skipped."""
         if len(rows):
             kernels.credit(experience.reward.by_address(), rows, experience.length, reward)
 
     def due(
         self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
-        """Return whose rollout is at an end, bool[n].
+        """Return whose rollout is complete, bool[n].
 
-        The first rollout of a life ends at an age drawn from the uid, the later ones when they are full:
-        about 1 / horizon of the animals learn in a tick, even when all were born in the same one.
+        The first rollout of a life ends at an age drawn from the uid, later ones when they are full: about 1
+        / horizon of the animals learn in a tick, even if all were born in the same one.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
@@ -192,14 +192,14 @@ class Individuals(PlainNetwork):
         split: Split,
         own: Mapping[str, np.ndarray] | None = None,
     ) -> dict[str, float]:
-        """Let the animals of `rows` i64[n] learn from their rollouts and empty these;
-        they expect `bootstrap` f32[n] of what comes.
+        """Let the animals of `rows` i64[n] learn from their rollouts, and empty these; `bootstrap` f32[n] are
+        the values of their current states.
 
-        `plasticity` has their learning rates, discounts and weights of the entropy, each f32[n] or one number
-        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each.
-        With a learning rate of 0 an animal forgets its rollout and stays as it
-        is. Returns the means over those that learnt, named as those of `Learner.update`, and their number
-        n_animals. Raises FloatingPointError where a gradient is not finite.
+        `plasticity` has their learning rates, discounts and entropy coefficients, each f32[n] or one number
+        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each. With a learning rate
+        of 0 an animal drops its rollout and does not change. Returns the means over those that learned, named
+        as those of `Learner.update`, and their number n_animals. Raises FloatingPointError if a gradient is
+        not finite.
         """
         n = len(rows)
         settings = self._settings(n, plasticity, own or {})
@@ -240,8 +240,8 @@ class Individuals(PlainNetwork):
     def _settings(
         self, n: int, plasticity: tuple[Any, Any, Any] | None, own: Mapping[str, np.ndarray]
     ) -> np.ndarray:
-        """Return the hyperparameters f64[n, Hyperparameters] of n animals: those of the species, but for their
-        plasticity and their `own` [n]."""
+        """Return the hyperparameters f64[n, Hyperparameters] of n animals: those of the species, replaced
+        by their plasticity and their `own` [n]."""
         if plasticity is not None:
             own = {**own, **dict(zip(("learning_rate", "discount", "entropy"), plasticity, strict=True))}
         settings = np.empty((n, len(kernels.Hyperparameters._fields)))
@@ -250,7 +250,7 @@ class Individuals(PlainNetwork):
         return settings
 
     def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
-        """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
+        """Share with all processes what each of them has learned for its part of the rows i64[n]."""
         n, (first, last) = len(rows), self.bands.part(len(rows))
         for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):
             column[rows] = self.bands.gathered(n, column[rows[first:last]])
@@ -276,7 +276,7 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
-    """Return means over animals; of the reward over transitions; NaN where nobody learnt."""
+    """Return means over animals; of the reward, over transitions; NaN if no animal learned."""
     n, total = len(report), np.add.reduce
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {
@@ -294,5 +294,5 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
 
 
 def _addresses(*columns: Blocked) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """Return columns as kernels take them."""
+    """Return the addresses of columns, as kernels take them."""
     return tuple(column.by_address() for column in columns)

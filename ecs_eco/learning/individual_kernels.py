@@ -1,8 +1,8 @@
-"""Kernels over animals that each have a network of their own: newborn weights, what they live through, one
+"""Kernels over animals that each have their own network: newborn weights, recording of transitions, one
 update of PPO.
 
-Columns come in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table.
-Each animal's numbers are summed in an order that depends on nothing but its own rollout.
+Columns are in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table. Each
+animal's numbers are summed in an order that depends only on its own rollout.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ TERMS = (
     "explained_variance",
     "reward",
 )
-AHEAD = 8  # animals: so many others are recorded while the layout of one are fetched
+AHEAD = 8  # animals: this many others are recorded while the data of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
 
 class Hyperparameters(NamedTuple):
-    """Those of one animal: fields of PPO."""
+    """The hyperparameters of one animal: fields of PPO."""
 
     learning_rate: np.float32
     discount: np.float32
@@ -56,19 +56,20 @@ class Hyperparameters(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """What one thread needs to let an animal learn."""
+    """The memory that one thread needs to train an animal."""
 
     network: np.ndarray  # f32[…], see `gradient.Layout`
     layout: Layout
     loss: LossScratch
-    steps: np.ndarray  # STEP[horizon]: what an animal lived through
-    numbers: np.ndarray  # f32[horizon, 0]: nobody has continuous actions
+    steps: np.ndarray  # STEP[horizon]: the transitions of an animal
+    numbers: np.ndarray  # f32[horizon, 0]: there are no continuous actions
     order: np.ndarray  # i64[horizon]
 
 
 @fused_njit
 def draw_newborn(key, who, deviations, weights):
-    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays 0."""
+    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays
+    0."""
     for j in range(len(who)):
         for i in range(len(deviations)):
             weights[j, i] = 0
@@ -80,8 +81,8 @@ def draw_newborn(key, who, deviations, weights):
 
 @fused_njit
 def record(observations, choices, returns, length, rows, x, choice, log_probability, value):
-    """Append a transition to each animal's rollout; return how many had no room. `returns` are the columns of
-    log-probabilities, values and rewards."""
+    """Append a transition to each animal's rollout; return how many had no space left. `returns` are the
+    columns of log-probabilities, values and rewards."""
     log_probabilities, values, rewards = returns
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
@@ -106,7 +107,7 @@ def record(observations, choices, returns, length, rows, x, choice, log_probabil
 
 @fused_njit
 def _prefetch_place(row, length, observations, choices, log_probabilities, values):
-    """Let the processor begin to gather_observations where an animal's next transition goes."""
+    """Prefetch the place of an animal's next transition."""
     place, c = row % BLOCK * values[1].shape[1] + length[row], observations[1].shape[2]
     for k in range(0, c, LANES):
         prefetch(flat_block_of(row, observations), place * c + k)
@@ -126,8 +127,8 @@ def credit(rewards, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write whose rollout is at an end: full, or the first of a life,
-    which ends at an age drawn from the uid."""
+    """Write whose rollout is complete: full, or the first of a life, which ends at an age drawn from the
+    uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
         due[i] = n >= horizon or (n > 0 and np.uint64(tick - born[i]) == mix(uid[i]) % np.uint64(horizon))
@@ -151,12 +152,12 @@ def train(
     offsets,
     report,
 ):
-    """Let animals first … last − 1 learn from their rollouts and empty them; `report` f64[n, TERMS] gets the
+    """Train animals first … last − 1 on their rollouts and empty them; `report` f64[n, TERMS] receives the
     means over each one's steps.
 
     `networks` are the columns of weights and both moments, `counters` those of steps, updates and the
-    rollouts' lengths, `returns` those of log-probabilities, values and rewards. Animals expect `bootstrap`
-    f32[n] of what comes, and have `settings` f64[n, Hyperparameters]; with a learning rate of 0 nothing
+    rollouts' lengths, `returns` those of log-probabilities, values and rewards. `bootstrap` f32[n] are the
+    values of the current states, and `settings` f64[n, Hyperparameters]; with a learning rate of 0 nothing
     changes.
     """
     steps, updates, length = counters
@@ -178,7 +179,7 @@ def train(
         loss = LossSettings(
             own.clip, own.clip_value, own.entropy, own.value_weight, np.float32(shift), np.float32(scale)
         )
-        if j + 1 < last:  # the next animal's arrive while this one learns
+        if j + 1 < last:  # the next animal's data arrive while this one learns
             for column in networks:
                 prefetch_row(rows[j + 1], column)
             prefetch_row(rows[j + 1], observations)
@@ -209,7 +210,7 @@ def _hyperparameters(settings, j):
 
 @fused_njit
 def _workspace(layers, offsets, horizon):
-    """Return room for the rollout of one animal, whose steps are all of one row."""
+    """Return the memory for the rollout of one animal, whose steps all belong to one row."""
     layout = layout_of(layers, horizon)
     return Workspace(
         np.zeros(layout.end, np.float32),
@@ -223,7 +224,7 @@ def _workspace(layers, offsets, horizon):
 
 @fused_njit
 def _read_transitions(row, returns, steps):
-    """Fill in what an animal lived through."""
+    """Copy the transitions of an animal."""
     at = row % BLOCK
     log_probability = block_of(row, returns[0])[at]
     value, reward = block_of(row, returns[1])[at], block_of(row, returns[2])[at]
@@ -269,7 +270,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
                 own.max_grad_norm,
                 own.weight_decay,
             )
-    for i in range(size):  # a copy of a slice asks of each number whether the slice repeats it
+    for i in range(size):  # copying a slice would check for each number whether the slice repeats it
         kept[np.uint64(i)] = weights[np.uint64(i)]
     take_terms(work.loss, terms)
     for term in range(6):
@@ -278,7 +279,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
 
 @fused_njit
 def _shuffle(index, key):
-    """Bring the numbers into a random order (Durstenfeld 1964)."""
+    """Shuffle the numbers (Durstenfeld 1964)."""
     for i in range(len(index) - 1, 0, -1):
         other = np.int64(mix(mix(key) + np.uint64(i)) % np.uint64(i + 1))
         index[i], index[other] = index[other], index[i]

@@ -1,7 +1,7 @@
-"""A torch module for every animal: the weights of all are rows of one column,
-and torch.func lets them think and learn at once.
+"""A torch module for every animal: the weights of all are rows of one column, and torch.func runs and trains
+them at once.
 
-The columns are those of individual.py, so that brains are born, inherited, saved and freed in the same way.
+The columns are those of individual.py, so brains are born, inherited, saved and freed in the same way.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
 
-ANIMALS = 256  # that go through their networks at once
+ANIMALS = 256  # animals whose networks run at once
 
 
 class IndividualModules(Individuals):
-    """The networks of all individuals of a species, each `network(n_observations, groups)`
-    with weights of its own.
+    """The networks of all individuals of a species, each `network(n_observations, groups)` with its own
+    weights.
 
-    On the CPU the same animals think and learn the same bits on any number of threads. What torch.func.vmap
-    has no rule for (as of torch 2: GRUCell and LSTMCell) goes animal by animal. Raises ValueError for a
-    module that cannot be a brain.
+    On the CPU the same animals decide and learn the same bits on any number of threads. Modules without a
+    rule for torch.func.vmap (as of torch 2: GRUCell and LSTMCell) run animal by animal. Raises ValueError for
+    a module that cannot be a brain.
     """
 
     by_row = False  # torch computes many at once
@@ -78,12 +78,12 @@ class IndividualModules(Individuals):
         self._try()
 
     def reset(self, ppo: PPO) -> None:
-        """Take other hyperparameters."""
+        """Set other hyperparameters."""
         self.ppo = ppo
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
-        """Return the weights f32[k, size] that the module's constructor draws for newborn: the same for the
-        same key and `who` u64[k]."""
+        """Return the weights f32[k, size] that the module's constructor draws for newborn: the same for
+        the same key and `who` u64[k]."""
         weights = np.empty((len(who), self.size), np.float32)
         with torch.random.fork_rng(devices=[]), one_torch_thread():
             for i, one in enumerate(np.asarray(who, np.uint64).tolist()):
@@ -95,8 +95,8 @@ class IndividualModules(Individuals):
         return weights
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
-        """Return the weights of a shared brain of this network in the order in
-        which individuals keep theirs: f32[size]."""
+        """Return the weights of a shared brain of this network in the order in which individuals store
+        theirs: f32[size]."""
         return np.concatenate([np.asarray(brain.named()[name], np.float32).ravel() for name in self.names])
 
     def module(self, weights: np.ndarray) -> torch.nn.Module:
@@ -109,13 +109,14 @@ class IndividualModules(Individuals):
     def forward(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n], without memory."""
+        """Return logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n], without
+        memory."""
         return self.recall(policy, rows, x, np.zeros((len(rows), self.memory), np.float32))[:2]
 
     def recall(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, memory: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the memory f32[n, memory] from here on, of animals with this memory."""
+        """Return logits, values, and the next memory f32[n, memory], of animals with this memory."""
         n = len(rows)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
@@ -141,9 +142,9 @@ class IndividualModules(Individuals):
         memory: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
     ) -> dict[str, float]:
-        """As `Individuals.learn`; `memory` f32[n, memory] is what the animals remembered when their rollouts
-        began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions. Nobody has `own`
-        hyperparameters here."""
+        """Learn as `Individuals.learn` does; `memory` f32[n, memory] are the animals' memories at the
+        beginning of their rollouts, `numbers` f32[n, horizon, n_numbers] their draws for continuous
+        actions. `own` hyperparameters are not supported."""
         settings = self._settings(len(rows), plasticity, {})
         rates = setting_of(settings, "learning_rate")
         lengths = experience.length[rows]
@@ -169,7 +170,7 @@ class IndividualModules(Individuals):
         return summary(report[learning], lengths[learning], rates[learning])
 
     def _think(self, weights: np.ndarray, x: np.ndarray, memory: np.ndarray) -> Any:
-        """Let each animal's network see one observation."""
+        """Run each animal's network on one observation."""
         tensor = self.brain.tensor
         inputs = (tensor(x[:, None]), tensor(memory[:, None])) if self.memory else (tensor(x[:, None]),)
         out = self._each(lambda w, *seen: functional_call(self.brain.module, self._named(w), seen))(
@@ -196,7 +197,7 @@ class IndividualModules(Individuals):
         began: np.ndarray,
         numbers: np.ndarray,
     ) -> np.ndarray:
-        """Let animals learn, each from its rollout, and write weights and moments; return f64[k, terms …]."""
+        """Train animals, each on its rollout, and write weights and moments; return f64[k, terms …]."""
         ppo, tensor = self.ppo, self.brain.tensor
         lengths = experience.length[rows].astype(np.int64)
         steps, (mean, deviation, explained, reward) = self._advantages_of(
@@ -251,8 +252,8 @@ class IndividualModules(Individuals):
         bootstrap: np.ndarray,
         discount: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what animals lived through, advantages too, STEP[k, horizon] with zeros beyond each one's
-        length, and what `summarize` says of each, f64[4, k]."""
+        """Return the transitions of animals with advantages, STEP[k, horizon] with zeros beyond each one's
+        length, and the statistics of `summarize` for each, f64[4, k]."""
         steps, ended = np.zeros((len(rows), self.ppo.horizon), STEP), np.zeros(self.ppo.horizon, np.bool_)
         for name in ("log_probability", "value", "reward"):
             steps[name] = getattr(experience, name)[rows]
@@ -278,8 +279,8 @@ class IndividualModules(Individuals):
         shift: torch.Tensor,
         scale: torch.Tensor,
     ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-        """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon],
-        and its terms."""
+        """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon], and its
+        terms."""
         logits, values = self._replay(self._named(weights), observations, began)
         old = {"log_probability": log_probability, "value": value, "advantage": advantage}
         loss, terms = ppo_loss(
@@ -291,8 +292,8 @@ class IndividualModules(Individuals):
     def _replay(
         self, named: dict[str, torch.Tensor], observations: torch.Tensor, state: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return logits [horizon, k] and values [horizon] of one animal;
-        gradients go back `unroll` ticks of its memory."""
+        """Return logits [horizon, k] and values [horizon] of one animal; gradients go back `unroll` ticks
+        of its memory."""
         module = self.brain.module
         if not self.memory:
             return functional_call(module, named, (observations,))
@@ -304,7 +305,7 @@ class IndividualModules(Individuals):
         return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs])
 
     def _try(self) -> None:
-        """Go animal by animal where torch has no way for several at once; raise ValueError where such a
+        """Choose to run animal by animal if torch cannot run several at once. Raises ValueError if such a
         network cannot learn at all."""
         n, horizon = 2, 3
         flat = (horizon,)
@@ -331,10 +332,10 @@ class IndividualModules(Individuals):
             self._each = each
             try:
                 with one_torch_thread(), self.brain.reproducible(), warnings.catch_warnings():
-                    # of operations that vmap itself would do one by one
+                    # of operations that vmap itself would run one by one
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(*zeros)
-                    with torch.no_grad():  # operations may be others then
+                    with torch.no_grad():  # the operations may differ then
                         self._think(
                             np.zeros((n, self.size), np.float32),
                             zeros[1][:, 0].cpu().numpy(),
@@ -350,8 +351,8 @@ class IndividualModules(Individuals):
 
 
 def one_by_one(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what torch.func.vmap returns for a function, with the items
-    of its arguments taken one after the other."""
+    """Return what torch.func.vmap returns for a function, with the items of its arguments taken one after
+    the other."""
 
     def mapped(*arguments: torch.Tensor) -> Any:
         return _stacked([function(*(a[i] for a in arguments)) for i in range(len(arguments[0]))])
@@ -368,8 +369,8 @@ def _stacked(items: list[Any]) -> Any:
 def _minibatches(
     there: np.ndarray, parts: int, seed: int, uid: np.ndarray, updates: np.ndarray, epoch: int
 ) -> list[np.ndarray]:
-    """Return masks bool[k, horizon] that share out each animal's transitions
-    at random among the gradient steps of an epoch."""
+    """Return masks bool[k, horizon] that distribute each animal's transitions at random among the gradient
+    steps of an epoch."""
     if parts == 1:
         return [there]
     order = np.empty(there.shape)

@@ -1,7 +1,7 @@
-"""What plain networks say, without torch: kernels whose sums no library takes in an order of its own.
+"""Inference of plain networks without torch: kernels with a fixed order of summation.
 
-What one organism thinks depends, to the bit, neither on the others, nor on its place among them, nor on the
-number of threads.
+The output for one organism does not depend, to the bit, on the others, on its position, or on the number of
+threads.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ BLOCK = 64  # organisms: four vectors of the widest kind
 
 @fused_njit
 def infer_shared(first, last, observations, weights, layers, logits, values):
-    """Write what organisms first to last of the observations f32[c, n] think with the same weights f32[size]:
-    logits f32[n, k], values f32[n].
+    """Write the outputs of the same weights f32[size] for organisms first to last of the observations f32[c,
+    n]: logits f32[n, k], values f32[n].
 
-    Observations of a block are transposed on their side, (units, organisms), so that all loops run along the
-    organisms, as vectors.
+    The observations of a block are transposed, (units, organisms), so that all loops run along the organisms,
+    as vector code.
     """
     n_observations, n_logits = observations.shape[0], logits.shape[1]
     widest = units = 0
@@ -77,8 +77,8 @@ def _lay_weights(weights, layers, biases, scratch):
 
 @fused_njit
 def _take(observations, start, size, scratch, to):
-    """Put what organisms from `start` on observe into a block: as vectors where each of the n observations
-    lies in one piece."""
+    """Copy the observations of organisms from `start` on into a block: as vectors if each of the n
+    observations is contiguous."""
     n = observations.shape[0]
     if size == BLOCK and observations.strides[1] == 4:
         step = observations.strides[0] // 4
@@ -93,11 +93,11 @@ def _take(observations, start, size, scratch, to):
 
 @lone_fused_njit
 def infer_individual(first, last, rows, weights, layers, x, logits, values):
-    """Write the logits f32[n, k] and values f32[n] of what animals first … last − 1 observe, f32[n, c], each
-    with weights of its own: animal j's are row `rows[j]` of a column `Blocked.by_address`.
+    """Write the logits f32[n, k] and values f32[n] of animals first … last − 1 with observations f32[n, c],
+    each with its own weights: animal j's are row `rows[j]` of a column `Blocked.by_address`.
 
-    Of a layer's inputs, every fourth is added up on its own. Up to LANES numbers behind each animal's weights
-    are read, and let be.
+    Every fourth input of a layer is summed separately. Up to LANES numbers behind each animal's weights are
+    read and ignored.
     """
     zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], x.shape[1]
     for level in range(len(layers)):

@@ -1,4 +1,4 @@
-"""The layers of a plain network, as kernels take them: a table i64[layers, 7], a `Layer` a row."""
+"""The layers of a plain network, as kernels take them: a table i64[layers, 7], a `Layer` per row."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from ecs_eco.learning.arithmetic import fused_njit
 
 
 class Layer(NamedTuple):
-    """One layer of a plain network: its widths, and where its numbers begin."""
+    """One layer of a plain network: its widths, and the positions of its numbers."""
 
     inputs: int
     outputs: int
     weights: int  # where its matrix (inputs, outputs) begins in a row of weights; then its bias
-    transposed: int  # and among those transposed, whose rows are up to a multiple of LANES
-    below: int  # where what it reads begins [numbers per transition]; 0: the observations
-    above: int  # and its own
-    hidden: int  # whether tanh is taken of them
+    transposed: int  # and in the transposed weights, whose rows are up to a multiple of LANES
+    below: int  # where its input begins [numbers per transition]; 0: the observations
+    above: int  # where its output begins
+    hidden: int  # whether tanh is applied
 
 
 @fused_njit

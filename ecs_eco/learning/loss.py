@@ -1,11 +1,11 @@
 """PPO's loss as a kernel: its terms, and its gradient by the outputs of a plain network.
 
-Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
-probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
+Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's new
+and old probabilities, A the advantage, R = A + the old value (Schulman et al. 2017, eq. 7 and 9).
 `torch_ppo.ppo_loss` is the same in autograd.
 
-Transitions are transposed on their side, so that all loops run along a block of them, as vectors: float32 is all
-that is in these loops, and their length is the arrays', for the compiler undoes short loops of known length.
+Transitions are transposed, so that all loops run along a block of them, as vector code: these loops use only
+float32, and their length is that of the arrays, because the compiler unrolls short loops of known length.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ VALUE, ENTROPY, KL, CLIPPED = BLOCK, 2 * BLOCK, 3 * BLOCK, 4 * BLOCK
 
 
 class LossSettings(NamedTuple):
-    """What the loss depends on beside the transitions; advantages are taken as (A - shift) * scale."""
+    """The parameters of the loss; advantages are taken as (A - shift) * scale."""
 
     clip: np.float32
     clip_value: np.float32
@@ -39,14 +39,14 @@ class LossSettings(NamedTuple):
 class LossScratch(NamedTuple):
     """The arrays of `gather_transitions` and `output_gradient`, for n transitions of G choices, K numbers."""
 
-    weight: np.ndarray  # f32[n]: of each transition in the mean
-    log_probability: np.ndarray  # f32[n], of then
-    value: np.ndarray  # f32[n], of then
+    weight: np.ndarray  # f32[n]: weight of each transition in the mean
+    log_probability: np.ndarray  # f32[n], at the decision
+    value: np.ndarray  # f32[n], at the decision
     advantage: np.ndarray  # f32[n]
     choices: np.ndarray  # f32[G, n]
     numbers: np.ndarray  # f32[K, n]
     outputs: np.ndarray  # f32[outputs, BLOCK], the value last, then the gradient by them
-    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits less the group's largest
+    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits minus the group's largest
     mean_logit: np.ndarray  # f32[G, BLOCK]
     inverse_sum: np.ndarray  # f32[G, BLOCK], of the exponentials
     log_ratio: np.ndarray  # f32[BLOCK], then the gradient by the log-probability
@@ -55,7 +55,7 @@ class LossScratch(NamedTuple):
 
 @fused_njit
 def allocate_scratch(offsets, n_numbers, rows):
-    """Return what the loss of up to `rows` transitions of a network needs."""
+    """Return the memory for the loss of up to `rows` transitions of a network."""
     n, n_groups, n_outputs = round_up(rows, BLOCK), len(offsets) - 1, offsets[-1] + 2 * n_numbers + 1
     return LossScratch(
         np.zeros(n, np.float32),
@@ -75,7 +75,7 @@ def allocate_scratch(offsets, n_numbers, rows):
 
 @lone_fused_njit
 def gather_transitions(scratch, steps, choices, numbers, offsets, chosen, weight):
-    """Lay out the chosen transitions i64[n] of a rollout: STEP[t], int[t, G], f32[t, K]."""
+    """Gather the chosen transitions i64[n] of a rollout: STEP[t], int[t, G], f32[t, K]."""
     n = len(chosen)
     for i in range(n):
         step = steps[chosen[i]]
@@ -86,17 +86,17 @@ def gather_transitions(scratch, steps, choices, numbers, offsets, chosen, weight
             scratch.choices[g, i] = np.float32(option)
         for j in range(numbers.shape[1]):
             scratch.numbers[j, i] = numbers[chosen[i], j]
-    for i in range(n, len(scratch.weight)):  # those behind are of no account, and finite
+    for i in range(n, len(scratch.weight)):  # the padding is ignored, but must be finite
         scratch.weight[i] = scratch.log_probability[i] = scratch.value[i] = scratch.advantage[i] = 0
 
 
 @fused_njit
 def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scratch):
-    """Write the gradient of the loss by the outputs of n transitions, zeros into the rows behind them; add its
-    terms to those of the scratch.
+    """Write the gradient of the loss by the outputs of n transitions, zeros into the rows behind them; add
+    its terms to those of the scratch.
 
     The outputs of each head lie in the network's scratch, `activations`, as `gradient.forward` leaves them;
-    the gradient by them lies there `deltas` farther behind.
+    the gradient by them lies `deltas` further behind.
     """
     weight, old_log_probability, old_value, advantage, choices, numbers = scratch[:6]
     outputs, exponentials, mean_logit, inverse_sum, log_ratio, terms = scratch[6:]
@@ -150,7 +150,7 @@ def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scr
 
 @lone_fused_njit
 def _transpose_outputs(activations, layers, rows, start, size, outputs):
-    """Turn the outputs of the block's first `size` transitions on their side; behind them are zeros."""
+    """Transpose the outputs of the block's first `size` transitions, followed by zeros."""
     first = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
@@ -190,7 +190,7 @@ def _begin(log_probability, start, log_ratio):
 
 @fused_njit
 def _subtract_largest(outputs, low, high):
-    """Take from a group's logits the largest of them."""
+    """Subtract the largest of a group's logits from them."""
     for i in range(0, BLOCK, LANES):
         largest = load(outputs, low * BLOCK + i)
         for k in range(low + 1, high):
@@ -204,8 +204,9 @@ def _subtract_largest(outputs, low, high):
 def group_softmax(
     logits, exponentials, low, high, g, mean_logit, inverse_sum, choices, weight, start, log_ratio, terms
 ):
-    """Write the exponentials of a group's logits, which are at most 0, 1 / their sum, and the logits' mean by
-    probability; add the log-probability of what was taken to `log_ratio`, the entropy [nat] to the terms."""
+    """Write the exponentials of a group's logits, which are at most 0, 1 / their sum, and the logits' mean
+    by probability; add the log-probability of the choice to `log_ratio` and the entropy [nat] to the
+    terms."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):
         mean_logit[g, i] = zero
@@ -231,8 +232,8 @@ def group_softmax(
 
 @lone_fused_njit
 def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, terms):
-    """Add the log-probability that a normal distribution gives to number j to `log_ratio`, its entropy [nat]
-    to the terms; behind its mean, the outputs have the logarithm of its deviation."""
+    """Add the log-probability of number j under its normal distribution to `log_ratio`, and its entropy
+    [nat] to the terms; the outputs have the logarithm of the deviation behind the mean."""
     for i in range(len(log_ratio)):
         at = np.uint64(start + i)
         s = min(max(outputs[mean + 1, i], LEAST), MOST)
@@ -243,8 +244,8 @@ def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, 
 
 @lone_fused_njit
 def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
-    """Turn `log_ratio`, by how much the log-probabilities of what was taken have changed, into the
-    gradient by these; add to the loss of the policy, the divergence r - 1 - log(r), and what was clipped."""
+    """Turn `log_ratio`, the change of the log-probabilities of the choices, into the gradient by these;
+    add to the policy loss, the divergence r - 1 - log(r), and the clipped share."""
     zero, one = np.float32(0), np.float32(1)
     low, high = one - settings.clip, one + settings.clip
     shift, scale = settings.shift, settings.scale
@@ -262,8 +263,8 @@ def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
 
 @lone_fused_njit
 def value_gradient(outputs, weight, old_value, advantage, start, settings, terms):
-    """Turn the values into the gradient by them; add the squared errors, with clip_value those of the worse of
-    the free and the clipped value."""
+    """Turn the values into the gradient by them; add the squared errors, with clip_value those of the
+    worse of the free and the clipped value."""
     zero, clip, value = np.float32(0), settings.clip_value, len(outputs) - 1
     for i in range(outputs.shape[1]):
         at = np.uint64(start + i)
@@ -293,7 +294,8 @@ def logit_gradient(
 
 @lone_fused_njit
 def normal_gradient(outputs, mean, numbers, j, weight, start, entropy, log_ratio):
-    """Turn the mean and the logarithm of the deviation of number j's distribution into the gradient by them."""
+    """Turn the mean and the logarithm of the deviation of number j's distribution into the gradient by
+    them."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):
         at, d, free = np.uint64(start + i), log_ratio[i], outputs[mean + 1, i]
@@ -307,7 +309,7 @@ def normal_gradient(outputs, mean, numbers, j, weight, start, entropy, log_ratio
 
 @fused_njit
 def take_terms(scratch, terms):
-    """Write the sums of the loss's terms to f64[5], and let the next begin at 0."""
+    """Write the sums of the loss's terms to f64[5], and reset them to 0."""
     sums = scratch.terms
     for term in range(5):
         total = 0.0

@@ -1,4 +1,4 @@
-"""The built-in network as a torch module, and which modules are nothing else."""
+"""The built-in network as a torch module, and the test whether a module is equivalent to it."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ class MLP(nn.Module):
         values = value["head"](above[-1])[:, 0]
         if not self._continuous:
             return policy["head"](above[1]), values
-        of_spreads: Any = self._of_spreads  # their biases alone learn
+        of_spreads: Any = self._of_spreads  # only their biases learn
         weight = torch.where(of_spreads, policy["head"].weight.detach(), policy["head"].weight)
         return nn.functional.linear(above[1], weight, policy["head"].bias), values
 
 
 @dataclass(frozen=True)
 class Plain:
-    """The weights of a plain network as `Brain.state()` has them."""
+    """The weights of a plain network, as `Brain.state()` returns them."""
 
     hidden: tuple[int, ...]
     trunk: str
@@ -80,8 +80,8 @@ class Plain:
 
 
 def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
-    """Return a module's weights where it does what `Brain` does, so that the fast way is open to it;
-    None for any other.
+    """Return a module's weights if it computes what `Brain` does, so that kernels can run it; None for any
+    other.
 
     It is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the value.
     Raises ValueError for a Sequential with other numbers of inputs or outputs.
@@ -125,7 +125,7 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
         if i < len(linear) - 1:
             state |= {f"trunk.{i}.weight": weight, f"trunk.{i}.bias": bias}
     value = slice(n_logits, n_logits + 1) if outputs > n_logits else slice(0, 1)
-    unknown = outputs == n_logits  # nothing is known of values: they begin at 0
+    unknown = outputs == n_logits  # values are not given: they begin at 0
     state |= {
         "policy.head.weight": weight[:n_logits],
         "policy.head.bias": bias[:n_logits],

@@ -1,9 +1,9 @@
-"""A brain that is any torch module: what it has to be, and how a world thinks with it.
+"""A brain that is any torch module: its requirements, and how a world runs it.
 
 `Net(n_observations, groups)` is an ordinary `torch.nn.Module` with `forward(observations f32[n, d]) → (logits
-f32[n, k], values f32[n])`, k = sum(groups). One with a memory says how many numbers each organism keeps,
-`self.memory = 64`, and has `forward(observations, state f32[n, memory]) → (logits, values, state)`. It is
-always in evaluation mode, and draws no random numbers.
+f32[n, k], values f32[n])`, k = sum(groups). A module with a memory declares how many numbers each organism
+keeps, `self.memory = 64`, and has `forward(observations, state f32[n, memory]) → (logits, values, state)`. It
+is always in evaluation mode, and draws no random numbers.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.mlp import MLP, plain
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
-CHUNK = 2048  # rows that go through a module at once
-# rows are filled up to a multiple of so many: products of fewer take another way, with other last bits
+CHUNK = 2048  # rows that a module receives at once
+# rows are padded to a multiple of this: products of fewer take another path, with other last bits
 LANES = 16
 
 
 class ModuleBrain:
     """A torch module in the place of a `Brain`.
 
-    Raises ValueError where it is none that can be: with what it gave and what it should give. `device` is
-    "cpu", "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
+    Raises ValueError if the module is unsuitable, with its output and the expected one. `device` is "cpu",
+    "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
     """
 
     by_row = False  # torch computes a chunk of rows at once
@@ -43,7 +43,7 @@ class ModuleBrain:
         if not isinstance(module, torch.nn.Module):
             raise ValueError(f"gives {type(module).__name__}; allowed: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
-        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
+        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
         self.offsets, self.n_numbers = laid_out(groups)
         self.n_logits = sum(groups)
         try:
@@ -54,7 +54,7 @@ class ModuleBrain:
         self._check()
 
     def parameters(self) -> list[torch.nn.Parameter]:
-        """Return what learning changes, in the module's order."""
+        """Return the parameters that learning changes, in the module's order."""
         return [p for p in self.module.parameters() if p.requires_grad]
 
     def named(self) -> dict[str, np.ndarray]:
@@ -70,8 +70,8 @@ class ModuleBrain:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing,
-        unknown or of another shape."""
+        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
+        shapes."""
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -85,15 +85,15 @@ class ModuleBrain:
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations];
-        one with a memory begins without any."""
+        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations]; a module with a
+        memory starts with an empty one."""
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the memory f32[n, memory] from here on, of organisms with this memory."""
+        """Return logits, values, and the next memory f32[n, memory], of organisms with this memory."""
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(
@@ -114,8 +114,8 @@ class ModuleBrain:
         return logits, values, later
 
     def run(self, observations: np.ndarray, state: torch.Tensor | None = None) -> tuple[torch.Tensor, ...]:
-        """Call the module: logits, values and, with a memory, the state that follows,
-        as tensors that gradients flow through."""
+        """Call the module: return logits, values and, with a memory, the next state, as tensors with
+        gradients."""
         x = self.tensor(observations)
         out = self.module(x) if state is None else self.module(x, state)
         return out
@@ -126,8 +126,8 @@ class ModuleBrain:
 
     @contextmanager
     def reproducible(self) -> Iterator[None]:
-        """Within, torch takes deterministic algorithms alone;
-        raises RuntimeError where an operation has none."""
+        """Within this context torch uses only deterministic algorithms. Raises RuntimeError if an
+        operation has none."""
         before, warns = (
             torch.are_deterministic_algorithms_enabled(),
             torch.is_deterministic_algorithms_warn_only_enabled(),
@@ -139,8 +139,8 @@ class ModuleBrain:
             torch.use_deterministic_algorithms(before, warn_only=warns)
 
     def _check(self) -> None:
-        """Raise ValueError unless the module gives what it should for 3 and for 16 organisms,
-        the same each time, and can learn."""
+        """Raise ValueError unless the module returns the expected output for 3 and for 16 organisms, the
+        same each time, and can learn."""
         wrong = {str(p.dtype) for p in self.module.parameters() if p.dtype != torch.float32}
         if wrong:
             raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; allowed: torch.float32")
@@ -152,12 +152,11 @@ class ModuleBrain:
             first, second = self._outputs(x, state), self._outputs(x, state)
             if not torch.equal(before, torch.get_rng_state()):
                 raise ValueError(
-                    "draws random numbers in forward; allowed: what follows from the observations alone"
+                    "draws random numbers in forward; allowed: an output that depends only on the observations"
                 )
             if not all(torch.equal(a, b) for a, b in zip(first, second, strict=True)):
                 raise ValueError(
-                    "gives two different answers to the same observations; "
-                    "what it remembers belongs into its state"
+                    "returns two different outputs for the same observations; put its memory into the state"
                 )
         if not (first[0].requires_grad and self.parameters()):
             raise ValueError("has logits that depend on no parameter; allowed: a module that can learn")
@@ -200,18 +199,17 @@ class ModuleBrain:
 def make(
     network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int, device: str = "cpu"
 ) -> PolicyNetwork:
-    """Return the brain of a network's class, or of a function that makes one:
-    a `Brain` where it is a plain MLP and on the CPU.
+    """Return the brain of a network's class, or of a function that returns one: a `Brain` if it is a plain
+    MLP on the CPU.
 
-    Its random weights follow from the seed. Raises ValueError where it cannot be made
-    or is not what it has to be.
+    Its random weights follow from the seed. Raises ValueError if it cannot be created or is unsuitable.
     """
     return as_brain(made(network, n_observations, groups, seed), n_observations, groups, device)
 
 
 def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int) -> Any:
-    """Return `network(n_observations, groups)`, whose random weights follow from the seed;
-    raises ValueError where it raises."""
+    """Return `network(n_observations, groups)`, whose random weights follow from the seed. Raises
+    ValueError if it raises."""
     with torch.random.fork_rng(devices=[]), one_torch_thread():
         torch.manual_seed(seed)
         try:
@@ -225,7 +223,7 @@ def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ..
 def as_brain(
     module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
 ) -> PolicyNetwork:
-    """Return a module as a brain: a `Brain` where it is a plain MLP on the CPU, else a `ModuleBrain`."""
+    """Return a module as a brain: a `Brain` if it is a plain MLP on the CPU, otherwise a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
         brain = Brain(n_observations, groups, weights.hidden, 0, weights.trunk)
         brain.load(weights.state)
@@ -244,7 +242,8 @@ def as_module(brain: PolicyNetwork) -> torch.nn.Module:
 
 
 def memory_of(module: torch.nn.Module) -> int:
-    """Return how many numbers a module keeps per organism; raises ValueError where it does not say."""
+    """Return how many numbers a module keeps per organism. Raises ValueError if the module does not
+    declare it."""
     try:
         taken = inspect.signature(module.forward).parameters.values()
     except (TypeError, ValueError):
@@ -260,18 +259,18 @@ def memory_of(module: torch.nn.Module) -> int:
         )
     if takes_state and not memory:
         raise ValueError(
-            "takes a state in forward and says not how large it is: "
-            "set self.memory to the numbers that each organism keeps"
+            "takes a state in forward but does not declare its size: set self.memory to the numbers that "
+            "each organism keeps"
         )
     if memory and len(positional) < 2 and not takes_state:
         raise ValueError(
-            f"has memory = {memory}, and its forward takes no state; allowed: forward(observations, state)"
+            f"has memory = {memory}, but its forward takes no state; allowed: forward(observations, state)"
         )
     return memory
 
 
 def _filled(rows: np.ndarray) -> np.ndarray:
-    """Return f32[n, …] filled up with zeros to a multiple of LANES rows."""
+    """Return f32[n, …] padded with zeros to a multiple of LANES rows."""
     n = len(rows)
     out = np.zeros((-(-n // LANES) * LANES, *rows.shape[1:]), np.float32)
     out[:n] = rows

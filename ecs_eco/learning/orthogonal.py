@@ -1,4 +1,4 @@
-"""Random orthogonal matrices of the portable mode: sums in one order everywhere.
+"""Random orthogonal matrices of the portable mode, with the same order of sums on every machine.
 
 Libraries choose that order by the processor.
 """
@@ -27,7 +27,7 @@ def normals(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarra
 
 @njit
 def _orthonormalise(vectors):
-    """Make the rows f64[k, n] orthonormal, each against those before it, twice (Giraud et al. 2005)."""
+    """Orthonormalize the rows f64[k, n], each against those before it, twice (Giraud et al. 2005)."""
     for i in range(len(vectors)):
         for _ in range(2):
             for j in range(i):

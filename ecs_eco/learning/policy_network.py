@@ -1,4 +1,4 @@
-"""What a world needs of a policy network: what `Brain` and `ModuleBrain` have in common."""
+"""The interface of a policy network, which `Brain` and `ModuleBrain` share."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 Split = Callable[..., None]
-"""World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads."""
+"""`World.split`: calls kernel(first, last, *arguments) for parts of 0…n, on all threads."""
 
 
 class PolicyNetwork(Protocol):
@@ -23,17 +23,17 @@ class PolicyNetwork(Protocol):
     offsets: np.ndarray
     n_numbers: int  # continuous groups
     n_logits: int  # outputs
-    memory: int  # numbers that it keeps from one decision to the next
+    memory: int  # numbers that it keeps between decisions
     by_row: bool  # whether a row's bits depend on no other row: processes may share the rows
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; one with a memory
-        begins without any."""
+        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; a network with a
+        memory starts with an empty one."""
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return outputs, values, and the memory f32[n, memory] from here on, of organisms with this memory."""
+        """Return outputs, values, and the next memory f32[n, memory], of organisms with this memory."""
 
     def named(self) -> dict[str, np.ndarray]:
         """Return the weights that learning changes, by name."""
@@ -42,5 +42,5 @@ class PolicyNetwork(Protocol):
         """Return a copy of the weights by name."""
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or of another
-        shape."""
+        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
+        shapes."""

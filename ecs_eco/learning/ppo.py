@@ -1,6 +1,6 @@
 """PPO for plain networks, several times as fast as autograd: the gradient and Adam's step are kernels.
 
-torch_ppo.py says what is done here, and decides all but these two; both are tested equal.
+Everything else is inherited from torch_ppo.py; tests compare the two.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
 
 
 class Learner(TorchLearner):
-    """Trains a brain on what the population lived through; `store`, `credit`, `end`,
-    `cut` are those of `rollout`.
+    """A learner that trains a brain on the population's transitions; `store`, `credit`, `end`, `cut` are
+    those of `rollout`.
 
-    A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
-    Results are the same bits for any number of `workers` (threads).
+    A tick is: sense; credit, end, cut; if `full`, update with the values of the current observations; decide;
+    store. Results are the same bits for any number of `workers` (threads).
     """
 
     brain: Brain
@@ -54,8 +54,8 @@ class Learner(TorchLearner):
         self.steps = int(state["steps"])
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of Adam down the mean loss over transitions;
-        return the terms and the gradient's norm."""
+        """Take one step of Adam down the mean loss over transitions; return the terms and the gradient's
+        norm."""
         brain, ppo, rollout = self.brain, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)
         if n_chunks > len(self._gradient):
@@ -84,7 +84,7 @@ class Learner(TorchLearner):
                     terms[chunk],
                 )
                 if len(brain.spreads):
-                    brain.named_views(gradient)["policy.head.weight"][brain.spreads] = 0  # biases alone
+                    brain.named_views(gradient)["policy.head.weight"][brain.spreads] = 0  # only biases
 
         in_parallel(work, self.workers)
         self.bands.whole(n_chunks, self._gradient, terms)
@@ -105,7 +105,7 @@ class Learner(TorchLearner):
 
 
 def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
-    """Return a moment of all weights as checkpoints keep it."""
+    """Return a moment of all weights as checkpoints store it."""
     kept = np.zeros(sum(_whole_lines(math.prod(shape)) for shape in brain.shapes), np.float32)
     for part, place in zip(brain.views(moment), _checkpoint_views(brain, kept), strict=True):
         place[...] = part
@@ -113,7 +113,7 @@ def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
 
 
 def _checkpoint_views(brain: Brain, kept: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the parts of what a checkpoint keeps in the order of `shapes`: each begins at a multiple of 64
+    """Yield the parts of a checkpoint's row in the order of `shapes`: each begins at a multiple of 64
     bytes, and the matrix of a head is (out, in)."""
     at = 0
     for a, b, *_, hidden in brain.layers.tolist():
@@ -125,5 +125,5 @@ def _checkpoint_views(brain: Brain, kept: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def _whole_lines(n: int) -> int:
-    """Return n numbers up to a multiple of 64 bytes."""
+    """Return n numbers rounded up to a multiple of 64 bytes."""
     return -(-n // 16) * 16

@@ -1,4 +1,5 @@
-"""The gradient of PPO's loss, for weights that many share or one has: forward, the loss and backward at once."""
+"""The gradient of PPO's loss, for weights that are shared or individual: forward, loss and backward at
+once."""
 
 from __future__ import annotations
 
@@ -9,13 +10,14 @@ from ecs_eco.learning.gradient import backward, forward, gather_observations, la
 from ecs_eco.learning.loss import allocate_scratch, gather_transitions, output_gradient, take_terms
 from ecs_eco.learning.tiles import ROWS, round_up
 
-BLOCK = 64  # transitions that go through a shared network at once: their activations stay in the cache
+BLOCK = 64  # transitions that pass through a shared network at once: their activations stay in the cache
 
 
 @fused_njit
 def loss_gradient(scratch, layout, layers, n, offsets, settings, loss):
-    """Write the gradient of the loss over n transitions, which lie in the scratch of the network and in that
-    of the loss, by the weights there, which are transposed too; add the loss's terms to those of the latter."""
+    """Write the gradient of the loss over n transitions, which lie in the scratch of the network and in
+    that of the loss, by its weights, which are transposed too; add the loss's terms to those of the
+    latter."""
     rows = round_up(n, ROWS)
     forward(scratch, layout, layers, rows)
     output_gradient(scratch, layout.deltas, layers, rows, n, offsets, settings, loss)
@@ -27,8 +29,8 @@ def shared_gradient(scratch, weights, layers, offsets, log, chosen, settings, sh
     """Write the gradient f32[size] of the loss over the chosen transitions i64[n], each with the weight
     `share`, and the sums of its terms, f64[5].
 
-    `scratch` is for this network alone, of zeros at first, see `scratch_for`; `log` has a rollout's
-    observations, choices, numbers and steps. A block's gradient is summed by itself.
+    `scratch`, initially zeros, is for this network only, see `scratch_for`; `log` has a rollout's
+    observations, choices, numbers and steps. The gradient of each block is summed separately.
     """
     observations, choices, numbers, steps = log
     layout, loss = layout_of(layers, BLOCK), allocate_scratch(offsets, numbers.shape[1], BLOCK)
@@ -47,5 +49,5 @@ def shared_gradient(scratch, weights, layers, offsets, log, chosen, settings, sh
 
 
 def scratch_for(layers: np.ndarray) -> np.ndarray:
-    """Return what `shared_gradient` works in."""
+    """Return the scratch of `shared_gradient`."""
     return np.zeros(layout_of(layers, BLOCK).end, np.float32)

@@ -1,4 +1,4 @@
-"""Rollout: the transitions of a changing population, one flat log in order of time."""
+"""The rollout: the transitions of a changing population, in one flat log in order of time."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ecs_eco.learning.arithmetic import fused_njit
 
 STEP = np.dtype(
     [
-        ("row", "i4"),  # of the table; a newborn may take the row of one that died in the same rollout
-        ("log_probability", "f4"),  # of the choice when it was made
-        ("value", "f4"),  # expected then
-        ("reward", "f4"),  # that followed, known a tick later
+        ("row", "i4"),  # of the table; a newborn may take the row of an animal that died in the same rollout
+        ("log_probability", "f4"),  # of the choice, at the decision
+        ("value", "f4"),  # estimate at the decision
+        ("reward", "f4"),  # reward, known a tick later
         ("advantage", "f4"),  # filled in by `fill_advantages`
     ]
 )
@@ -22,10 +22,10 @@ _FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
-    """An append-only log; what follows an action is added to the row's last record when it becomes known.
+    """An append-only log; the outcome of an action is added to the row's last record when it becomes known.
 
-    A tick is: credit, end and cut what the last actions led to; then store the new ones.
-    Transitions must be stored in an order that does not depend on rows, if results are not to depend on them.
+    A tick is: credit, end and cut for the last actions; then store the new ones. Results are independent of
+    rows only if transitions are stored in an order that is.
     """
 
     def __init__(
@@ -38,13 +38,13 @@ class Rollout:
         self._numbers = np.empty((0, n_numbers), np.float32)
         self._memory = np.empty((0, memory), np.float32)
         self._steps = np.empty(0, STEP)
-        self._ended = np.empty(0, bool)  # nothing follows: the next record of the row is another animal's
-        self.last = np.empty(0, np.int64)  # row -> its open record, -1: none
+        self._ended = np.empty(
+            0, bool
+        )  # nothing follows: the next record of the row belongs to another animal
+        self.last = np.empty(0, np.int64)  # row → its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
-    memory = property(
-        lambda self: self._memory[: self.n], doc="f32[n, memory] that the decision was made with"
-    )
+    memory = property(lambda self: self._memory[: self.n], doc="f32[n, memory] at the decision")
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
     numbers = property(
         lambda self: self._numbers[: self.n], doc="f32[n, n_numbers] drawn for continuous actions"
@@ -54,7 +54,7 @@ class Rollout:
 
     @property
     def nbytes_per_transition(self) -> int:
-        """Memory of one transition [bytes]."""
+        """The size of one transition in bytes."""
         return sum(column.itemsize * int(np.prod(column.shape[1:])) for column in self._columns())
 
     def store(
@@ -67,8 +67,8 @@ class Rollout:
         memory: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
     ) -> None:
-        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n],
-        f32[n], f32[n, memory], f32[n, n_numbers]."""
+        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n],
+        f32[n, memory], f32[n, n_numbers]."""
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
             self._grow(stop)
@@ -88,23 +88,23 @@ class Rollout:
         self.ticks += 1
 
     def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over."""
+        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are skipped."""
         self._cover(rows)
         _credit(self._steps, self.last, rows, rewards)
 
     def end(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add the last rewards f32[n] of rows that died, and forget them: nothing follows."""
+        """Add the last rewards f32[n] of rows that died, and close their records: nothing follows."""
         self._cover(rows)
         _end(self._steps, self._ended, self.last, rows, rewards)
 
     def cut(self, rows: np.ndarray, rewards: np.ndarray, values: np.ndarray) -> None:
-        """Add the last rewards f32[n] of rows that a time limit takes away;
-        they expected values f32[n] of the rest."""
+        """Add the last rewards f32[n] of rows that a time limit removes; values f32[n] estimate their
+        future."""
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Forget rows that go elsewhere alive: what followed their last action counts as what was expected
-        then."""
+        """Close the records of rows that emigrate alive: the outcome of their last action counts as
+        expected."""
         self._cover(rows)
         last = self.last[rows]
         rest = (
@@ -115,15 +115,15 @@ class Rollout:
         self.end(rows, rest.astype(np.float32))
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Fill in the advantages (Schulman et al. 2016, eq. 16);
-        rows now alive expect values f32[n] of what comes."""
+        """Fill in the advantages (Schulman et al. 2016, eq. 16); values f32[n] estimate the future of rows
+        now alive."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
         later[rows] = values
         if (lost := np.flatnonzero((self.last >= 0) & np.isnan(later))).size:
             raise ValueError(
-                f"rows {lost[:5].tolist()} ({lost.size} in all) have open records but no finite value: "
-                "hand in the values of all the living, and end or cut the others first"
+                f"rows {lost[:5].tolist()} ({lost.size} in all) have open records but no finite value: pass "
+                "the values of all the living, and end or cut the others first"
             )
         gain = np.zeros_like(later)
         fill_advantages(
@@ -132,7 +132,7 @@ class Rollout:
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
-        """Return one log of several whose advantages are known; its rows mean nothing."""
+        """Return one log of several whose advantages are known; its rows are meaningless."""
         first = parts[0]
         out = cls(
             first._observations.shape[1],
@@ -144,7 +144,7 @@ class Rollout:
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
-        # no two animals of different parts have one row
+        # no two animals of different parts share a row
         for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
             out._steps["row"][n - part.n : n] += row
             row += int(part.steps["row"].max(initial=-1)) + 1
@@ -152,11 +152,11 @@ class Rollout:
         return out
 
     def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the transitions i64[n], life by life in order of time,
-        and where in them each stretch of a life begins.
+        """Return the transitions i64[n], life by life in order of time, and where in them each stretch of a
+        life begins.
 
-        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions,
-        the last one of a life fewer.
+        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions, the last one of a
+        life fewer.
         """
         order, follows = _lives(self.steps["row"], self.ended)
         begins = np.concatenate([[True], ~follows])[: self.n]
@@ -165,12 +165,12 @@ class Rollout:
         return order, np.append(np.flatnonzero(age % longest == 0), self.n)
 
     def clear(self) -> None:
-        """Forget all transitions, keep the memory."""
+        """Remove all transitions, keep the memory."""
         self.n, self.ticks = 0, 0
         self.last[:] = -1
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return copies of all that is needed to go on from here."""
+        """Return copies of everything that is needed to continue from here."""
         return {
             "observations": self.observations.copy(),
             "choices": self.choices.copy(),
@@ -182,7 +182,7 @@ class Rollout:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from a `state()` of a rollout with the same numbers of observations and groups."""
+        """Continue from a `state()` of a rollout with the same numbers of observations and groups."""
         flat = ("observations", "choices", *self._optional())
         for name in flat:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
@@ -210,10 +210,11 @@ class Rollout:
             self.steps[name] = state[name]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` that says who did what next instead of rows;
-        `rows` i64[n] are the living in the order of uids.
+        """Return a `state()` that links records by the next action of the same animal instead of rows; `rows`
+        i64[n] are the living in the order of uids.
 
-        `next` is the record that follows each in one life, `open` the last of each of the living; -1 is none.
+        `next` is the following record of the same life, `open` the last record of each of the living; -1
+        means none.
         """
         state = self.state()
         row, ended, last = state.pop("row"), state["ended"], state.pop("last")
@@ -226,7 +227,8 @@ class Rollout:
         return state
 
     def reorder(self, order: np.ndarray) -> None:
-        """Follow the organisms to other rows: who was in row `order[i]`, i64[capacity], is in row i."""
+        """Follow the organisms to other rows: the organism of row `order[i]`, i64[capacity], is now in row
+        i."""
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
         self.steps["row"] = place[self.steps["row"]]
@@ -238,15 +240,15 @@ class Rollout:
         return (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended)
 
     def _hold(self, columns: Iterable[np.ndarray]) -> None:
-        """Take other arrays, in the order of `_columns`."""
+        """Set the arrays, in the order of `_columns`."""
         (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended) = columns
 
     def _optional(self) -> list[str]:
-        """Return the columns that not every rollout has, of those that this one has."""
+        """Return the optional columns that this rollout has."""
         return [name for name in ("numbers", "memory") if getattr(self, name).shape[1]]
 
     def _grow(self, need: int) -> None:
-        """Make room for `need` records and half as many more; what is stored moves once."""
+        """Reserve space for `need` records and half as many more; stored records move once."""
         size = need + need // 2
         grown = []
         for column in self._columns():
@@ -255,15 +257,15 @@ class Rollout:
         self._hold(grown)
 
     def _cover(self, rows: np.ndarray) -> None:
-        """Let `last` reach all rows."""
+        """Extend `last` to all rows."""
         need = int(rows.max()) + 1 if len(rows) else 0
         if need > len(self.last):
             self.last = np.concatenate([self.last, np.full(need - len(self.last), -1)])
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the records i64[n] ordered by row, then time, and whether each but the first goes on with the
-    life before it, bool[n - 1]."""
+    """Return the records i64[n] ordered by row, then time, and whether each but the first continues the
+    previous life, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 

@@ -1,4 +1,4 @@
-"""The hyperparameters of PPO, each with its default, what is allowed, and a line of documentation."""
+"""The hyperparameters of PPO, each with its default, its range, and a line of documentation."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ecs_eco.learning.aliases import hint, resolve
 def _setting(
     default: float, low: float, high: float, doc: str, above: bool = False, own: bool | str = True
 ) -> Any:
-    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` says whether a gene may
-    code for it, as of a number of a section (engine/section.py)."""
+    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` declares whether a
+    gene may code for it, as for a number of a section (inputs/section.py)."""
     return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc, "own": own})
 
 
@@ -23,23 +23,23 @@ def _setting(
 class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017); `fields(PPO)[i].metadata["doc"]` documents each.
 
-    The words of others (gamma, lr, batch_size …, `ecs_eco.learning.aliases`) are taken with a warning that says
-    ours. Raises ValueError that names the field, the value and what is allowed.
+    Names of other libraries (gamma, lr, batch_size …, see `ecs_eco.learning.aliases`) are accepted with a
+    warning that gives ours. Raises ValueError that names the field, the value and the expected range.
     """
 
     horizon: int = _setting(
         64,
         1,
         math.inf,
-        "ticks of one rollout; with another dt, another time",
-        own="it is the length of a rollout, which all of the species share",
+        "ticks of one rollout, whatever dt",
+        own="it is the length of a rollout, which all members of the species share",
     )
     learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True, own="COLUMN")
     discount: float = _setting(
         0.99,
         0,
         1,
-        "weight of a reward one tick later: per tick, whatever dt; 0.99 ** dt is 0.99 per second",
+        "weight of a reward one tick later, whatever dt; 0.99 ** dt is 0.99 per second",
         own="COLUMN",
     )
     gae_lambda: float = _setting(
@@ -51,38 +51,40 @@ class PPO:
         16,
         1,
         math.inf,
-        "ticks that gradients go back, of a network with a memory",
-        own="of networks with a memory, which torch lets learn all at once",
+        "ticks of truncated backpropagation, for a network with a memory",
+        own="it concerns networks with a memory, which torch trains together",
     )
-    clip: float = _setting(
-        0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True
-    )
+    clip: float = _setting(0.2, 0, math.inf, "clip range of the probability ratio around 1", above=True)
     clip_value: float = _setting(
-        0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way"
+        0.0, 0, math.inf, "clip range of the value around its old one; 0: no clipping"
     )
     entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus", own="COLUMN")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
-    max_grad_norm: float = _setting(0.5, 0, math.inf, "longest gradient of a minibatch; 0: any length")
+    max_grad_norm: float = _setting(
+        0.5, 0, math.inf, "largest norm of the gradient of a minibatch; 0: no limit"
+    )
     normalise_advantage: bool = _setting(
-        True, False, True, "bring a rollout's advantages to mean 0, deviation 1"
+        True, False, True, "normalize a rollout's advantages to mean 0 and deviation 1"
     )
     anneal: int = _setting(
         0,
         0,
         math.inf,
-        "ticks of learning, in training and in a run, over which learning rate and clip "
-        "fall linearly to 0; 0: constant, as are animals that learn one by one",
-        own="those that learn one by one are not annealed",
+        "ticks of learning, in training and in a run, over which learning rate and clip fall linearly to 0; "
+        "0: constant; individual learners are not annealed",
+        own="individual learners are not annealed",
     )
-    adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
+    adam_epsilon: float = _setting(
+        1e-5, 0, math.inf, "term added to the root of Adam's second moment", above=True
+    )
     weight_decay: float = _setting(
         0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"
     )
 
-    if not TYPE_CHECKING:  # type checkers see our names alone
+    if not TYPE_CHECKING:  # type checkers see only our names
 
         def __init__(self, *values: object, **settings: object) -> None:
-            """Take the settings by our names, or by those of others, with a hint."""
+            """Take the settings by our names, or by those of other libraries, with a hint."""
             for alias, name in resolve(settings).items():
                 warnings.warn(f"PPO: {hint(alias)}", stacklevel=2)
                 settings[name] = settings.pop(alias)
@@ -91,14 +93,14 @@ class PPO:
                 raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
             given = dict(zip(known, values, strict=False))
             if len(values) > len(known) or given.keys() & settings:
-                raise TypeError(f"PPO takes {len(known)} settings, each once: give them by name")
+                raise TypeError(f"PPO takes {len(known)} settings, each once: pass them by name")
             for f in fields(PPO):
                 value = (given | settings).get(f.name, f.default)
                 object.__setattr__(self, f.name, _checked(f, value))
 
 
 def check_setting(name: str, value: object) -> None:
-    """Raise ValueError where a hyperparameter cannot have this value."""
+    """Raise ValueError if a hyperparameter cannot have this value."""
     _checked(PPO.__dataclass_fields__[name], value)
 
 

@@ -1,7 +1,6 @@
-"""One learner for several worlds: each collects a rollout of its own, and one update learns from all of them.
+"""One learner for several worlds: each collects its own rollout, and one update learns from all of them.
 
-What a policy meets in one world alone (one density of prey,
-one hour of the day) is then never all that an update sees.
+An update then never depends on the conditions of a single world (one density of prey, one hour of the day).
 """
 
 from __future__ import annotations
@@ -13,15 +12,15 @@ from ecs_eco.learning.rollout import Rollout
 
 
 class SharedLearner:
-    """A learner and the worlds that train it; it learns when all that take part have a full rollout."""
+    """A learner and the worlds that train it; it learns when all participants have a full rollout."""
 
     def __init__(self, learner: Learner, worlds: int) -> None:
         self.learner = learner
         self.shares = [Share(self) for _ in range(worlds)]
 
     def meet(self) -> dict[str, float] | None:
-        """Learn if all that take part are ready; return what `Learner.update` does,
-        None while others still collect."""
+        """Learn if all participants are ready; return the result of `Learner.update`, None while others
+        still collect."""
         taking = [share for share in self.shares if share.active]
         if any(share.ready is None for share in taking):
             return None
@@ -32,7 +31,7 @@ class SharedLearner:
 
 
 class Share:
-    """One world's part: what its nerves use in the place of a learner of their own."""
+    """One world's share, which its nervous systems use in the place of their own learner."""
 
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo
@@ -48,19 +47,20 @@ class Share:
         return self.rollout.ticks >= self.together.learner.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Hand in the full rollout; `values` f32[n] are those of what the living `rows` i64[n] sense now."""
+        """Submit the full rollout; `values` f32[n] estimate the future of the living `rows` i64[n]."""
         self.rollout.advantages(rows, values, self.together.learner.ppo.gae_lambda)
         self.ready, self.rollout = self.rollout, self._spare
         self.rollout.clear()
         return self.together.meet()
 
     def forget(self) -> None:
-        """Give back what was handed in."""
+        """Withdraw the submitted rollout."""
         if self.ready is not None:
             self._spare, self.ready = self.ready, None
 
     def renew(self, active: bool) -> None:
-        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on."""
+        """Start again in another world: drop what was not learned from; set whether it participates from
+        now on."""
         self.forget()
         self.rollout.clear()
         self.active = active

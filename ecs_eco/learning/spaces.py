@@ -1,4 +1,4 @@
-"""Gymnasium's spaces as a brain knows them: rows of numbers in, choices or numbers out."""
+"""Gymnasium's spaces as a brain uses them: rows of numbers in, choices or numbers out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 def as_vector(envs: Any) -> VectorEnv:
-    """Return a vector of environments, of a single one a vector of one; raises TypeError for anything else."""
+    """Return a vector of environments, for a single one a vector of one. Raises TypeError for anything
+    else."""
     if hasattr(envs, "num_envs"):
         return envs
     if not all(hasattr(envs, name) for name in ("reset", "step", "observation_space", "action_space")):
@@ -29,7 +30,8 @@ def as_vector(envs: Any) -> VectorEnv:
 
 
 def resets_in_same_step(envs: VectorEnv) -> bool:
-    """Return whether environments reset in the step in which they end; ValueError where they do not reset."""
+    """Return whether environments reset in the step in which they end. Raises ValueError if they do not
+    reset."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
         raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")
@@ -38,8 +40,8 @@ def resets_in_same_step(envs: VectorEnv) -> bool:
 
 @dataclass(frozen=True)
 class Observations:
-    """The observations of an environment as rows of numbers: arrays as they are, of a number of `counts` a 1
-    at its place, counted from `first`."""
+    """The observations of an environment as rows of numbers: arrays unchanged, numbers of `counts`
+    one-hot, from `first`."""
 
     shape: tuple[int, ...]
     counts: np.ndarray | None = None
@@ -47,7 +49,7 @@ class Observations:
 
     @classmethod
     def of(cls, envs: VectorEnv) -> Observations:
-        """Return those of vector environments; raises ValueError for a space that is no array."""
+        """Return those of vector environments. Raises ValueError for a space that is not an array."""
         space: Any = envs.single_observation_space
         kind = type(space).__name__
         if kind in ("Box", "MultiBinary"):
@@ -57,8 +59,8 @@ class Observations:
         if kind == "MultiDiscrete" and space.nvec.ndim == 1:
             return cls(tuple(space.shape), np.asarray(space.nvec), np.asarray(space.start))
         raise ValueError(
-            f"observation space {space}: allowed is Box, Discrete, MultiDiscrete or "
-            "MultiBinary; gymnasium.wrappers.FlattenObservation(env) makes a Box of others"
+            f"observation space {space}: allowed is Box, Discrete, MultiDiscrete or MultiBinary; "
+            "gymnasium.wrappers.FlattenObservation(env) converts others to a Box"
         )
 
     def rows(self, observations: ArrayLike) -> np.ndarray:
@@ -74,7 +76,8 @@ class Observations:
 
 @dataclass(frozen=True)
 class Actions:
-    """Actions as a brain decides them: choices counted from `first` [G], or numbers from `low` to `high` [K]."""
+    """Actions as a brain decides them: choices counted from `first` [G], or numbers from `low` to `high`
+    [K]."""
 
     groups: tuple[int, ...]
     shape: tuple[int, ...]
@@ -85,7 +88,7 @@ class Actions:
 
     @classmethod
     def of(cls, envs: VectorEnv) -> Actions:
-        """Return those of vector environments; raises ValueError for a space that no brain can act in."""
+        """Return those of vector environments. Raises ValueError for a space in which a brain cannot act."""
         space: Any = envs.single_action_space
         kind = type(space).__name__
         if kind == "Discrete":

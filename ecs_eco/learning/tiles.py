@@ -1,7 +1,7 @@
 """Matrix products with sums in registers, for small networks.
 
-Matrices lie in one flat array, and are named by the layout where they begin: of every slice numba counts, in
-atomic steps, who holds it.
+Matrices lie in one flat array and are given by the position where they begin, because numba counts references
+of every slice in atomic steps.
 """
 
 from __future__ import annotations
@@ -9,26 +9,26 @@ from __future__ import annotations
 from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
-ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 has to have under way at once
+ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 needs in flight
 
 
 @fused_njit
 def round_up(n, multiple):
-    """Return the least multiple that is no less than n."""
+    """Return the smallest multiple that is at least n."""
     return (n + multiple - 1) // multiple * multiple
 
 
 @fused_njit
 def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias_row, out, step_out, columns):
-    """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or two
-    where processors have the registers.
+    """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or
+    two if the processor has the registers.
 
     Number k of row r of x is at x + r * step_row + k * step of the scratch f32[…], row k of the matrix at
     matrix + k * step_matrix, row r of the result at out + r * step_out. A bias with `bias_row` 0 has a number
-    for each column; else that of row r is a vector, at bias + r * bias_row. Tiles go beyond the rows and
-    columns: what they read there is let be, what they write there comes before what belongs there; behind the
-    last row, up to ROWS - 1 rows and LANES numbers are lost. Each number is the sum in the order of k,
-    whatever the others are.
+    for each column; otherwise that of row r is a vector, at bias + r * bias_row. Tiles extend beyond rows and
+    columns: the extra input is ignored, the extra output is overwritten later; behind the last row, up to
+    ROWS - 1 rows and LANES numbers are lost. Each number is summed in the order of k, whatever the others
+    are.
     """
     step_bias = 0 if bias_row else 1
     for r in range(0, rows, ROWS):
@@ -93,8 +93,8 @@ def _put(scratch, out, step_out, y0, y1, y2, y3):
 
 @fused_njit
 def column_sums(scratch, matrix, rows, wide, out):
-    """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every fourth
-    row first, then these."""
+    """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every
+    fourth row first, then of these."""
     for c in range(0, wide, LANES):
         at = matrix + c
         y0, y1, y2, y3 = (

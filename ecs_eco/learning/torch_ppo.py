@@ -1,11 +1,10 @@
-"""Proximal policy optimisation (Schulman et al. 2017) for any torch module,
-in a population that is born and dies while it learns.
+"""Proximal policy optimization (Schulman et al. 2017) for any torch module, in a population that is born and
+dies while it learns.
 
 Read from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes through the
-rollout in epochs of minibatches; `_step` takes one step of the optimiser; `_replay` lets the module decide
-again, along stored sequences where it has a memory; `ppo_loss` is the loss. The hyperparameters are in
-settings.py, the log of transitions, with the sweep that makes its advantages, in rollout.py, and what a
-module must be in module_brain.py.
+rollout in epochs of minibatches; `_step` takes one step of the optimizer; `_replay` repeats the module's
+decisions, along stored sequences if it has a memory; `ppo_loss` is the loss. The hyperparameters are in
+settings.py, the log of transitions is in rollout.py, and the requirements of a module are in module_brain.py.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
 
-# transitions that go through a module at once: fixed, so that sums do not depend on the number of workers
+# transitions that pass through a module at once: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
 class TorchLearner:
-    """Trains a brain on what the population lived through; `store`, `credit`, `end`,
-    `cut` are those of `rollout`.
+    """A learner that trains a brain on the population's transitions; `store`, `credit`, `end`, `cut` are
+    those of `rollout`.
 
-    A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
-    Results on the CPU are the same bits for any number of `workers` (threads).
+    A tick is: sense; credit, end, cut; if `full`, update with the values of the current observations; decide;
+    store. Results on the CPU are the same bits for any number of `workers` (threads).
     """
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
@@ -53,8 +52,8 @@ class TorchLearner:
         return self.rollout.ticks >= self.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Learn from the rollout and clear it; `values` f32[n] are those
-        of what the living `rows` i64[n] sense now.
+        """Learn from the rollout and clear it; `values` f32[n] estimate the future of the living `rows`
+        i64[n].
 
         Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat],
         clip_fraction, gradient_norm; and explained_variance, reward (per transition), learning_rate,
@@ -64,7 +63,7 @@ class TorchLearner:
         return self.fit()
 
     def fit(self) -> dict[str, float]:
-        """Learn from a rollout whose advantages are known, and clear it; returns what `update` does."""
+        """Learn from a rollout whose advantages are known, and clear it; return the result of `update`."""
         ppo, rollout = self.ppo, self.rollout
         done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
         rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
@@ -72,7 +71,9 @@ class TorchLearner:
         normal = ppo.normalise_advantage and rollout.n > 1
         shift, scale = (mean, 1 / (deviation + 1e-8)) if normal else (0.0, 1.0)
         generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
-        if self.brain.memory:  # what is shuffled are stretches of a life, else single transitions
+        if (
+            self.brain.memory
+        ):  # stretches of a life are shuffled if the brain has a memory, otherwise single transitions
             self._lives, self._stretches = rollout.stretches(ppo.unroll)
         n = len(self._stretches) - 1 if self.brain.memory else rollout.n
         parts = max(1, -(-rollout.n // ppo.minibatch))
@@ -101,8 +102,8 @@ class TorchLearner:
         }
 
     def _optimiser(self) -> torch.optim.Optimizer:
-        """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov
-        and Hutter 2019)."""
+        """Return Adam (Kingma and Ba 2015) with weight decay that is decoupled from the gradient
+        (Loshchilov and Hutter 2019)."""
         ppo, parameters = self.ppo, self.brain.parameters()
         optimiser = torch.optim.AdamW(
             parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay
@@ -114,10 +115,9 @@ class TorchLearner:
         return optimiser
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of the optimiser down the mean loss over transitions, or stretches, `chosen` i64[k].
+        """Take one step of the optimizer down the mean loss over transitions, or stretches, `chosen` i64[k].
 
-        Returns the means of the loss's terms and the gradient's norm;
-        where that is not finite nothing changes.
+        Returns the means of the loss's terms and the gradient's norm; if it is not finite, nothing changes.
         """
         parameters = self.brain.parameters()
         pieces = list(self._pieces(chosen))
@@ -176,12 +176,12 @@ class TorchLearner:
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
-        """Return logits [n, k] and values [n] of a piece as the module sees it now,
-        and its transitions i64[n].
+        """Return the current logits [n, k] and values [n] of the module for a piece, and its transitions
+        i64[n].
 
-        A module with a memory starts each stretch from the state that was stored there, and gradients go back
-        to the stretch's beginning: truncated backpropagation through time (Williams and Peng 1990). Longer
-        stretches come first, so that those which are still going on in step t are the first so many.
+        A module with a memory starts each stretch from the stored state, and gradients go back to the
+        beginning of the stretch: truncated backpropagation through time (Williams and Peng 1990). Longer
+        stretches come first, so that the stretches still running in step t are the first ones.
         """
         rollout = self.rollout
         if not self.brain.memory:
@@ -207,13 +207,13 @@ class TorchLearner:
             yield chosen[start : start + size]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms stand by uid, not by row;
-        `rows` i64[n] are the living in the order of uids."""
+        """Return a `state()` in which organisms are given by uid, not by row; `rows` i64[n] are the living
+        in the order of uids."""
         kept = {key: array for key, array in self.state().items() if not key.startswith("rollout.")}
         return kept | {f"rollout.{key}": array for key, array in self.rollout.by_uid(rows).items()}
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return copies of all that learning goes on from: weights, optimiser, rollout, counters."""
+        """Return copies of everything that learning continues from: weights, optimizer, rollout, counters."""
         return {
             **{f"brain.{name}": array for name, array in self.brain.state().items()},
             **{f"rollout.{name}": array for name, array in self.rollout.state().items()},
@@ -222,7 +222,7 @@ class TorchLearner:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from a `state()`; raises ValueError where the network or the rollout is of another shape."""
+        """Continue from a `state()`. Raises ValueError if the network or the rollout has another shape."""
 
         def part(name: str) -> dict[str, np.ndarray]:
             return {key.removeprefix(name): array for key, array in state.items() if key.startswith(name)}
@@ -233,7 +233,7 @@ class TorchLearner:
         self.updates = int(state["updates"])
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        """Return the optimiser's numbers as "optimiser.PARAMETER.WHAT"."""
+        """Return the optimizer's numbers as "optimiser.PARAMETER.WHAT"."""
         names = list(self.brain.named())
         return {
             f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
@@ -270,12 +270,12 @@ def ppo_loss(
     shift: float | torch.Tensor = 0.0,
     scale: float | torch.Tensor = 1.0,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017,
-    eq. 7 and 9).
+    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017, eq. 7
+    and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, categorical groups],
-    `numbers` f32[n, continuous groups] and `old` (log_probability, value, advantage, each f32[n]) those of
-    then. Advantages are taken as (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; `choices` i64[n, categorical
+    groups], `numbers` f32[n, continuous groups] and `old` (log_probability, value, advantage, each f32[n])
+    those at the decision. Advantages are taken as (A - shift) * scale.
     """
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
     categorical = choices.shape[1]

@@ -1,4 +1,4 @@
-"""PPO on plain Gymnasium vector environments: each is a row of the rollout, and its episode a life."""
+"""PPO on plain Gymnasium vector environments: each is a row of the rollout, and its episode is a life."""
 
 from __future__ import annotations
 
@@ -26,17 +26,18 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """What a training leaves: the brain, each finished episode's return, and the steps taken by its end."""
+    """The result of a training: the brain, the return of each finished episode, and the steps taken by its
+    end."""
 
     brain: PolicyNetwork
     returns: list[float] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
-    observations: Observations | None = None  # of the environments, as the brain knows them
+    observations: Observations | None = None  # of the environments, as the brain uses them
     actions: Actions | None = None
 
     def predict(self, observations: ArrayLike) -> np.ndarray:
-        """Return the likeliest actions for n observations, or for one, as the environment takes them.
+        """Return the most probable actions for n observations, or for one, as the environment takes them.
 
         A brain with a memory decides as at birth.
         """
@@ -49,15 +50,16 @@ class Training:
         return sent[0] if alone else sent
 
     def save(self, path: str | Path) -> Path:
-        """Write the brain's weights as safetensors with a seal, whole or not at all; raises OSError."""
+        """Write the brain's weights as safetensors with a seal, completely or not at all. Raises OSError."""
         return weights.save(path, self.brain.state())
 
     def load(self, path: str | Path) -> None:
-        """Take weights that `save` wrote; raises ValueError where they are damaged or of another brain."""
+        """Load weights that `save` wrote. Raises ValueError if they are damaged or belong to another
+        brain."""
         self.brain.load(weights.load(path))
 
     def finish(self, score: np.ndarray, over: np.ndarray, step: int) -> None:
-        """Note the returns f64[n] of the episodes that are over, bool[n], and count them from 0 again."""
+        """Record the returns f64[n] of the episodes that are over, bool[n], and reset them to 0."""
         self.returns += score[over].tolist()
         self.steps += [step] * int(over.sum())
         score[over] = 0
@@ -84,13 +86,14 @@ def train(
     network: Callable[..., Any] | None = None,
     device: str = "cpu",
 ) -> Training:
-    """Train a new brain for `total_steps` steps of all environments, or until an update after which `stop`.
+    """Train a new brain for `total_steps` steps of all environments, or until an update after which `stop` is
+    true.
 
     It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
-    A single environment is a vector of one. Takes Discrete, MultiDiscrete or bounded Box actions (of one
-    axis; each number is a continuous group), observations that are arrays or whole numbers (an input for each
-    value), and autoreset in the next or in the same step. A time limit is no death: what would have followed
-    is estimated by the value of the final observation. Steps that only reset count, too. Raises ValueError.
+    A single environment is a vector of one. Supports Discrete, MultiDiscrete or bounded Box actions (of one
+    axis; each number is a continuous group), observations that are arrays or integers (one-hot), and
+    autoreset in the next or in the same step. A time limit is not a death: the value of the final observation
+    estimates the missing future. Steps that only reset count, too. Raises ValueError.
     """
     envs = as_vector(envs)
     actions, observations, resets_itself = Actions.of(envs), Observations.of(envs), resets_in_same_step(envs)
@@ -112,7 +115,7 @@ def train(
                 break
             logits, values, later = brain.recall(seen, memory, split)
         _decide(brain, logits, generator, choice, numbers, log_probability)
-        resetting = over  # in this step they do nothing else, and ignore their action
+        resetting = over  # in this step they only reset, and ignore their action
         live = everyone[~resetting]
         rollout.store(
             live,
@@ -159,15 +162,15 @@ def _decide(
 
 
 def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
-    """Return the likeliest choices int[n, G], counted from 0; one with a memory decides as at birth.
+    """Return the most probable choices int[n, G], counted from 0; a brain with a memory decides as at birth.
 
-    Of a brain with continuous groups alone: their means f32[n, K], −1 and 1 for the limits of their ranges.
-    Raises ValueError for one with both kinds.
+    For a brain with only continuous groups: their means f32[n, K], −1 and 1 for the limits of their ranges.
+    Raises ValueError for a brain with both kinds.
     """
     logits, _ = brain.forward(np.asarray(observations, np.float32).reshape(len(observations), -1))
     if brain.n_numbers:
         if len(brain.offsets) > 1:
-            raise ValueError(f"groups = {brain.groups}: allowed are choices alone, or continuous ones alone")
+            raise ValueError(f"groups = {brain.groups}: allowed are only choices, or only continuous actions")
         return np.clip(logits[:, ::2], -1, 1)
     choice = np.empty((len(logits), len(brain.groups)), np.int64)
     choose_best(logits, brain.offsets, choice)

@@ -1,7 +1,7 @@
-"""Files of trained policies: safetensors with a seal, a SHA-256 of all weights,
-so that no damaged policy lives in a world; and the names of what the policy senses and chooses.
+"""Files of trained policies: safetensors with a seal, a SHA-256 of all weights, that detects damage, and with
+the names of the policy's inputs and choices.
 
-Files of other origin have neither, and are taken as they are.
+Files from elsewhere have neither and are accepted as they are.
 """
 
 from __future__ import annotations
@@ -19,25 +19,26 @@ from ecs_eco.engine import files
 Weights = Mapping[str, np.ndarray]
 SEAL, NAMES = "ecs-eco.seal", "ecs-eco.names"  # in the file's metadata
 Names = Mapping[str, Any]
-"""What a policy senses and chooses: "channels", the "options" of each group, the "gaits" with their speeds
+"""The inputs and choices of a policy: "channels", the "options" of each group, the "gaits" with their speeds
 [m/s], and the "version" of the package that wrote them."""
 
 
 def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path:
-    """Write a policy with its seal and its names, whole or not at all; raises OSError that names the file."""
+    """Write a policy with its seal and its names, completely or not at all. Raises OSError that names the
+    file."""
     arrays = {name: np.ascontiguousarray(array) for name, array in weights.items()}
     text = "" if names is None else json.dumps(names)
     return files.write_tensors(path, arrays, {SEAL: seal_of(arrays, text)} | ({NAMES: text} if text else {}))
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
-    """Return the weights in a file; raises ValueError where they are not those that were sealed,
-    or no weights, OSError."""
+    """Return the weights in a file. Raises ValueError if they are not the sealed ones or not weights,
+    OSError."""
     return read(Path(path).read_bytes())[0]
 
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
-    """Return the weights in the bytes of a file, and the names that it has; raises ValueError."""
+    """Return the weights in the bytes of a file, and its names. Raises ValueError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load as parsed
 
@@ -49,14 +50,14 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
         text = metadata.get(NAMES, "")
         names = _named(json.loads(text)) if text else None
     except (SafetensorError, TypeError, KeyError, AttributeError, OverflowError, ValueError) as error:
-        raise ValueError(f"is no file of weights: {error}") from None
+        raise ValueError(f"is not a file of weights: {error}") from None
     if SEAL in metadata and metadata[SEAL] != seal_of(weights, text):
-        raise ValueError("is damaged: its weights are not those that were written")
+        raise ValueError("is damaged: its weights are not the ones that were written")
     return weights, names
 
 
 def _named(names: Mapping[str, Any]) -> Names:
-    """Return names as a file has them; raises ValueError, KeyError, TypeError, AttributeError for others."""
+    """Return the names of a file. Raises ValueError, KeyError, TypeError, AttributeError for others."""
     options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
     return {
         "channels": [str(channel) for channel in names["channels"]],
@@ -67,8 +68,8 @@ def _named(names: Mapping[str, Any]) -> Names:
 
 
 def seal_of(weights: Weights, text: str = "") -> str:
-    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then of a text, 64 hexadecimal
-    digits."""
+    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then of a text, 64
+    hexadecimal digits."""
     digest = hashlib.sha256()
     for name in sorted(weights):
         array = np.ascontiguousarray(weights[name])
@@ -83,7 +84,7 @@ def hash_of(path: str | Path) -> str:
 
 
 def add_seal(path: str | Path) -> None:
-    """Write the seal into a file of weights of other origin, whose weights stay as they are."""
+    """Write the seal into a file of weights from elsewhere, whose weights do not change."""
     save(path, *read(Path(path).read_bytes()))
 
 

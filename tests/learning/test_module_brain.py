@@ -82,7 +82,7 @@ class Elsewhere(Plain):
         (lambda n, groups: "a network", "gives str; allowed: a torch.nn.Module"),
         (lambda n: None, "raises TypeError"),
         (Random, "draws random numbers in forward"),
-        (Forgetful, "gives two different answers to the same observations"),
+        (Forgetful, "returns two different outputs for the same observations"),
         (Elsewhere, "raises RuntimeError"),
         (lambda n, groups: Plain(n, groups).to("meta"), "cannot be moved to the device 'cpu'"),
         (changed(memory=16), "has memory = 16, and its forward takes no state"),
