@@ -1,4 +1,4 @@
-"""Nervous systems: senses, the reflex, policy and happiness networks over them, and the decision H(y + z).
+"""Nervous systems: senses, the reflex, policy and happiness networks, and the decision H(y + z).
 
-When they run belongs to `ecs_eco.systems`, how a policy learns to `ecs_eco.learning`.
+`ecs_eco.systems` runs them in each tick; `ecs_eco.learning` trains policies.
 """

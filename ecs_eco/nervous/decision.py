@@ -12,11 +12,11 @@ HIGHEST = np.finfo(np.float32).max
 
 @njit
 def all_finite(logits, values):
-    """Return whether all numbers of two flat arrays are finite; without branches, so that it becomes vector
+    """Return whether all numbers of two flat arrays are finite; no branches, so that it compiles to vector
     code."""
     beyond = False
     for i in range(logits.size):
-        beyond |= not abs(logits[i]) <= HIGHEST  # true for what is no number
+        beyond |= not abs(logits[i]) <= HIGHEST  # true for NaN
     for i in range(values.size):
         beyond |= not abs(values[i]) <= HIGHEST
     return not beyond
@@ -24,8 +24,8 @@ def all_finite(logits, values):
 
 @lone_njit
 def uniforms(first, last, key, uid, group, out):
-    """Draw the numbers that actions are chosen with, of group number `group` and those after it:
-    out f32[n, groups], the same for the same uid."""
+    """Draw the random numbers that select actions, of group number `group` and those after it: out f32[n,
+    groups], the same for the same uid."""
     for g in range(out.shape[1]):
         for k in range(last - first):
             i = np.uint64(first + k)
@@ -37,7 +37,7 @@ def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, aut
     """Write H(y + z) of organism i to decision[rows[i]]: u8[capacity, actions].
 
     z is 1 for the chosen action of each group (choice[i, g] indexes the group's options, targets maps options
-    to actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 where v > 0.
+    to actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 if v > 0.
     """
     n_actions = decision.shape[1]
     for i in range(first, last):
@@ -56,8 +56,8 @@ def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, aut
 
 @njit
 def first_on(decision, row, start, n, neutral):
-    """Return which action of a group is done: the first that is on, in declared order;
-    the neutral one where none is."""
+    """Return the executed action of a group: the first that is on, in declared order, or the default if
+    none is."""
     for a in range(n):
         if decision[row, start + a]:
             return a
@@ -66,8 +66,8 @@ def first_on(decision, row, start, n, neutral):
 
 @lone_njit
 def first_of(decision, first, size, start, n, neutral, way):
-    """Write `first_on` of the rows from `first` on to way i32[size]; without branches, for what organisms do
-    cannot be foreseen."""
+    """Write `first_on` of the rows from `first` on to way i32[size]; no branches, because actions cannot
+    be predicted."""
     for i in range(size):
         way[i] = neutral
     for k in range(n):

@@ -1,4 +1,5 @@
-"""A species whose choices come from outside of the world, as arrays: what all sense, then what all choose."""
+"""A species whose choices come from outside the world, as arrays: the observations of all members, then
+their choices."""
 
 from __future__ import annotations
 
@@ -25,38 +26,38 @@ if TYPE_CHECKING:
 
 
 class Sensed(NamedTuple):
-    """What the members of a species sense in a tick, and what became of their last choices.
+    """The observations of the members of a species in a tick, and the outcome of their last choices.
 
-    `x` is the matrix of the world itself, written over in the next tick. The dead are those that have chosen
-    and did not live to sense again.
+    `x` is the world's own matrix, overwritten in the next tick. The dead are those that have chosen and did
+    not live to sense again.
     """
 
     x: np.ndarray  # f32[n, channels]
     uid: np.ndarray  # u64[n]
-    reward: np.ndarray  # f32[n] of the last choice; 0 for the newborn
+    reward: np.ndarray  # f32[n], of the last choice; 0 for the newborn
     dead: np.ndarray  # u64[k]
-    dead_x: np.ndarray  # f32[k, channels] what they sensed last
-    dead_reward: np.ndarray  # f32[k] of their last choice: the least happiness minus what they felt
+    dead_x: np.ndarray  # f32[k, channels], their last observations
+    dead_reward: np.ndarray  # f32[k], of their last choice: the minimum happiness minus their last happiness
     dead_cause: tuple[str, ...]  # [k]
 
 
 class Pending(Outside):
-    """What an external species was told for this tick, and who died of its members."""
+    """The choices of an external species for this tick, and the deaths among its members."""
 
     def __init__(self, some: bool) -> None:
-        self.some = some  # whether not all need be told
+        self.some = some  # whether choices for some members are enough
         self.given: Answer | None = None
         self.uid = np.zeros(0, np.uint64)  # of those that sense in this tick
         self.place = np.zeros(0, np.int64)  # of a row among them
         self.dead: list[tuple[np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]] = []
 
     def require(self, species: str) -> None:
-        """Raise ConfigError: a whole tick has no place for choices."""
+        """Raise ConfigError: choices cannot enter a whole tick."""
         raise ConfigError(
             [
                 Problem(
                     (species,),
-                    "its choices come from outside, between the halves of a tick",
+                    "its choices come from outside, in the middle of a tick",
                     allowed=f'`observe` and `act` of world.external("{species}"), or `close`',
                     source="run",
                 )
@@ -73,14 +74,14 @@ class Pending(Outside):
         return answer
 
     def note(self, nerves: Nerves, table: Table) -> None:
-        """Remember who senses in this tick."""
+        """Record who senses in this tick."""
         self.uid = table.uid[nerves.rows]
         if len(self.place) < len(table.uid):
             self.place = np.zeros(len(table.uid), np.int64)
         self.place[nerves.rows] = np.arange(len(nerves.rows))
 
     def mourn(self, world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
-        """Note the dying rows i64[k], before they are free."""
+        """Record the dying rows i64[k], before they are free."""
         nerves = table.species.nerves
         if nerves is None or nerves.outside is not self or not len(self.uid):
             return
@@ -93,12 +94,12 @@ class Pending(Outside):
 
 
 class External:
-    """The door to a species whose choices are made outside of the world: `observe`, then `act`, once a tick.
+    """External control of a species: call `observe`, then `act`, once per tick.
 
-    `channels` are the names of what it senses, `options` the groups that are chosen in and the names of their
-    options; continuous groups have none and are between `low` and `high`. Of several species with doors, the
-    tick goes on when the last of them acts. Between `observe` and `act` a tick is under way: save and copy
-    the world after `act`.
+    `channels` are the names of its observations, `options` the groups of actions and the names of their
+    options; continuous groups have none and are between `low` and `high`. If several species are controlled
+    externally, the tick continues when the last of them acts. Between `observe` and `act` a tick is under
+    way: save and copy the world after `act`.
     """
 
     def __init__(self, world: Any, species: str, partial: bool = False) -> None:
@@ -107,7 +108,7 @@ class External:
         self.channels, self.options = nerves.channels, options_of(nerves)
         self.low, self.high = _ends(nerves)
         self._awaited = expect(world)
-        require_whole(world, "open a door")
+        require_whole(world, "open external control")
         self._before, self._pending = nerves.outside, Pending(partial)
         nerves.outside = self._pending
         self._mourn = _mourner(world, self._pending)
@@ -120,7 +121,7 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Let the tick begin, and return what those of the species sense; again the same until `act`."""
+        """Begin the tick, and return the observations of the species; return the same until `act`."""
         self._open()
         self._awaited.begin(self.world)
         nerves, pending = self._nerves, self._pending
@@ -137,11 +138,12 @@ class External:
         )
 
     def act(self, actions: ArrayLike, uid: ArrayLike | None = None) -> None:
-        """Choose for those that sense in this tick, and let it go on once all species that wait have chosen.
+        """Set the choices of those that sense in this tick; the tick continues once all waiting species have
+        chosen.
 
         `actions` [n, groups]: numbers of options, or numbers within the range of a continuous group; rows in
-        the order of `observe`, or in that of `uid` u64[n]. Raises ConfigError, and changes nothing, where an
-        action is missing, for somebody who is not there, twice, or impossible.
+        the order of `observe`, or in that of `uid` u64[n]. Raises ConfigError, and changes nothing, if an
+        action is missing, given twice, impossible, or given for an organism that does not sense.
         """
         self._open()
         if not self._awaited.halves.begun:
@@ -158,14 +160,14 @@ class External:
         self._awaited.finish(self.world)
 
     def save(self, path: str | Path) -> str | Path:
-        """Write a checkpoint now, or where a tick is under way as soon as it is over; return its path."""
+        """Write a checkpoint now, or at the end of the tick under way; return its path."""
         if not self._awaited.halves.begun:
             return self.world.save(path)
         self._awaited.saves.append(path)
         return path
 
     def close(self) -> None:
-        """Give the species back to who decided before; not between `observe` and `act`."""
+        """Give control back to the former policy; not between `observe` and `act`."""
         if self._awaited.halves.begun:
             raise RuntimeError(f'world.external("{self.species}"): a tick is under way; `act` first')
         if self._nerves.outside is self._pending:
@@ -175,10 +177,10 @@ class External:
 
     def _open(self) -> None:
         if self._nerves.outside is not self._pending:
-            raise RuntimeError(f'world.external("{self.species}"): this door is closed; open another')
+            raise RuntimeError(f'world.external("{self.species}"): this control is closed; open another')
 
     def _places(self, uids: np.ndarray, source: str) -> np.ndarray:
-        """Return the places of uids u64[k] among those that sense; raises ConfigError."""
+        """Return the positions of uids u64[k] among those that sense. Raises ConfigError."""
         mine = self._pending.uid
         order = np.argsort(mine)
         at = np.minimum(np.searchsorted(mine[order], uids), max(0, len(mine) - 1))
@@ -187,11 +189,11 @@ class External:
         problems: list[Problem] = []
         if not there.all():
             problems.append(
-                self._problem("not among those that sense: dead, or of another kind", uids[~there], source)
+                self._problem("not among those that sense: dead, or of another species", uids[~there], source)
             )
         if len(np.unique(uids)) < len(uids):
             one, count = np.unique(uids, return_counts=True)
-            problems.append(self._problem("told twice", one[count > 1], source))
+            problems.append(self._problem("given twice", one[count > 1], source))
         if not self._pending.some and len(missing := np.setdiff1d(mine, uids)):
             problems.append(self._problem("no action", missing, source))
         if problems:
@@ -211,21 +213,21 @@ class External:
 
 
 class Awaited:
-    """The ticks of a world of which some species wait for choices from outside."""
+    """The ticks of a world in which some species wait for choices from outside."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.halves = Halves("decide")
-        self.saves: list[Any] = []  # paths of checkpoints to write when the tick under way is over
+        self.saves: list[Any] = []  # paths of checkpoints to write at the end of the tick under way
 
     def require(self) -> None:
-        """Raise ConfigError where a tick would find no choices; a hook before each tick."""
+        """Raise ConfigError if a tick would find no choices; a hook before each tick."""
         for name, nerves in self._waiting(self.world):
             if not (self.halves.beginning and isinstance(nerves.outside, Pending)):
                 nerves.outside.require(name)
 
     def begin(self, world: SpatialWorld) -> None:
-        """Let the tick pass up to where choices are needed; all that wait for them remember who senses."""
+        """Run the tick up to where choices are needed; all waiting species record who senses."""
         if self.halves.begun:
             return
         self.halves.begin(world)
@@ -234,7 +236,7 @@ class Awaited:
                 nerves.outside.note(nerves, world.tables[name])
 
     def finish(self, world: SpatialWorld) -> None:
-        """Let the tick go on where nobody is waited for any more."""
+        """Continue the tick if no species waits any more."""
         outside = [nerves.outside for _, nerves in self._waiting(world)]
         pending = [one for one in outside if isinstance(one, Pending)]
         if all(one.given is not None for one in pending):
@@ -254,7 +256,8 @@ class Awaited:
 
 
 def expect(world: SpatialWorld) -> Awaited:
-    """Return what a world knows of species that wait for choices; from now on it refuses ticks without them."""
+    """Return the world's record of species that wait for choices; from now on it refuses ticks without
+    them."""
     if world.awaited is None:
         world.awaited = Awaited(world)
         world.before_tick.append(world.awaited.require)
@@ -263,7 +266,7 @@ def expect(world: SpatialWorld) -> Awaited:
 
 
 def _mourner(world: SpatialWorld, pending: Pending) -> Any:
-    """Return a hook that lets `pending` note the dead, and keeps the world from nothing."""
+    """Return a hook that lets `pending` record the dead, without a reference to the world."""
     of = weakref.proxy(world)
 
     def mourn(table: Table, rows: np.ndarray) -> None:
@@ -281,7 +284,7 @@ def _spread(answer: Answer, places: np.ndarray, n: int) -> Answer:
 
 
 def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
-    """Return least and most of each group's choice: f32[groups]."""
+    """Return the limits of each group's choice: two f32[groups]."""
     sizes = np.diff(nerves.offsets)
     return (
         np.concatenate([np.zeros(len(sizes), np.float32), nerves.ranges.low]),
@@ -290,7 +293,7 @@ def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nerves_of(world: Any, species: str) -> Nerves:
-    """Return the nerves of a species that can be decided for; raises ConfigError."""
+    """Return the nervous system of a species that can be controlled. Raises ConfigError."""
     nerves: Nerves | None = world.table(species).species.nerves
     fault = allowed = ""
     if nerves is None or not nerves.policy:
@@ -298,7 +301,7 @@ def _nerves_of(world: Any, species: str) -> Nerves:
     elif nerves.learning:
         fault, allowed = "its own policy learns from its own choices", f'learn={{"{species}": False}}'
     elif nerves.outside is not None and not isinstance(nerves.outside, Nobody):
-        fault, allowed = "somebody decides for it already", "one door, of which `close` gives it back"
+        fault, allowed = "it is controlled already", "one control at a time; `close` ends it"
     elif world.bands.size > 1:
         fault, allowed = "the world runs in several processes", "one process"
     if fault or nerves is None:

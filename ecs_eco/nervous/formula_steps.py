@@ -1,5 +1,5 @@
-"""A formula as a list of steps that one kernel carries out for all organisms: the same numbers, bit by bit,
-as `ecs_eco.config.formula` gives with numpy, without an array for each operation."""
+"""A formula as a list of steps that one kernel executes for all organisms: the same numbers, bit by bit,
+as numpy gives in `ecs_eco.config.formula`, without an array for each operation."""
 
 from __future__ import annotations
 
@@ -15,31 +15,30 @@ BLOCK = 256  # organisms that take a step at once
 NUMBER, READ, ADD, SUBTRACT, MULTIPLY, DIVIDE, LEAST, MOST = range(8)
 OPERATIONS: dict[type[ast.AST], int] = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE}
 FUNCTIONS = {"min": LEAST, "max": MOST}
-FEW = 8  # readings: numpy adds up more of them in another order
+FEW = 8  # readings: numpy sums more of them in another order
 
 Step = tuple[int, float]
 
 
 class Steps(NamedTuple):
-    """Steps in the order in which they are taken: each puts a number on a pile, or takes two from it and puts
-    one back."""
+    """Steps in the order of execution: each pushes a number on a stack, or replaces the top two by one."""
 
     operation: np.ndarray  # i64[steps]
     operand: np.ndarray  # f32[steps]: a number, or which channel is read
-    height: int  # of the pile at most
+    height: int  # of the stack at most
 
 
 AS_READ = Steps(np.array([READ], np.int64), np.zeros(1, np.float32), 1)
-"""The steps that give channel 0 as it is."""
+"""The steps that return channel 0."""
 
 
 class _Unknown(Exception):
-    """The formula has a part for which there is no step."""
+    """A part of the formula has no step."""
 
 
 def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None:
-    """Return the steps of a formula that `compile_formula` has accepted; None where some part of it is not
-    among them: its functions of the C library, say, whose bits a kernel would not repeat."""
+    """Return the steps of a formula that `compile_formula` has accepted; None if a part of it has no step:
+    for example functions of the C library, whose bits a kernel would not reproduce."""
     try:
         steps = list(_steps(ast.parse(" ".join(text.split("\n")).strip(), mode="eval").body, readings))
     except (_Unknown, RecursionError):
@@ -86,7 +85,7 @@ def _folded(
 
 
 def _read(channels: tuple[int, ...]) -> Iterator[Step]:
-    """Yield one channel, or the mean over several as `mean_of` takes it."""
+    """Read one channel, or the mean over several as `mean_of` computes it."""
     if len(channels) >= FEW:
         raise _Unknown
     if len(channels) > 1:
@@ -102,8 +101,8 @@ def _read(channels: tuple[int, ...]) -> Iterator[Step]:
 
 @lone_njit
 def take_steps(x, start, size, operation, operand, pile):
-    """Take the steps for organisms start … start + size − 1 of x f32[channels, n]: what they come to is in
-    pile[0] then, f32[height + 1, BLOCK]."""
+    """Execute the steps for organisms start … start + size − 1 of x f32[channels, n]; the result is
+    pile[0], f32[height + 1, BLOCK]."""
     top = -1
     for s in range(operation.size):
         kind, number = operation[s], operand[s]
@@ -118,8 +117,8 @@ def take_steps(x, start, size, operation, operand, pile):
 
 @lone_njit
 def _combine(kind, number, first, second, size):
-    """Put a number, or what an operation makes of two, in the place of the first: of equals, as 0 and −0 are,
-    the second; and not-a-number where one of them is."""
+    """Replace the top two numbers by the result of an operation, with numpy's rule for equals (0 and −0:
+    the second) and for NaN."""
     for i in range(size):
         a, b = first[i], second[i]
         if kind == NUMBER:

@@ -1,4 +1,4 @@
-"""The nervous system of a species: its senses, and the three networks over them (the paper's Definition 3)."""
+"""The nervous system of a species: its senses, and three networks (the paper's Definition 3)."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ if TYPE_CHECKING:
 
 
 class Nerves:
-    """Senses, actions and networks of one species, and this tick's readings of all its members.
+    """Senses, actions and networks of one species, and this tick's observations of all its members.
 
     `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows`
-    i64[n] and `x` f32[n, channels] are who sensed, in canonical order, and what; `sensed` is the same by uid,
-    for whoever looks on, and nothing while sensing is under way. Networks may be missing: no reflex is y = 0,
-    no policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained by `learner`, or
-    one for each of the `individuals`, in the columns of Policy and Experience. `ranges` are least and most of
-    the continuous groups, each with a single action of its own name.
+    i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
+    `sensed` is the same by uid, for observers of the world, and None while sensing is under way. Each network
+    is optional: without reflex y is 0, without policy z is 0, without happiness the reward is 0. The policy
+    is one `brain` for all, trained by `learner`, or one for each of the `individuals`, in the columns of
+    Policy and Experience. `ranges` are the limits of the continuous groups, each with a single action of its
+    own name.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class Nerves:
         self.automatic = np.array(
             [a in automatic or f"{g}.{a}" in automatic for g, a in self.actions], np.bool_
         )
-        self.always = self.automatic.copy()  # what is on unless a reflex blocks it
+        self.always = self.automatic.copy()  # on unless a reflex blocks it
         self.always[self.ranges.columns] = True
         self.reflex: Network | None = None
         self.happiness: Network | None = None
@@ -79,23 +80,23 @@ class Nerves:
         self.brain: PolicyNetwork | None = None
         self.learner: TorchLearner | None = None
         self.individuals: Individuals | None = None
-        # whether there is a policy network; one without a brain draws every action with equal chance
+        # whether there is a policy network; one without a brain draws every action with equal probability
         self.policy = False
-        self.outside: Any = None  # `nervous.outside.Outside`: who decides in the place of a network
+        self.outside: Any = None  # `nervous.outside.Outside`, in the place of a network
         self.learning = False
         self.heads()
         self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
         self.rows = np.zeros(0, np.int64)
         self.sensed = NOTHING_SENSED
-        self._later = np.zeros((0, 0), np.float32)  # the memories that follow from what is sensed now
+        self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
         self._x = np.zeros(0, np.float32)
         self._rows = (self.readout(0), self._x)  # x, and the same by row
-        self.thoughts: Thoughts | None = None  # of the last tick, for whoever looks on
+        self.thoughts: Thoughts | None = None  # of the last tick, for observers
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:
-        """Lay out the policy's choices: one per group that is not automatic, the continuous ones last;
-        a lone action gets "not" as alternative."""
+        """Lay out the policy's choices: one per group that is not automatic, the continuous ones last; a
+        single action gets "not" as its alternative."""
         sizes, targets = [], []
         for group, (start, n) in self.columns.items():
             if self.automatic[start : start + n].all() or group in self.ranges.groups:
@@ -104,10 +105,10 @@ class Nerves:
             sizes.append(max(n, 2))
         self.choices = (*sizes, *(CONTINUOUS for _ in self.ranges.groups))
         self.offsets = np.cumsum([0, *sizes]).astype(np.int64)
-        self.targets = np.array(targets, np.int64)  # the action that a head's option stands for; −1: none
+        self.targets = np.array(targets, np.int64)  # the action of a head's option; −1: none
 
     def readout(self, n: int) -> np.ndarray:
-        """Return the observation matrix f32[n, channels] to be filled; each channel lies in one piece."""
+        """Return the empty observation matrix f32[n, channels]; each channel is contiguous."""
         channels = len(self.channels)
         if len(self._x) < n * channels:
             self._x = np.zeros((n + n // 4) * channels, np.float32)
@@ -116,7 +117,7 @@ class Nerves:
 
     @property
     def x_by_row(self) -> np.ndarray:
-        """The observation matrix of this tick, with those of each organism in one piece."""
+        """The observation matrix of this tick, contiguous by organism."""
         if self._rows[0] is not self.x:
             self._rows = self.x, np.ascontiguousarray(self.x)
         return self._rows[1]
@@ -131,9 +132,10 @@ class Nerves:
         return columns[0]
 
     def doing(self, table: Table, action: str) -> np.ndarray:
-        """Return who does an action, "graze" or "speed.run": bool[capacity], in the order of rows.
+        """Return which organisms execute an action, "graze" or "speed.run": bool[capacity], in the order of
+        rows.
 
-        Of a group one action is done: the first that is on, in declared order; the neutral one where none is.
+        Of a group one action is executed: the first that is on, in declared order, or the default if none is.
         """
         group = self.actions[column := self.column(action)][0]
         start, n = self.columns[group]
@@ -144,7 +146,7 @@ class Nerves:
         return does & table.alive
 
     def amount(self, table: Table, group: str) -> np.ndarray:
-        """Return the numbers that a continuous action is carried out with, in its unit: f32[capacity].
+        """Return the executed numbers of a continuous action, in its unit: f32[capacity].
 
         Raises UnknownName for another group.
         """
@@ -156,16 +158,16 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return what a name of a formula stands for: a channel, or the mean over several: f32[n]."""
+        """Return the value of a name in a formula: a channel, or the mean over several: f32[n]."""
         return mean_of(x, self.readings[name])
 
-    # --- thinking and learning, together or alone -----------------------------------------------------------
+    # --- inference and learning, shared or individual --------------------------------------------------------
 
     def think(self, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
-        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now;
-        zeros where there is no network.
+        """Return the policy's logits f32[n, options] and values f32[n] for the current observations; zeros if
+        there is no network.
 
-        Raises FloatingPointError with species, tick and organism where a number is not finite.
+        Raises FloatingPointError with species, tick and organism if a number is not finite.
         """
         if self.individuals is not None:
             thought = self._ask_each(table, world, self.rows, self.x_by_row)
@@ -181,7 +183,7 @@ class Nerves:
         return thought
 
     def _ask(self, brain: PolicyNetwork, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
-        """Let the shared brain think, each organism with its own memory where there is one."""
+        """Run the shared brain, each organism with its own memory if there is one."""
         if not brain.memory:
             if world.bands.size == 1:
                 return brain.forward(self.x, world.split)
@@ -192,7 +194,7 @@ class Nerves:
     def _ask_each(
         self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Let individuals of these rows think about x, each with its own network and memory."""
+        """Run the networks of individuals of these rows on x, each with its own memory."""
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
@@ -207,7 +209,7 @@ class Nerves:
         return logits, values
 
     def keep(self, table: Table) -> None:
-        """Let the memories be those that follow from this tick's thought."""
+        """Store the memories that follow from this tick."""
         table[Memory].state[self.rows] = self._later
 
     def _complain(self, table: Table, world: SpatialWorld, thought: tuple[np.ndarray, np.ndarray]) -> None:
@@ -215,9 +217,9 @@ class Nerves:
         mad = np.flatnonzero(~(np.isfinite(logits).all(axis=1) & np.isfinite(values)))
         if mad.size:
             i, blind = int(mad[0]), np.flatnonzero(~np.isfinite(self.x[mad[0]]))
-            why = "its senses are finite: its weights are not"
+            why = "its observations are finite, but its weights are not"
             if blind.size:
-                why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}"
+                why = f"its observations are {self.channels[blind[0]]} = {self.x[i, blind[0]]}"
             raise FloatingPointError(
                 f"{table.name}, tick {world.tick}: the policy of organism "
                 f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
@@ -225,9 +227,9 @@ class Nerves:
             )
 
     def react(self, table: Table) -> np.ndarray | None:
-        """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none.
+        """Return y of the reflex network for the current observations: i8[n, actions]; None if there is none.
 
-        What it adds to continuous actions is in `shift` then; their y is 0.
+        Afterwards `shift` is what it adds to continuous actions; their y is 0.
         """
         if self.reflex is None:
             self.shift = None
@@ -242,7 +244,7 @@ class Nerves:
         return y
 
     def feel(self, table: Table) -> np.ndarray | None:
-        """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
+        """Return the happiness of the current observations: f32[n]; None if there is no such network."""
         return (
             None
             if self.happiness is None
@@ -257,7 +259,8 @@ class Nerves:
         log_probability: np.ndarray,
         values: np.ndarray,
     ) -> None:
-        """Keep what was sensed and chosen, for learning: i16[n, choices], f32[n, continuous], f32[n], f32[n]."""
+        """Store observations and choices for learning: i16[n, choices], f32[n, continuous], f32[n],
+        f32[n]."""
         if self.individuals is not None:
             if Memory in table:
                 begins = self.rows[table[Experience].length[self.rows] == 0]
@@ -274,26 +277,26 @@ class Nerves:
             self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory, numbers)
 
     def credit(self, table: Table, reward: np.ndarray) -> None:
-        """Reward f32[n] the last decisions of those that sense now."""
+        """Give reward f32[n] to the last decisions of those that sense now."""
         if self.individuals is not None:
             self.individuals.credit(table[Experience], self.rows, reward)
         elif self.learner is not None:
             self.learner.rollout.credit(self.rows, reward)
 
     def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Reward f32[k] the last decisions of the dying rows i64[k];
-        who learns alone takes its experience along."""
+        """Give reward f32[k] to the last decisions of the dying rows i64[k]; the experience of individual
+        learners dies with them."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Let rows i64[k] go to another world: what those that learn together did stays with the others,
-        who learns alone takes its experience along."""
+        """Close the records of rows i64[k] that emigrate: shared learners leave their experience behind,
+        individual learners take it along."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.leave(rows)
 
     def learn(self, table: Table, world: SpatialWorld) -> None:
-        """Update the shared brain when its rollout is full, or those of the individuals whose own is."""
+        """Update the shared brain if its rollout is full, or those of the individuals whose rollout is."""
         try:
             self._learn(table, world)
         except FloatingPointError as error:
@@ -313,8 +316,8 @@ class Nerves:
                 self.reports.append({"tick": world.tick, **report})
 
     def _learn_alone(self, table: Table, world: SpatialWorld, due: np.ndarray) -> None:
-        """Let some of those that sense now learn, each from its own experience;
-        due i64[k] are their places among them."""
+        """Train some of those that sense now, each on its own experience; due i64[k] are their positions
+        among them."""
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
@@ -336,7 +339,7 @@ class Nerves:
         report = minds.learn(
             table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split, **began
         )
-        self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: the last alone
+        self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: only the last
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         owner = getattr(network, "__self__", network)  # of a method
@@ -350,14 +353,15 @@ class Nerves:
         return out
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms stand by uid, not by row;
-        `rows` i64[n] are the living in the order of uids."""
+        """Return a `state()` in which organisms are given by uid, not by row; `rows` i64[n] are the living
+        in the order of uids."""
         if self.learner is None:
             return self.state()
         return {f"learner.{k}": v for k, v in self.learner.by_uid(rows).items()}
 
     def reorder(self, order: np.ndarray) -> None:
-        """Follow the organisms to other rows: who was in row `order[i]`, i64[capacity], is in row i."""
+        """Follow the organisms to other rows: the organism of row `order[i]`, i64[capacity], is now in row
+        i."""
         if self.learner is not None:
             self.learner.rollout.reorder(order)
         place = np.empty_like(order)
@@ -365,7 +369,8 @@ class Nerves:
         self.rows = place[self.rows]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return all that a run changes: the weights and, where it learns, optimiser state and rollout."""
+        """Return everything that a run changes: the weights and, if it learns, optimizer state and
+        rollout."""
         out: dict[str, np.ndarray] = {}
         if self.brain is not None:
             out |= {f"brain.{k}": v for k, v in self.brain.state().items()}
@@ -374,7 +379,7 @@ class Nerves:
         return out
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take a `state()`."""
+        """Load a `state()`."""
         for part in ("brain", "learner"):
             inner = {k.removeprefix(f"{part}."): v for k, v in state.items() if k.startswith(f"{part}.")}
             if inner:
@@ -387,8 +392,8 @@ def _divided(
     n: int,
     forward: Callable[[slice], tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the logits and values of n organisms, of which each process asks for its part where a row's bits
-    depend on no other row."""
+    """Return the logits and values of n organisms, of which each process computes its part if rows are
+    independent."""
     if world.bands.size == 1 or not network.by_row:
         return forward(slice(None))
     logits, values = forward(slice(*world.bands.part(n)))

@@ -1,4 +1,4 @@
-"""Reflex and happiness networks as a species declares them; organisms may have weights of their own."""
+"""Reflex and happiness networks as a species declares them; organisms may have individual weights."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ it reads weights of the rows i64[n].
 class ReflexNetwork:
     """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1.
 
-    To continuous actions the sum itself is added, where a connection counts as the action's whole range.
+    For continuous actions the sum itself is added, and a connection counts as the action's whole range.
     """
 
     def __init__(
@@ -57,11 +57,12 @@ class ReflexNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights or thresholds are individual."""
+        """Return the reaction to x f32[n, channels]; of `rows` i64[n] of a table if weights or thresholds
+        are individual."""
         return np.sign(self.total(x, table, rows)).astype(np.int8)
 
     def total(self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None) -> np.ndarray:
-        """Return the sum of which y is the sign: f32[n, actions]."""
+        """Return the sum whose sign is y: f32[n, actions]."""
         nerves = self.nerves
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
@@ -83,7 +84,7 @@ class ReflexNetwork:
 
 
 class HappinessNetwork:
-    """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
+    """Happiness f32[n] from weights, a formula or a function; at least the declared minimum."""
 
     def __init__(
         self,
@@ -104,12 +105,13 @@ class HappinessNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """Feel about x f32[n, channels]; of `rows` i64[n] of a table where weights are individual."""
+        """Return the happiness for x f32[n, channels]; of `rows` i64[n] of a table if weights are
+        individual."""
         if self.function is not None:
             felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
         elif self.formula is not None:
             values, nerves = {}, self.nerves
-            for name in self.formula.names:  # most stand for one channel
+            for name in self.formula.names:  # most represent one channel
                 channels = nerves.readings[name]
                 values[name] = x[:, channels[0]] if len(channels) == 1 else mean_of(x, channels)
             felt = self.formula(values)
@@ -129,8 +131,8 @@ class HappinessNetwork:
 
 
 def last_reward(table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return the reward of dying f32[k]: the least happiness minus what the dying rows i64[k] felt last; 0
-    where there is no happiness network."""
+    """Return the reward of dying f32[k]: the minimum happiness minus the last happiness of the dying rows
+    i64[k]; 0 if there is no happiness network."""
     nerves = table.species.nerves
     if nerves.happiness is None:
         return np.zeros(rows.size, np.float32)
@@ -157,17 +159,17 @@ def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
 def _asked(
     function: Any, word: str, x: np.ndarray, table: Table | None, rows: np.ndarray | None
 ) -> np.ndarray:
-    """Return what a function answers to x f32[n, channels]; of one that is a network of which genes hold the
-    weights, with each one's own."""
-    x = np.ascontiguousarray(x)  # sums of libraries depend on it
+    """Return the output of a function for x f32[n, channels]; of a network with heritable weights, with
+    each organism's own."""
+    x = np.ascontiguousarray(x)  # the order of sums in libraries depends on it
     if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
         return np.asarray(function(x))
     return np.asarray(function.each(x, own[rows]))
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the channels of several readings one after the other, and where each begins:
-    i64[…], i64[readings + 1]."""
+    """Return the channels of several readings one after another, and where each begins: i64[…],
+    i64[readings + 1]."""
     flat = [channel for reading in rows for channel in reading]
     return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
 
@@ -183,7 +185,7 @@ def read(x, i, channels, first, last):
 
 @njit
 def connect(x, channels, starts, actions, above, weight, threshold, rows, total):
-    """Add the weight of each connection that fires to its action: total f32[n, actions]."""
+    """Add the weight of each active connection to its action: total f32[n, actions]."""
     for i in range(rows.size):
         row = rows[i]
         for c in range(actions.size):

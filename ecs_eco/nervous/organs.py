@@ -1,4 +1,4 @@
-"""Sensors and actions that some organisms lack, because their genes say so."""
+"""Sensors and actions that some organisms lack because of their genes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def blind(table: Table, rows: np.ndarray, x: np.ndarray) -> None:
-    """Let the channels of sensors that organisms lack read 0: x f32[n, channels] of rows i64[n]."""
+    """Set the channels of sensors that organisms lack to 0: x f32[n, channels] of rows i64[n]."""
     places, column = _places(table.species.traits, "sensors."), 0
     senses = table.species.nerves.senses if places else ()
     for sensor, (_, width) in zip(table.species.sensors, senses, strict=False):
@@ -24,8 +24,7 @@ def blind(table: Table, rows: np.ndarray, x: np.ndarray) -> None:
 
 
 def disable(table: Table, rows: np.ndarray) -> None:
-    """Let nobody of rows i64[n] do what it lacks the action for; of a continuous one it does as if nothing
-    chose."""
+    """Suppress the actions that rows i64[n] lack; a continuous action gets its resting value."""
     places = _places(table.species.traits, "actions.")
     nerves = table.species.nerves
     for column, (group, action) in enumerate(nerves.actions if places else ()):
@@ -39,7 +38,7 @@ def disable(table: Table, rows: np.ndarray) -> None:
 
 
 def _places(traits: Mapping[str, int], section: str) -> dict[str, int]:
-    """Return the places in Traits of the switches of a section, by the names of what they switch."""
+    """Return the positions in Traits of the switches of a section, by the names of what they switch."""
     return {
         key.removeprefix(section).removesuffix(".present"): at
         for key, at in traits.items()

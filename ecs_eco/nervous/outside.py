@@ -1,4 +1,4 @@
-"""Policies that are functions or outside programs; their choices are checked before kernels read them."""
+"""Policies that are functions or external programs; their choices are checked before kernels read them."""
 
 from __future__ import annotations
 
@@ -19,28 +19,29 @@ if TYPE_CHECKING:
 
 
 class Answer(NamedTuple):
-    """What somebody outside chose for those that sense in this tick."""
+    """External choices for those that sense in this tick."""
 
     choice: np.ndarray  # i16[n, categorical groups]: options of each
     numbers: np.ndarray  # f32[n, continuous groups], in units of half the range
-    told: np.ndarray | None = None  # bool[n]: for whom; None: for all
+    told: np.ndarray | None = None  # bool[n]: whose choices they are; None: of all
 
 
 class Outside:
-    """Who decides in the place of a species' network; `partial`: only for some, and the network for others."""
+    """A decision maker in the place of a species' network; `partial`: it decides for some, and the network
+    for the rest."""
 
     partial = False
 
     def require(self, species: str) -> None:
-        """Raise ConfigError where there will be no answer in the tick that is to begin."""
+        """Raise ConfigError if there will be no choices in the coming tick."""
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
-        """Return what is chosen in this tick."""
+        """Return the choices of this tick."""
         raise NotImplementedError
 
 
 class Nobody(Outside):
-    """An external policy before anybody has opened its door."""
+    """An external policy before its control is opened."""
 
     def require(self, species: str) -> None:
         """Raise ConfigError."""
@@ -48,7 +49,7 @@ class Nobody(Outside):
             [
                 Problem(
                     ("species", species, "policy", "kind"),
-                    "nobody decides for it",
+                    "no program controls it",
                     "external",
                     f'world.external("{species}") and its `observe` and `act`, or an environment of ecs_eco.rl',
                 )
@@ -62,21 +63,21 @@ class Nobody(Outside):
 
 
 class Function(Outside):
-    """A policy that is a function of what is sensed, f32[n, channels], and of uids u64[n]."""
+    """A policy that is a function of the observations f32[n, channels] and the uids u64[n]."""
 
     def __init__(self, function: Callable[[np.ndarray, np.ndarray], Any], named: object) -> None:
         self.function, self.named = function, function_name(named)
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
-        """Ask the function; raises ConfigError for what cannot be carried out."""
+        """Call the function. Raises ConfigError for invalid choices."""
         uid = table.uid[nerves.rows]
         chosen = self.function(nerves.x, uid)
         return taken(nerves, table, nerves.rows, chosen, f"{self.named}, tick {world.tick}")
 
 
 def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
-    """Return the options of each group that a policy chooses in, in the order of its choices: continuous ones
-    last, without options. A lone action can be left undone."""
+    """Return the options of each group in which a policy chooses, in the order of its choices: continuous
+    ones last, without options. A single action can be left out."""
     names: dict[str, tuple[str, ...]] = {}
     for group, (start, n) in nerves.columns.items():
         if group in nerves.ranges.groups or nerves.automatic[start : start + n].all():
@@ -87,10 +88,10 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
 
 
 def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
-    """Return choices [k, groups] for rows i64[k] as they are carried out.
+    """Return choices [k, groups] for rows i64[k] as they are executed.
 
     A column for each group of `options_of`: the number of an option, or a number within the range of a
-    continuous group. Raises ConfigError that names the organism, the group, the value and what is allowed.
+    continuous group. Raises ConfigError that names the organism, the group, the value and what is expected.
     """
     values, names = np.asarray(chosen), options_of(nerves)
     shape, discrete = (len(rows), len(names)), len(nerves.offsets) - 1
@@ -138,7 +139,7 @@ def _problems(
     ends: tuple[np.ndarray, np.ndarray],
     source: str,
 ) -> list[Problem]:
-    """A problem for each of the first few values that cannot be carried out."""
+    """Return a problem for each of the first few invalid values."""
     groups, problems = list(names), []
     for i, g in np.argwhere(wrong)[:20].tolist():
         options = names[groups[g]]
@@ -148,7 +149,7 @@ def _problems(
             else f"{ends[0][g]:g} … {ends[1][g]:g}"
         )
         value = values[i, g].item()
-        fault = "no number" if value != value else "no such option" if options else "out of range"
+        fault = "not a number" if value != value else "no such option" if options else "out of range"
         key = table.name, int(table.uid[rows[i]]), groups[g]
         problems.append(Problem(key, f"{fault} (of {int(wrong.sum())} such)", value, allowed, source=source))
     return problems

@@ -1,4 +1,4 @@
-"""Continuous actions of a species: between which numbers they are, and what becomes of what was drawn."""
+"""Ranges of a species' continuous actions, and the execution of what was drawn."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class Ranges:
-    """Least and most of each continuous action, in the order of the columns of Motor.
+    """The limits of each continuous action, in the order of the columns of Motor.
 
-    Made of group: ((least, most), column of its action in the decision, the number where nothing chooses one,
-    None for that nearest to 0).
+    Built from group: ((lowest, highest), column of its action in the decision, the number if no choice is
+    made, None for the one nearest to 0).
     """
 
     def __init__(self, ranges: Mapping[str, tuple[tuple[float, float], int, Any]]) -> None:
@@ -34,8 +34,9 @@ class Ranges:
         return len(self.groups)
 
     def of(self, table: Table, rows: np.ndarray) -> Ranges:
-        """Return these ranges, or where genes code for any of their numbers those of rows i64[n]: low, high
-        and rest f32[n, k]. Where a genome says that the least is above the most, it is the most."""
+        """Return these ranges or, if genes code for any of their numbers, those of rows i64[n]: low, high
+        and rest f32[n, k]. If a genome gives a lower limit above the upper one, the upper one is used for
+        both."""
         keys = {
             f"actions.{group}.continuous.{end}": column[k]
             for k, group in enumerate(self.groups)
@@ -52,7 +53,7 @@ class Ranges:
         return own
 
     def command(self, numbers: np.ndarray | None, shift: np.ndarray | None) -> np.ndarray:
-        """Return what is carried out, f32[n or 1, k]: numbers f32[n, k] of the policy in units of half the
-        range (None: no policy), shifted by the reflex f32[n, k], and held within the range."""
+        """Return the executed numbers, f32[n or 1, k]: numbers f32[n, k] of the policy in units of half
+        the range (None: no policy), shifted by the reflex f32[n, k], and clipped to the range."""
         chosen = np.atleast_2d(self.rest) if numbers is None else in_units(numbers, self.low, self.high)
         return chosen if shift is None else np.clip(chosen + shift, self.low, self.high)

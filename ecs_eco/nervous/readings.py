@@ -1,4 +1,4 @@
-"""The component Sensor of a species: columns that are made of what `Sense` has left, when somebody looks."""
+"""The component Sensor of a species: columns computed on access from the results of `Sense`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ FIELDS = ("readings", "radius", "forward", "left")
 
 
 class Readings(Columns):
-    """Stands for the columns of Sensor in one table; nothing of it is saved, and none of it decides anything.
+    """The columns of Sensor in one table; they are not saved and affect nothing.
 
-    The columns f32[capacity, …] are made of `nerves.sensed` when they are read, and can only be read.
+    The columns f32[capacity, …] are computed from `nerves.sensed` on access, and are read-only.
     """
 
     __slots__ = ("_column", "_made_of", "_table", "_version")
@@ -36,10 +36,11 @@ class Readings(Columns):
         raise AttributeError(f"Sensor has no field {name!r}; its fields are {', '.join(FIELDS)}")
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise TypeError(f"Sensor.{name} is read, not written; `Sense` fills it")
+        raise TypeError(f"Sensor.{name} is read-only; `Sense` fills it")
 
     def _readings(self) -> np.ndarray:
-        """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed."""
+        """Return the readings of all rows, f32[capacity, channels]: NaN for organisms that have not
+        sensed."""
         table, column = self._table, self._column
         uid, x = sensed = table.species.nerves.sensed
         if self._made_of is not sensed or self._version != table.version or len(column) != table.capacity:
@@ -65,7 +66,7 @@ class Readings(Columns):
 
 
 def _of_species(sensor: Sensor, name: str) -> float:
-    """Return what a species says of one of its sensors; 0 where it says nothing."""
+    """Return a species' value for one of its sensors; 0 if there is none."""
     if name == "radius":
         return float(getattr(sensor, "radius", None) or 0.0)
     at = None if isinstance(sensor, Touch) else getattr(sensor, "at", None)

@@ -1,4 +1,4 @@
-"""What nervous systems made of what they sensed in the last tick, for recordings, viewers and drawings."""
+"""The outputs of nervous systems in the last tick, for recordings, viewers and drawings."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 class Thoughts(NamedTuple):
-    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`,
-    and what their networks said."""
+    """The results of `Decide` in a tick: the organisms that sensed, in the order of `nerves.rows`, and the
+    outputs of their networks."""
 
     tick: int
     uid: np.ndarray  # u64[n]
@@ -23,28 +23,29 @@ class Thoughts(NamedTuple):
     y: np.ndarray | None  # i8[n, actions] of the reflex; None without one
     choice: np.ndarray  # i16[n, categorical groups]
     numbers: np.ndarray | None = None  # f32[n, continuous groups] drawn, in units of half the range
-    shift: np.ndarray | None = None  # f32[n, continuous groups] that the reflex added
+    shift: np.ndarray | None = None  # f32[n, continuous groups] added by the reflex
 
 
 class Minds(NamedTuple):
     """The nervous systems of k organisms in the last tick.
 
-    Where a species has continuous actions, y, z and the decision are f32, and hold for these, in the action's
-    unit: what the reflex added, what the policy drew (its rest without one), and what was carried out.
+    If a species has continuous actions, y, z and the decision are f32; for these actions, in their units,
+    they are what the reflex added, what the policy drew (the resting value without a policy), and what was
+    executed.
     """
 
-    x: np.ndarray  # f32[k, channels] what they sensed
-    y: np.ndarray  # i8[k, actions] −1 blocked, 0 left, 1 forced by the reflex
-    p: np.ndarray  # f32[k, actions] probability that the policy gave; NaN where it has no say
-    z: np.ndarray  # u8[k, actions] chosen by the policy, or automatic
-    decision: np.ndarray  # u8[k, actions] H(y + z)
+    x: np.ndarray  # f32[k, channels], their observations
+    y: np.ndarray  # i8[k, actions]: −1 blocked, 0 free, 1 forced by the reflex
+    p: np.ndarray  # f32[k, actions]: probability under the policy; NaN if it does not choose the action
+    z: np.ndarray  # u8[k, actions]: chosen by the policy, or automatic
+    decision: np.ndarray  # u8[k, actions]: H(y + z)
 
 
 def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return who lives and sensed in the last tick, as rows i64[k] in the order of uids
-    and places i64[k] in `nerves.rows`.
+    """Return the living that sensed in the last tick, as rows i64[k] in the order of uids and positions
+    i64[k] in `nerves.rows`.
 
-    `who` u64[…] are the uids of those asked for; None: all.
+    `who` u64[…] are the requested uids; None: all.
     """
     nerves = table.species.nerves
     thoughts = None if nerves is None else nerves.thoughts
@@ -57,7 +58,8 @@ def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, n
 
 
 def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
-    """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them."""
+    """Return observations, network outputs and decisions of organisms of a table: rows and positions as
+    `thinkers` returns them."""
     nerves = table.species.nerves
     thoughts = nerves.thoughts
     y = (
@@ -73,8 +75,8 @@ def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
 
 
 def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what the reflex added to continuous actions, what the policy chose and what was carried out,
-    each f32[k, continuous groups]: rows and places as `thinkers` gives them."""
+    """Return what the reflex added to continuous actions, what the policy chose and what was executed,
+    each f32[k, continuous groups]: rows and positions as `thinkers` returns them."""
     nerves, thoughts = table.species.nerves, table.species.nerves.thoughts
     shape = len(at), len(nerves.ranges)
     shift = np.zeros(shape, np.float32) if thoughts.shift is None else thoughts.shift[at]
@@ -95,8 +97,8 @@ def with_numbers(
 
 
 def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k,
-    options] and choices [k, groups]."""
+    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k, options]
+    and choices [k, groups]."""
     k, n = len(choice), len(nerves.actions)
     z = np.repeat(nerves.automatic[None].astype(np.uint8), k, axis=0)
     p = np.full((k, n), np.nan, np.float32)

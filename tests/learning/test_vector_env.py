@@ -169,7 +169,9 @@ def test_what_is_no_environment_and_what_is_no_array_is_refused_with_what_to_do(
         train("CartPole-v1", PPO(), 10, seed=0)
     env = Rooms()
     env.observation_space = gymnasium.spaces.Dict({"room": gymnasium.spaces.Discrete(3)})
-    with pytest.raises(ValueError, match=r"observation space Dict.*FlattenObservation\(env\) converts others to a Box"):
+    with pytest.raises(
+        ValueError, match=r"observation space Dict.*FlattenObservation\(env\) converts others to a Box"
+    ):
         train(env, PPO(), 10, seed=0)
 
 

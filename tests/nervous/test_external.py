@@ -119,8 +119,8 @@ def test_rows_may_come_in_any_order_with_their_uids(meadow):
     ("uids", "says"),
     [
         (lambda uid: uid[:-1], r"no action \(1 such\)"),
-        (lambda uid: np.append(uid, 999_999), "999999.*\n.*dead, or of another kind"),
-        (lambda uid: np.append(uid, uid[0]), "told twice"),
+        (lambda uid: np.append(uid, 999_999), "999999.*\n.*dead, or of another species"),
+        (lambda uid: np.append(uid, uid[0]), "given twice"),
     ],
 )
 def test_missing_dead_and_repeated_organisms_are_refused_and_nothing_changes(meadow, uids, says):
@@ -138,7 +138,7 @@ def test_missing_dead_and_repeated_organisms_are_refused_and_nothing_changes(mea
     ("chosen", "says"),
     [
         (np.zeros((11, 2)), r"a row for each of the 12 deer"),
-        (np.full((12, 2), np.nan), "no number"),
+        (np.full((12, 2), np.nan), "not a number"),
         (np.full((12, 2), 7), "no such option"),
     ],
 )
@@ -175,7 +175,7 @@ def test_a_tick_with_two_doors_goes_on_when_both_have_acted(alike):
 
 def test_a_closed_door_gives_the_species_back(alike):
     door = alike[0].external("deer")
-    with pytest.raises(ConfigError, match="somebody decides for it already"):
+    with pytest.raises(ConfigError, match="it is controlled already"):
         alike[0].external("deer")
     door.close()
     with pytest.raises(RuntimeError, match="closed"):

@@ -93,7 +93,7 @@ def test_a_continuous_choice_reaches_the_motor(meadow):
         (lambda n: np.full((n, 2), 3), r"speed = 3\n.*no such option.*0 \(still\), 1 \(walk\), 2 \(run\)"),
         (lambda n: np.full((n, 2), -1), r"turn = -1"),
         (lambda n: np.full((n, 2), 0.5), r"speed = 0.5"),
-        (lambda n: np.full((n, 2), np.nan), r"speed = nan\n.*no number"),
+        (lambda n: np.full((n, 2), np.nan), r"speed = nan\n.*not a number"),
         (lambda n: None, "allowed: numbers"),
     ],
 )
@@ -110,12 +110,12 @@ def test_a_species_whose_policy_is_external_waits_for_somebody(meadow):
         world.run(1)
     assert world.tick == 0
     world.external("deer")
-    with pytest.raises(ConfigError, match="between the halves of a tick"):
+    with pytest.raises(ConfigError, match="in the middle of a tick"):
         world.run(1)
     assert world.underway is None
 
 
 def test_a_run_of_such_a_world_is_refused_before_there_is_a_folder(meadow, tmp_path):
-    with pytest.raises(ConfigError, match="nobody decides for it"):
+    with pytest.raises(ConfigError, match="no program controls it"):
         run_to_folder(meadow(policy={"kind": "external"}).config, ticks=2, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -150,7 +150,7 @@ def test_it_is_read_and_not_written():
         sensor.readings[0] = 1
     with pytest.raises(ValueError, match="read-only"):
         sensor.radius = 1
-    with pytest.raises(TypeError, match=r"Sensor\.readings is read, not written"):
+    with pytest.raises(TypeError, match=r"Sensor\.readings is read-only"):
         table[Sensor].readings = table[Sensor].readings
     with pytest.raises(TypeError, match="spawn 'goat': Sensor is read-only: a newborn cannot be given it"):
         world.spawn("goat", Sensor())

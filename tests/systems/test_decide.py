@@ -106,5 +106,5 @@ def test_a_sense_that_is_no_number_is_named(meadow):
             deer[Metabolism].energy[int(deer.rows()[1])] = np.nan
 
     world.add_system(Spoil())
-    with pytest.raises(FloatingPointError, match="it senses energy = nan"):
+    with pytest.raises(FloatingPointError, match="its observations are energy = nan"):
         world.run(1)

@@ -1,7 +1,7 @@
-"""Sensors, one kind a file: each fills its channels, columns of the observations f32[n, channels].
+"""Sensors, one kind per file: each fills its channels, columns of the observations f32[n, channels].
 
-A new kind of sensor is a file here, a model in `ecs_eco.config.models.sensors`, and a line in `senses_of`.
-What a sensor reads belongs elsewhere: who is near whom, light and smells to `ecs_eco.space`.
+A new kind of sensor needs a file here, a model in `ecs_eco.config.models.sensors`, and a line in `senses_of`.
+Neighbors, light and smells belong to `ecs_eco.space`.
 """
 
 from __future__ import annotations

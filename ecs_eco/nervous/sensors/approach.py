@@ -1,4 +1,4 @@
-"""The sensor of the flow before a body that comes nearer."""
+"""The sensor of the flow ahead of an approaching body."""
 
 from typing import TYPE_CHECKING
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> Sense:
-    """Feel the nearest of a species within `radius` [m] while it moves nearer:
-    direction in the body's frame, and speed/scale.
+    """Feel the nearest member of a species within `radius` [m] while it approaches: direction in the body's
+    frame, and speed/scale.
 
-    Only the other's own motion relative to the water is felt:
-    a still body pushes no flow before itself (Kiørboe & Visser 1999).
+    Only the other's own motion relative to the water is felt: a still body pushes no flow ahead of itself
+    (Kiørboe & Visser 1999).
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:

@@ -48,7 +48,7 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
 def compare(
     first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column
 ):
-    """Write the normalised difference along forward, left and, in a volume, up."""
+    """Write the normalized difference along forward, left and, in a volume, up."""
     for i in range(first, last):
         for axis in range(3 if volume else 2):
             side = of_row(half, i)

@@ -1,5 +1,5 @@
-"""The sense of kin: who among the bodies around is the own mother, father, child or sibling; and the nearest
-of anybody to a place on the body."""
+"""Sensing of kin: which bodies nearby are the organism's own mother, father, child or sibling, and the
+nearest of any relation to a place on the body."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NOBODY = np.zeros(0, np.uint64)
 
 
 def parents(table: Table, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the uids of the mothers and fathers of rows i64[n]: u64[n], empty if the table knows none."""
+    """Return the uids of the mothers and fathers of rows i64[n]: u64[n], empty if the table has none."""
     if Parentage not in table:
         return NOBODY, NOBODY
     p = table[Parentage]
@@ -45,10 +45,10 @@ def nearest_kin(
     cos_half_fov: Number,
     split: Callable[..., None],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the entry of the relative of each seeker, without a relation of anybody else, that is nearest
-    to its place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
+    """Return the entry of each seeker's nearest relative (without a relation: of the nearest member) to its
+    place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
 
-    They are looked for within `own` f32[n] [m] and the field of view; ties go to the lower uid.
+    The search covers `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
     entries, distance2 = np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32)
     if seekers.n and targets.n:
@@ -96,7 +96,7 @@ def add_kin(
     weight: np.ndarray,
     split: Callable[..., None],
 ) -> None:
-    """`add_near` of ecs_eco.space.sums, of relatives alone."""
+    """Do the same as `add_near` of ecs_eco.space.sums, for relatives only."""
     if seekers.n and targets.n:
         space = targets.space
         split(
@@ -128,7 +128,7 @@ def add_kin(
 
 @njit
 def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
-    """Return whether the one at j is the relative of the one at i that the relation says."""
+    """Return whether the organism at j has the given relation to the one at i."""
     it = its_uid[j]
     if it == uid[i]:
         return False

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NO_HEIGHTS = np.float32(0.0), np.float32(0.0)  # of eyes and tops, where no hill hides anything
+NO_HEIGHTS = np.float32(0.0), np.float32(0.0)  # of eyes and tops, if no hill blocks sight
 
 
 def see_nearest(
@@ -40,11 +40,12 @@ def see_nearest(
     kin: str | None = None,
     at: Sequence[float] = (),
 ) -> Sense:
-    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
+    """See the nearest body of a kind: its direction in the body's frame, as a unit vector, and 1 −
+    distance/reach.
 
-    They are those from a place on the body, `at`, to the centre of a sphere, or to the nearest place of a box
-    or of the axis of a capsule. With `by_light` [m] it sees as far as blind + by_light × light at its eye,
-    and never further than without. With `kin` only relatives count.
+    They are measured from a place on the body, `at`, to the center of a sphere, or to the nearest point of a
+    box or of the axis of a capsule. With `by_light` [m] it sees as far as blind + by_light × light at its
+    eye, and never further than without. With `kin` only relatives count.
     """
     shared: Any = np.float32(reach)
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
@@ -132,14 +133,14 @@ def see_nearest(
 
 
 def half_view(fov: Number) -> Any:
-    """Return the cosine of half a field of view [rad], f32, or f32[n] of many; −2 all round."""
+    """Return the cosine of half a field of view [rad], f32, or f32[n] of many; −2 for all directions."""
     if isinstance(fov, np.ndarray):
         return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
     return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
 
 
 def narrow(cos_half_fov: Number) -> bool:
-    """Return whether some field of view is less than all round, by the cosine of its half."""
+    """Return whether any field of view is less than all directions, by the cosine of its half."""
     return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
@@ -156,10 +157,9 @@ def look(
     entries: np.ndarray,
     distance2: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
-    """Return the place of the nearest of a kind that is nearest to each seeker's eye: x, y, z f32[n] [m], if
-    some bodies are capsules or boxes; write its entry i32[n], that of seeker i is i, −1 where it sees none;
-    and the square of its distance f32[n] [m^2]. `hiding` are the kinds of bodies that hide what is behind
-    them."""
+    """Return the point of the nearest body of a kind that is nearest to each seeker's eye: x, y, z f32[n]
+    [m], if some bodies are capsules or boxes; write its entry i32[n], that of seeker i is i, −1 if it sees
+    none; and the square of its distance f32[n] [m^2]. `hiding` are the kinds of bodies that block sight."""
     mine, space, (ground, inverse) = seekers.index, world.space, opaque_ground(world)
     targets, spheres, others = solids(world, [target]), merged(world, hiding[0]), solids(world, hiding[1])
     places = tuple(np.zeros(seekers.n, np.float32) for _ in range(3))
@@ -218,8 +218,8 @@ def look_again(
     found: bool,
     seen: tuple[Any, ...],
 ) -> None:
-    """Replace the nearest spheres of a kind, `found` or not yet, that are out of view or hidden by those that
-    are seen; write direction and nearness as `_bearings` does with `seen`."""
+    """Replace the nearest spheres of a kind, `found` or not yet, that are out of view or hidden by visible
+    ones; write direction and nearness as `_bearings` does with `seen`."""
     mine, space, height = seekers.index, world.space, relief(world)
     ground, inverse = opaque_ground(world)
     bodies: Any = merged(world, hiding) if occlusion else targets
@@ -323,8 +323,8 @@ def see_clearly(
     out,
     column,
 ):
-    """`seek` for the seekers in the rows of cells first … last − 1, or for those seekers what is `found`;
-    then `nearest_visible`, direction and nearness of what was found."""
+    """Run `seek` for the seekers in the rows of cells first … last − 1, or for those seekers in `found`;
+    then `nearest_visible`, direction and nearness of the result."""
     if not found:
         seek(
             first,
@@ -441,8 +441,8 @@ def see(
     out,
     column,
 ):
-    """`seek` for the seekers in the rows of cells first … last − 1, then direction and nearness of what was
-    found."""
+    """Run `seek` for the seekers in the rows of cells first … last − 1, then compute direction and
+    nearness of the result."""
     seek(
         first,
         last,
@@ -509,8 +509,8 @@ def _bearings(
     out,
     column,
 ):
-    """Write direction and nearness, 0 where nobody is in range; `radius` f32[n], or one for all; without
-    branches and with unsigned indices, so that it becomes vector code."""
+    """Write direction and nearness, 0 if no target is in range; `radius` f32[n], or one for all; no
+    branches and unsigned indices, so that it compiles to vector code."""
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if volume else 2)
     if tx.size == 0:
         out[column : near + 1, first:last] = 0

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
     """Return the column of a property, a substance or Component.field by name: f32[capacity], of the sex
-    u8[capacity], of a field as it is."""
+    u8[capacity], of a field its own type."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):
@@ -52,7 +52,7 @@ def own(
 ) -> Sense:
     """Feel a property of the own body at a place of it, as a share of `scale`.
 
-    A body is the same throughout, but for the pressure in a compressible one, which is that of the depth.
+    A body is uniform, except for the pressure in a compressible one, which is that of the depth.
     """
 
     shared = np.float32(1.0 / scale)
@@ -71,7 +71,7 @@ def own(
         world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column, work=seekers.n // 30)
 
     def plain(table: "Table") -> np.ndarray | None:
-        """Return the column where no more is done than to read it: f32[capacity]."""
+        """Return the column if the sense only reads it: f32[capacity]."""
         if table.species.traits or property == "volume" or (property == "pressure" and any(at)):
             return None
         value = own_column(table, property, substances)
@@ -83,11 +83,11 @@ def own(
 
 
 class Plain(NamedTuple):
-    """Columns that are read as they are, by their addresses, and the senses of the others."""
+    """Columns that are read unchanged, by their addresses, and the senses of the others."""
 
-    made_from: tuple[Any, ...] = ()  # what they hold for
+    made_from: tuple[Any, ...] = ()  # valid until these change
     others: tuple[tuple[Sense, int], ...] = ()
-    arrays: tuple[np.ndarray, ...] = ()  # they keep the addresses alive
+    arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
     addresses: np.ndarray = np.empty(0, np.uint64)
     steps: np.ndarray = np.empty(0, np.int64)  # from row to row
     sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first row's to the last's
@@ -96,7 +96,7 @@ class Plain(NamedTuple):
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
-        """Make them of the senses of a table, each with its first column."""
+        """Return the group of the senses of a table, each with its first column."""
         arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # it has no addresses
         read = [
             (a, sense.factor, column)
@@ -116,7 +116,8 @@ class Plain(NamedTuple):
 
 
 def feel_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return what feels properties of the own body for several senses, each with its first column, in one go."""
+    """Return a function that feels properties of the own body for several senses, each with its first
+    column, at once."""
     kept = Plain()
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:

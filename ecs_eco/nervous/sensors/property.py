@@ -1,4 +1,4 @@
-"""The sensor of a property of the bodies around: warmth, light, electric current, a substance, age."""
+"""The sensor of a property of nearby bodies: heat, light, electric current, a substance, age."""
 
 from typing import TYPE_CHECKING
 
@@ -31,12 +31,12 @@ def feel_property(
     number: int = 0,
     kin: str | None = None,
 ) -> Sense:
-    """Feel a property of the bodies of some kinds around a place on the own body, which itself is left out:
-    Σ weight × (value − zero)/scale, or, as a mean, that over Σ weight; 0 where there is nobody.
+    """Feel a property of the bodies of some kinds around a place on the own body, which is excluded: Σ weight
+    × (value − zero)/scale, or, as a mean, that over Σ weight; 0 if there are none.
 
-    A body counts if its centre is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
-    1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius.
-    With `kin` only relatives count.
+    A body counts if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
+    1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius. With
+    `kin` only relatives count.
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -44,7 +44,7 @@ def feel_property(
         place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
         base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=scale)
-        differs = isinstance(base, np.ndarray)  # each has its own zero, which is taken off the sum
+        differs = isinstance(base, np.ndarray)  # each has its own zero, which is subtracted from the sum
         least = np.float32(0) if differs else base
         for other in (world.tables[name] for name in of):
             targets = world.index(other)

@@ -34,11 +34,11 @@ def cast_rays(
     by_light: float | None = None,
     blind: float = 0.0,
 ) -> Sense:
-    """Cast rays that stop at the first body, rock or wall; report closeness per ray,
-    or the closest hit of each type.
+    """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of
+    each type.
 
-    They begin at a place on the body, `at`, and spread to both sides of `angle` from the heading.
-    With `by_light` [m] they reach as far as blind + by_light × light at the eye [m], and never further than
+    They start at a place on the body, `at`, and spread to both sides of `angle` from the heading. With
+    `by_light` [m] they reach as far as blind + by_light × light at the eye [m], and never further than
     without.
     """
     alike = fan(count, fov, angle)
@@ -77,7 +77,7 @@ def cast_rays(
 
 
 def fan(count: int, fov: Number, angle: Number) -> tuple[np.ndarray, np.ndarray]:
-    """Return cosine and sine of the angles of rays from the heading: f32[count], or f32[n, count] where `fov`
+    """Return cosine and sine of the angles of rays from the heading: f32[count], or f32[n, count] if `fov`
     and `angle` [rad] are of n seekers."""
     steps = np.arange(count) - (count - 1) / 2
     # no ray twice on a full circle
@@ -97,7 +97,7 @@ def trace(
     ray_sin: np.ndarray,
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
-    what is hit first, i32[n, rays], −1 none, −2 rock or wall, and how far it is, f32[n, rays] [m]."""
+    the first hit, i32[n, rays], −1 none, −2 rock or wall, and its distance, f32[n, rays] [m]."""
     space, mine, (ground, inverse) = world.space, seekers.index, opaque_ground(world)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]

@@ -1,4 +1,5 @@
-"""What all sensors share: those who sense now, where on the body a sensor is, and how far it reaches."""
+"""The common base of sensors: the organisms that sense now, the position of a sensor on the body, and its
+range."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
-"""Uids u64[n] and readings f32[n, channels] of nobody."""
+"""Uids u64[0] and readings f32[0, channels] of no organism."""
 
 
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
@@ -34,7 +35,7 @@ takes as long as to read hundreds of bodies.
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:
-    """Return numbers of a sensor: as they are given, or where a gene codes for any, each seeker's."""
+    """Return numbers of a sensor: unchanged or, if a gene codes for any, each seeker's."""
     if not table.species.traits:
         return tuple(shared.values())
     name = table.species.sensors[number].name
@@ -43,7 +44,7 @@ def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> 
 
 
 def own_range(table: Table, seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
-    """Return the sensor's largest reach, and each seeker's f32[n] [m]; `radius` where that is not its own."""
+    """Return the sensor's largest range, and each seeker's f32[n] [m]; `radius` if it is not individual."""
     if number not in table.species.own_ranges or not seekers.n:
         all_equal = np.empty(seekers.n, np.float32)
         all_equal.fill(radius)
@@ -72,10 +73,10 @@ def in_light(
 def place_of(
     table: Table, seekers: Seekers, number: int, at: Sequence[Number], space: Space
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where a sensor is on each body: x, y, z f32[n] [m].
+    """Return the position of a sensor on each body: x, y, z f32[n] [m].
 
-    `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own; of a capsule
-    or box in halves of its length, width and height.
+    `at` is ahead, to the left (, up), in radii of the body, unless it is an organism's own; for a capsule or
+    box in halves of its length, width and height.
     """
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
     own = number in table.species.own_places
@@ -95,8 +96,8 @@ def place_of(
 
 
 def nose(seekers: Seekers, forward: Number, left: Number, space: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; of a capsule or
-    box in halves of its length and width."""
+    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; for a capsule
+    or box in halves of its length and width."""
     radius: Any = seekers.radius
     if seekers.half is not None:
         forward, left, radius = forward * seekers.half[0], left * seekers.half[1], np.float32(1)

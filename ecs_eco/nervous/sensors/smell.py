@@ -20,8 +20,8 @@ AT_CENTRE = np.zeros((1, 2), np.float32)
 
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
-    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors
-    that are half bound at `scale`."""
+    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors that are half bound
+    at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     shared = np.float32(scale)
     place = np.array([[forward, left]])
@@ -33,7 +33,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
         if seekers.half is not None:
             x, y, z = place_of(table, seekers, number, at, space)
             ahead, high = AT_CENTRE, np.float32(0)
-        elif number in table.species.own_places:  # the kernel finds each one's nose where its body is
+        elif number in table.species.own_places:  # the kernel computes the position of each nose
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             ahead = AT_CENTRE
@@ -80,7 +80,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
 
 
 def smell_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return what smells a field for several senses, each with its first column, in one go."""
+    """Return a function that smells a field for several senses, each with its first column, at once."""
     field, columns = senses[0][0].joint[1], np.array([column for _, column in senses])
     forward, left, scales = np.array([sense.nose for sense, _ in senses]).T.copy()
     places = np.stack([forward, left], 1)
@@ -114,8 +114,8 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
 
 @lone_njit
 def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out, columns):
-    """Read the field f32[ny, nx] at the noses, which are at places f32[k, 2] of each body, with scales f32[k]
-    or f32[k, n]; without branches and with unsigned indices, so that it becomes vector code."""
+    """Read the field f32[ny, nx] at the noses, at places f32[k, 2] of each body, with scales f32[k] or
+    f32[k, n]; no branches and unsigned indices, so that it compiles to vector code."""
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = (

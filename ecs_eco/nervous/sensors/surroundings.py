@@ -22,8 +22,8 @@ def ambient(
     number: int = 0,
     dark: float | None = None,
 ) -> Sense:
-    """Read light, temperature or pressure of the surroundings at a place of the body,
-    as (value − zero)/scale.
+    """Read light, temperature or pressure of the surroundings at a place of the body, as (value −
+    zero)/scale.
 
     With `dark` the value is log10(1 + value/dark).
     """

@@ -1,4 +1,4 @@
-"""The sensor that feels bodies and walls that touch the own body."""
+"""The sensor of bodies and walls that touch the own body."""
 
 from typing import TYPE_CHECKING
 
@@ -101,7 +101,7 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
 
 
 def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> tuple[np.ndarray, ...]:
-    """Return how far each body reaches from its centre along x, y and z: f32[n] [m]."""
+    """Return how far each body extends from its center along x, y and z: f32[n] [m]."""
     if Shape not in table:
         return seekers.radius, seekers.radius, seekers.radius
     out = np.empty((3, seekers.n), np.float32)
@@ -117,8 +117,8 @@ def _sides(form, out):
 
 @njit
 def within(angle, begin, end):
-    """Return whether an angle lies in the sector from `begin` counter-clockwise
-    to `end` (a whole circle where they span it)."""
+    """Return whether an angle lies in the sector from `begin` counterclockwise to `end` (a whole circle if
+    they span it)."""
     turn = np.float32(6.2831855)
     width = end - begin
     if width >= turn - np.float32(1e-5):
@@ -202,7 +202,7 @@ def _touch_solids(
     out,
     column,
 ):
-    """`_touch` for bodies of any shape: the direction is that of the place where they are nearest."""
+    """Do the same as `_touch` for bodies of any shape: the direction is that of the nearest points."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
