@@ -1,6 +1,7 @@
-"""How kernels are compiled and run on several threads: all that knows numba's inside, machine code or processors.
+"""Compilation of kernels and their execution on several threads: the only package that knows numba's
+internals, machine code and processors.
 
 `jit` has the `njit` of this package, `portable` the mode with the same results on every machine, `libm` and
 `elementary` its functions, `workers` the threads of a world. `numba_private` has all private names of numba,
-`plain` what does without them. Columns and the clock belong to `ecs_eco.engine`.
+`plain` the version without them. Columns and the clock belong to `ecs_eco.engine`.
 """

@@ -1,9 +1,8 @@
-"""Elementary functions for what decides a world's future outside of kernels.
+"""Elementary functions for results outside kernels that affect a world's future.
 
-`scalars` stands for the module math, `arrays` for numpy, `power(x, y)` for x ** y of numbers or arrays. In
-the portable mode they are `substitutes`, for those of the C library and of numpy depend on the processor.
-Kernels need no word about it: see `linking`. What is exact everywhere (sqrt, floor, …) is called by its own
-name.
+`scalars` replaces the module math, `arrays` numpy, `power(x, y)` x ** y of numbers or arrays. In the portable
+mode they are `substitutes`, because those of the C library and of numpy depend on the processor. Kernels need
+no change: see `linking`. Functions that are exact everywhere (sqrt, floor, …) are called directly.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What machine code says of itself, in the format of Linux (ELF, 64 bits)."""
+"""Undefined symbols of machine code, in the format of Linux (ELF, 64 bits)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import struct
 
 
 def undefined(code: bytes) -> set[str]:
-    """Return the names that object code (64-bit ELF) asks for."""
+    """Return the undefined names of object code (64-bit ELF)."""
     (sections,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
     table = [struct.unpack_from("<IIQQQQIIQQ", code, sections + i * size) for i in range(count)]

@@ -1,8 +1,8 @@
-"""When Python looks for circles of objects that nothing else refers to.
+"""Control of Python's cyclic garbage collector.
 
-It does so after every 700 objects more, and among all that there are when these have become a quarter more.
-While a command loads its modules that is a tenth of the time, and at its end, when it takes all of them
-apart, as much again: for nothing, since they stay until the process ends.
+It runs after every 700 new objects, and over all objects when their number has grown by a quarter. While a
+command loads its modules that is a tenth of the time, and as much again at its end, when it tears everything
+down: for nothing, since these objects stay until the process ends.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-SELDOM = 20_000  # objects more between two looks, while modules load
+SELDOM = 20_000  # new objects between two collections, while modules load
 _usual: list[tuple[int, int, int]] = []
 
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Within, Python does not look for circles: for work that makes many objects which stay."""
+    """Disable the collector within this context: for work that creates many lasting objects."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -29,8 +29,8 @@ def uncollected() -> Iterator[None]:
 
 @contextmanager
 def of_a_command() -> Iterator[None]:
-    """Within, a process begins and ends quickly: it looks for circles seldom until `loaded`, and not at all
-    among what is there at its end. Not for processes that go on afterwards."""
+    """Shorten the start and the end of a process: collect rarely until `loaded`, and not at all at its
+    end. Not for processes that continue afterwards."""
     _usual.append(gc.get_threshold())
     gc.set_threshold(SELDOM)
     try:
@@ -40,7 +40,8 @@ def of_a_command() -> Iterator[None]:
 
 
 def loaded() -> None:
-    """Go on as usual, without what there is now; does nothing outside of a command of its own process."""
+    """Resume normal collection, excluding the current objects; do nothing outside of a command's own
+    process."""
     if _usual:
         gc.freeze()
         gc.set_threshold(*_usual.pop())

@@ -1,11 +1,12 @@
-"""Threads that help a world's own, awake for a moment after each piece of work: the next begins at once.
+"""Threads that help a world's own, and stay awake for a moment after each piece of work to begin the next at
+once.
 
-To wake a thread that sleeps, and to be woken by it, takes some 100 µs, as long as much of the work that a
-tick divides. A helper looks at a counter instead, free of the GIL, for up to a millisecond before it sleeps;
-so does who waits for it. Who sees the counter change rests for a moment more: the other one still
-holds the GIL on its way into a kernel, and to find it taken is to sleep, and to be woken, too.
+Waking a sleeping thread takes some 100 µs each way, as long as much of the work that a tick divides. A helper
+therefore polls a counter, free of the GIL, for up to a millisecond before it sleeps, and so does the thread
+that waits for it. After the counter changes, it rests for another moment: the other thread still holds the
+GIL on its way into a kernel, and a thread that finds it taken goes to sleep, too.
 
-Where `numba_version.plain()`, all sleep at once.
+With `numba_version.plain()`, all threads sleep at once.
 """
 
 from __future__ import annotations
@@ -22,9 +23,12 @@ if not plain():
     from ecs_eco.compiled.parts import serve
     from ecs_eco.compiled.spinning import changes, looks_of
 
-AWAKE = 1e-3  # [s] of looking at a counter before one sleeps
-ASKED, DONE = 10e-6, 2e-6  # [s] from a counter's change to the GIL, for a helper and for who waits for it
-PATIENCE = 5.0  # [s] for a thread that is to end
+AWAKE = 1e-3  # [s] of polling before a thread sleeps
+ASKED, DONE = (
+    10e-6,
+    2e-6,
+)  # [s] from a counter's change to the GIL, for a helper and for the thread that waits for it
+PATIENCE = 5.0  # [s] for a thread to end
 
 
 def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
@@ -36,10 +40,9 @@ def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
 class Helper:
     """A thread for one piece of work at a time: `start` it, do your own, and `finish`.
 
-    It begins with the first piece, and lives until `end`. One thread alone may ask it. What it and who waits
-    for it write is ordered by the GIL, which both hold whenever they touch anything but the counters. While
-    it is awake it also takes parts of kernels, of its team's record (`ecs_eco.compiled.parts`), if there is
-    one.
+    It begins with the first piece, and lives until `end`. Only one thread may use it. The GIL orders all
+    writes of the two, except those to the counters. While it is awake it also takes parts of kernels from its
+    team's record (`ecs_eco.compiled.parts`), if there is one.
     """
 
     def __init__(self, record: np.ndarray | None = None) -> None:
@@ -53,12 +56,12 @@ class Helper:
         self._error: BaseException | None = None
 
     def start(self, work: Callable[..., Any], *arguments: object) -> None:
-        """Let it call `work(*arguments)` beside this thread."""
+        """Call `work(*arguments)` in the helper, in parallel to this thread."""
         self.wake()
         self._ask(work, arguments)
 
     def wake(self) -> None:
-        """Let it look whether there is something to do."""
+        """Wake it to look for work."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._live, name="ecs-eco helper", daemon=True)
             self._thread.start()
@@ -67,7 +70,7 @@ class Helper:
             self._bell.release()
 
     def finish(self) -> None:
-        """Wait until it has done its work; raises what that raised."""
+        """Wait until it has done its work; raise the exception of that work."""
         asked = int(self._asked[0])
         while self._done[0] != asked and not _moved(self._done, asked - 1, DONE):
             self._awaited = True
@@ -79,7 +82,7 @@ class Helper:
             raise error
 
     def end(self) -> None:
-        """Let the thread end, and wait until it has: at the end of a process it must not be at work."""
+        """End the thread, and wait for its end: at the end of a process it must not be at work."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._ask(None, ())
@@ -89,7 +92,7 @@ class Helper:
     def _ask(self, work: Callable[..., Any] | None, arguments: tuple[Any, ...]) -> None:
         self._work, self._arguments = work, arguments
         self._asked[0] += 1
-        if self._asleep:  # both say first what they do and look then at what the other does
+        if self._asleep:  # each thread first publishes its own state, then reads the other's
             self._asleep = False
             self._bell.release()
 

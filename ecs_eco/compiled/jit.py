@@ -1,4 +1,5 @@
-"""The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes."""
+"""The `njit` of this package: cached on disk, free of the GIL, and recompiled when any kernel's source
+changes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -25,20 +26,21 @@ if portable.on():
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noalias: bool = False) -> Any:
-    """Compile a kernel on first use, keep it on disk, release the GIL while it runs,
-    follow IEEE on division by 0.
+    """Compile a kernel on first use, cache it on disk, release the GIL while it runs, follow IEEE on division
+    by 0.
 
-    `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that look
-    numbers up at computed places become vector code only then.
+    `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that read
+    numbers at computed positions become vector code only with this promise.
 
     A parameter that is annotated with a named tuple takes one: see `ecs_eco.compiled.views`.
 
-    A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
-    portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
+    A function without a source file, such as one typed at a prompt, is compiled again in each process. The
+    portable mode ignores `fastmath`, which some processors use and others do not.
     """
     return kept_kernel(function, FOLDER, False if portable.on() else fastmath, noalias)
 
 
 def lone_njit(function: Callable[..., Any]) -> Any:
-    """`njit` with `noalias`: no array that the kernel writes overlaps another of its arrays."""
+    """Compile as `njit` does, with `noalias`: no array that the kernel writes overlaps another of its
+    arrays."""
     return njit(function, noalias=True)

@@ -1,8 +1,8 @@
-"""A kernel: compiled on first use, for Python and for other kernels apart.
+"""A kernel: compiled on first use, separately for Python and for other kernels.
 
-What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
-it. What other kernels call needs none, so it is compiled by itself, without; and no machine code, see
-`ecs_eco.compiled.numba_private`. Where `numba_version.plain()`, nothing imports this file.
+A function that Python calls needs code that unpacks Python objects: with thirty arrays that is most of it. A
+function that only kernels call needs none, so it is compiled separately, without; nor does it need machine
+code, see `ecs_eco.compiled.numba_private`. With `numba_version.plain()`, this file is not imported.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ class Kernel(Dispatcher):
 
     divided: Any = None  # it in parts (`ecs_eco.compiled.parts`)
     calls: ClassVar[list[tuple[Kernel, Types]]] = []
-    """What Python has called in this process, in the order of first calls, with types."""
+    """The kernels that Python has called in this process, in the order of first calls, with types."""
 
     def compile(self, sig: Types) -> Any:
-        """Return the function for these types, found or compiled."""
+        """Return the function for these types, from the cache or compiled."""
         cache = self.kept
         Kernel.calls.append((self, sig))
         with uncollected():
@@ -47,7 +47,8 @@ class Kernel(Dispatcher):
             return super().compile(sig)
 
     def known(self, sig: Types) -> bool:
-        """Return whether a compiled form for these types is kept, or another process makes it."""
+        """Return whether the cache has a compiled form for these types, or another process is compiling
+        it."""
         return isinstance(self.kept, KernelCache) and self.kept.known(sig, self.targetctx)
 
 
@@ -55,13 +56,14 @@ class Inner(Dispatcher):
     """numba's dispatcher for calls from other kernels."""
 
     def compile(self, sig: Types) -> Any:
-        """Return the function for these types, found or compiled."""
+        """Return the function for these types, from the cache or compiled."""
         with uncollected():
             return super().compile(sig)
 
 
 class KernelOnViews:
-    """A kernel that takes named tuples (`ecs_eco.compiled.views`): what Python calls is given their fields."""
+    """A kernel that takes named tuples (`ecs_eco.compiled.views`): the function for Python takes their
+    fields."""
 
     def __init__(self, function: FunctionType, views: dict[str, View], options: dict[str, Any]) -> None:
         update_wrapper(self, function)  # type: ignore[arg-type]
@@ -74,7 +76,7 @@ class KernelOnViews:
 
     @property
     def signatures(self) -> list[Any]:
-        """The types of fields that it was compiled for."""
+        """The types of fields for which it was compiled."""
         return list(self.on_fields.signatures)
 
 
@@ -83,7 +85,7 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
     options["no_cfunc_wrapper"] = True
     if isinstance(function, FunctionType) and (views := views_of(function)):
         made = KernelOnViews(function, views, options)
-        # a class of its own, for Python looks there for what calls it: one call less, of a quarter of a microsecond
+        # its own class, because Python looks up calls there: one call less, which is a quarter of a microsecond
         call = staticmethod(giving_fields(function, views, made.on_fields))
         made.__class__ = type("KernelOnViews", (KernelOnViews,), {"__call__": call})
         return made
@@ -95,7 +97,7 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def _inner(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """Return what other kernels call."""
+    """Return the function that other kernels call."""
     njit: Any = numba.njit
     made = njit(**options, no_cpython_wrapper=True, pipeline_class=InnerPipeline)(function)
     made.__class__ = Inner
@@ -103,14 +105,14 @@ def _inner(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 def called_by_python(one: object) -> Any:
-    """Return the kernel that Python's calls of a kernel come to."""
+    """Return the kernel behind Python's calls of a kernel."""
     return one.on_fields if isinstance(one, KernelOnViews) else one
 
 
 def kept_kernel(
     function: Callable[..., Any], folder: Folder, fastmath: bool | set[str] = False, noalias: bool = False
 ) -> Any:
-    """Return a function as a kernel whose compiled forms are kept in a folder."""
+    """Return a function as a kernel whose compiled forms are cached in a folder."""
     promises: dict[str, Any] = {"noalias": True} if noalias else {}
     made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
     called: Kernel = called_by_python(made)
@@ -126,6 +128,6 @@ def kept_kernel(
 def c_function(
     function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
-    """Return a function that C can call; the kernel `origin` is what it is made of, and stands for it in the
-    folder under that name, for a closure is another one in each process."""
+    """Return a function that C can call. The kernel `origin`, from which it is derived, identifies it in
+    the cache together with `name`, because a closure differs in each process."""
     return compiled_for_c(function, signature, KernelCache(origin.py_func, folder, name))

@@ -1,8 +1,8 @@
-"""Compiled kernels on disk: one file each, sealed, in a folder that nobody else may write to.
+"""Compiled kernels on disk: one sealed file each, in a folder that no other user may write to.
 
-The files are pickles with machine code in them: who can write one, runs code here. And numba believes what it
-reads, so a damaged file would end the process. Hence a cache of our own in the place of numba's: a file is
-used where its owner and its checksum are right, and whatever goes wrong means that the kernel is compiled.
+The files are pickles with machine code: anyone who can write one can run code here. And numba trusts what it
+reads, so a damaged file would crash the process. This cache therefore replaces numba's: a file is used only
+if its owner and its checksum are right, and after any failure the kernel is compiled.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ if TYPE_CHECKING:
     Types: TypeAlias = str | tuple[types.Type, ...] | Signature
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
-PATIENCE = 120.0  # [s] for another process that compiles
+PATIENCE = 120.0  # [s] to wait for another process that compiles
 
 
 class KernelCache(NullCache):
-    """The compiled forms of one function, each in a file named after its types, the processor and its source."""
+    """The compiled forms of one function, each in a file named after its types, the processor and its
+    source."""
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
         self.folder, self.options, code = folder, options, function.__code__
@@ -56,7 +57,8 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
-        """Return the compiled form for a signature; None if it is missing, damaged, or its module is not there."""
+        """Return the compiled form for a signature; None if it is missing, damaged, or its module does not
+        exist."""
         if not self.folder.usable():
             return None
         path = self._path(sig, target_context.codegen())
@@ -73,10 +75,10 @@ class KernelCache(NullCache):
             return None
 
     def save_overload(self, sig: Types, data: CompileResult) -> None:
-        """Keep a compiled form; what cannot be kept is compiled again next time.
+        """Cache a compiled form; one that cannot be cached is compiled again next time.
 
-        That is one with constants in its machine code, or of a module that no other process can import, as
-        that of a script which runpy.run_path has run.
+        That is one with constants in its machine code, or of a module that no other process can import, such
+        as that of a script run by runpy.run_path.
         """
         self.folder.compiled += 1
         result: Any = data  # a named tuple, whose fields type checkers do not see
@@ -95,13 +97,14 @@ class KernelCache(NullCache):
             self.folder.stop_writing(error)
 
     def known(self, sig: Types, target_context: CPUContext) -> bool:
-        """Return whether a compiled form is there, or another process makes it."""
+        """Return whether a compiled form exists, or another process is compiling it."""
         path = self._path(sig, target_context.codegen())
         return path.exists() or path.with_suffix(CLAIM).exists()
 
     @contextmanager
     def claimed(self, sig: Types, target_context: CPUContext) -> Iterator[None]:
-        """Within, no other process that shares the folder compiles this; begins when none does."""
+        """Hold the exclusive right of this process to compile this function in the folder; wait until no
+        other process holds it."""
         claim = self._path(sig, target_context.codegen()).with_suffix(CLAIM)
         own = _take(claim)
         began = time.monotonic()
@@ -120,7 +123,7 @@ class KernelCache(NullCache):
 
 
 def _take(claim: Path) -> bool:
-    """Make a file that says who compiles; False where a living process has made it."""
+    """Create a file that names the compiling process; return False if a living process has created it."""
     try:
         with suppress(FileNotFoundError, ValueError):
             os.kill(int(claim.read_text() or os.getpid()), 0)
@@ -143,7 +146,7 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """Return the content of a plain file of our own; OSError where it is something else."""
+    """Return the content of a plain file owned by this user. Raises OSError for anything else."""
     with open(
         os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb"
     ) as file:
@@ -154,7 +157,7 @@ def _read(path: Path) -> bytes:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file completely or not at all; after a power failure its seal shows damage."""
+    """Write a file completely or not at all; after a power failure its seal reveals damage."""
     handle, name = tempfile.mkstemp(prefix=f"{path.name}.", suffix=".tmp", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:

@@ -1,6 +1,6 @@
-"""The folder that compiled kernels are kept in, to which nobody else may write.
+"""The folder of compiled kernels, which no other user may write to.
 
-The files are pickles with machine code in them: who can write one, runs code here.
+The files are pickles with machine code: anyone who can write one can run code here.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _SWITCHES = (
     "DISABLE_INTEL_SVML",
     "FULL_TRACEBACKS",
 )
-CLAIM = ".claim"  # how the name of a file ends that says that a process compiles
+CLAIM = ".claim"  # suffix of a file that marks a process at work on a kernel
 _HERE = Path(__file__).parent
 
 
 def _sources_hash() -> str:
-    """Return a hash of all sources with kernels, and of what compiles them: numba does not notice a change in
-    a function that lives in another file."""
+    """Return a hash of all sources with kernels, and of the compiler's: numba does not notice a change in
+    a function of another file."""
     digest = hashlib.sha256(
         f"{numba.__version__} {[getattr(numba.config, name, None) for name in _SWITCHES]}"
         f"{portable.CPU if portable.on() else ''}".encode()
@@ -47,7 +47,7 @@ def _sources_hash() -> str:
 
 @cache
 def cache_folder() -> Path:
-    """The folder that compiled kernels are kept in; `ECS_ECO_CACHE` overrides its parent."""
+    """Return the folder of compiled kernels; `ECS_ECO_CACHE` overrides its parent."""
     parent = os.environ.get("ECS_ECO_CACHE") or os.environ.get("NUMBA_CACHE_DIR")
     if not parent:
         parent = os.path.join(
@@ -60,21 +60,21 @@ def cache_folder() -> Path:
 
 
 def why_not_private(folder: Path) -> str:
-    """Return why another user could put files into a folder, or replace it; "" if nobody can."""
+    """Return why another user could put files into a folder, or replace it; "" if no other user can."""
     for part in reversed(folder.parents):
         if why := _why_not_safe(part):
             return why
     status, me = os.lstat(folder), os.geteuid()
     if not stat.S_ISDIR(status.st_mode):
-        return f"{folder} is {'a link' if stat.S_ISLNK(status.st_mode) else 'no folder'}"
+        return f"{folder} is {'a link' if stat.S_ISLNK(status.st_mode) else 'not a folder'}"
     if status.st_uid != me:
         return f"{folder} belongs to user {status.st_uid}, not to {me}"
     return _open_to_others(folder, status) if _others_may_write(status) else ""
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why another user could replace entries of a folder; in a sticky one, as /tmp,
-    only their owners can."""
+    """Return why another user could replace entries of a folder; in a sticky one, such as /tmp, only their
+    owners can."""
     status = os.lstat(part)
     if status.st_uid not in (0, os.geteuid()):
         return f"{part} belongs to user {status.st_uid}, not to {os.geteuid()}"
@@ -99,7 +99,8 @@ def _others_may_write(status: os.stat_result) -> bool:
 
 
 def _is_own_group(gid: int) -> bool:
-    """Whether a group holds this user alone, and has the same name: many systems make one for each user."""
+    """Return whether a group has only this user as a member, and the same name: many systems create one
+    for each user."""
     import grp
     import pwd
 
@@ -111,14 +112,14 @@ def _is_own_group(gid: int) -> bool:
 
 
 class Folder:
-    """The folder of the cache: made and checked on first use.
+    """The folder of the cache: created and checked on first use.
 
     If it is refused or full, kernels are compiled each time.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
-        self.shared = False  # whether another process compiles for it now: what one does, the other leaves
+        self.shared = False  # whether another process is compiling for it: one writes, the other skips
         self.compiled = 0  # kernels that this process has compiled
 
     def usable(self) -> bool:
@@ -139,13 +140,13 @@ class Folder:
         return self.usable() and not self._full
 
     def stop_writing(self, error: OSError) -> None:
-        """Write to it no more in this process, and say so."""
+        """Stop writing to it in this process, and warn."""
         self._full = True
         self._complain(f"{self.path}: {error.strerror or error}")
 
     def _complain(self, why: str) -> None:
         text = (
-            f"compiled kernels are not kept, so every start compiles them: {why}. "
+            f"compiled kernels are not cached, so every start compiles them: {why}. "
             "ECS_ECO_CACHE names another folder for them."
         )
         warnings.warn(text, RuntimeWarning, stacklevel=3)

@@ -1,9 +1,9 @@
-"""Elementary functions of the portable mode, in float64: sums, products, quotients and square roots alone.
+"""Elementary functions of the portable mode, in float64: only sums, products, quotients and square roots.
 
-Those of the C library are other code on other processors, and in other versions of it. These are the same
-bits wherever numbers are those of IEEE 754 and nothing is contracted. Coefficients and reductions are those
-of fdlibm (Sun Microsystems 1993, THIRD_PARTY.md). Errors are below 3 units of the last place, those of
-`power` below 3 + |y ln x|, those of sines up to |x| = 10^6.
+The C library's functions differ between processors and versions. These return the same bits on every machine with
+IEEE 754 numbers and without contraction. Coefficients and reductions are those of fdlibm (Sun Microsystems 1993,
+THIRD_PARTY.md). Errors are below 3 units in the last place, those of `power` below 3 + |y ln x|, those of sines
+up to |x| = 10^6.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from typing import Any
 import numba
 import numpy as np
 
-_plain: Any = partial(numba.njit, error_model="numpy", nogil=True)  # within others: nothing to keep on disk
+_plain: Any = partial(
+    numba.njit, error_model="numpy", nogil=True
+)  # used within other kernels: nothing to cache on disk
 _f64, _i64 = np.float64, np.int64
 _LN2, _LN2_HIGH, _LN2_LOW = 0.6931471805599453, 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _PI, _PI_LOW = 3.141592653589793, 1.2246467991473532e-16

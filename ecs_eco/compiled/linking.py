@@ -1,7 +1,7 @@
-"""The functions of the portable mode in the places of the C library's.
+"""Link kernels to the functions of the portable mode in place of the C library's.
 
-Kernels call `exp`, `cosf` and others by name; LLVM asks here first where a name leads. So a kernel needs no
-word about it, and what it calls can be read off its object code (`ecs_eco.compiled.elf`).
+Kernels call `exp`, `cosf` and others by name, and LLVM looks a name up here first. So a kernel needs no
+change, and its object code shows which functions it calls (`ecs_eco.compiled.elf`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.numba_private import CPUDispatcher
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
-"""The names of the C library that lead to functions of the portable mode."""
+"""The names of the C library that are linked to functions of the portable mode."""
 EXACT = frozenset(
     {
         "memcpy",
@@ -50,13 +50,13 @@ EXACT = frozenset(
         "frexpf",
     }
 )
-"""Names of the C library whose results are the same everywhere: they are exact, or correctly rounded."""
+"""Names of the C library whose results are the same everywhere, exact or correctly rounded."""
 _NUMPYS = {types.float64: np.float64, types.float32: np.float32}
-_kept: list[Any] = []  # machine code that names lead to
+_kept: list[Any] = []  # machine code behind the names
 
 
 def install(c_function: Callable[..., Any], folder: Folder) -> None:
-    """Let the names lead to `libm`, in this process and for good.
+    """Link the names to `libm`, in this process and permanently.
 
     `c_function(function, signature, origin, folder, name)` compiles, see `ecs_eco.compiled.kernel`.
     """

@@ -1,16 +1,16 @@
-"""All private names of numba that the package uses: what may change with each of its versions.
+"""All private names of numba that the package uses: any version of numba may change them.
 
-`ecs_eco.compiled.numba_version` says which versions this was tried with; with another one nothing imports this
-file, and `plain` does the work. Three things are here: how kernels are compiled, a compiled kernel as bytes,
-and the classes that `kernel` and `kernel_cache` build on.
+`ecs_eco.compiled.numba_version` lists the versions with which this was tried; with any other, this file is
+not imported and `plain` does the work. It has three parts: the compilation of kernels, a compiled kernel as
+bytes, and the base classes of `kernel` and `kernel_cache`.
 
-Kernels that Python calls become machine code, the others what is linked into these. numba makes machine code
-of each function by itself, also of one that only other kernels call: it is linked into these, as bitcode, and
-compiled there once more. To leave that out saves a quarter of the first start.
+Kernels that Python calls become machine code, the others become bitcode that is linked into these. numba
+itself would generate machine code for each function, also for one that only other kernels call, and then
+compile it again as part of its callers. Leaving that out saves a quarter of the first start.
 
-numba's own way from bytes to a kernel first loads all that it would need to compile, with it scipy's linear
-algebra, for half a second. A kernel that is ready needs its machine code and the functions of numba's runtime
-that it calls.
+numba's own path from bytes to a kernel first loads everything that a compilation would need, including
+scipy's linear algebra, which takes half a second. A finished kernel needs only its machine code and the
+functions of numba's runtime that it calls.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ if TYPE_CHECKING:
     from numba.core.typing import Signature as Signature
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
-ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of variables begin that hold environments
+ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that hold environments
 
 
 class Linked(JITCodeLibrary):
-    """A function as bitcode, to be linked with others; nothing of it is loaded."""
+    """A function as bitcode, for linking with others; nothing of it is loaded."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
@@ -69,7 +69,7 @@ class Linked(JITCodeLibrary):
 
 
 def stand_in(description: FunctionDescriptor, environment: Environment, library: Linked) -> Any:
-    """Return a function that stands for one without machine code, and cannot be called."""
+    """Return a placeholder for a function without machine code, which cannot be called."""
     name = description.qualname.split(".")[-1]
     return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
 
@@ -96,19 +96,19 @@ class InnerLowering(NativeLowering):
 
 
 class OuterLower(Lower):
-    """numba's, whose kernels borrow the arrays that Python hands them.
+    """numba's lowering, for kernels that borrow the arrays that Python passes them.
 
-    numba makes an owner of each array that comes from Python, and frees it after the call: of a kernel with
-    thirty arrays that is most of its fixed cost. Python's call keeps its arguments anyway while it lasts. So
-    they are borrowed where the kernel cannot keep one for longer: where it returns none, and where there is
-    nothing that it could put one into.
+    numba takes a reference to each array that comes from Python, and releases it after the call: for a kernel
+    with thirty arrays that is most of its fixed cost. The caller keeps its arguments alive during the call
+    anyway. So arrays are borrowed if the kernel cannot keep one for longer: it returns none, and has no place
+    to store one.
     """
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
-        """Make what Python calls."""
+        """Create the wrapper that Python calls."""
         about, context = self.fndesc, self.context
         if borrows(about.restype, about.argtypes):
-            context = context.subtarget(enable_nrt=False)  # who counts no references, owns nothing
+            context = context.subtarget(enable_nrt=False)  # without reference counts, it owns nothing
         context.create_cpython_wrapper(
             self.library, about, self.env, self.call_helper, release_gil=release_gil
         )
@@ -116,13 +116,13 @@ class OuterLower(Lower):
 
 @_register(mutates_CFG=True, analysis_only=False)
 class OuterLowering(NativeLowering):
-    """numba's lowering, which then lets machine code find the environments of all functions in it."""
+    """numba's lowering, which then links machine code to the environments of all functions in it."""
 
     _name = "outer_lowering"
 
     @property
     def lowering_class(self) -> type[Lower]:
-        """What lowers a function that Python calls."""
+        """The lowering of a function that Python calls."""
         return OuterLower
 
     def run_pass(self, state: StateDict) -> bool:
@@ -137,7 +137,7 @@ class OuterLowering(NativeLowering):
 
 
 class _Pipeline(CompilerBase):
-    """numba's passes, with another one for lowering."""
+    """numba's passes, with a different lowering."""
 
     lowering: type[NativeLowering]
 
@@ -180,7 +180,7 @@ def to_bytes(result: CompileResult) -> bytes:
             if not symbol.is_declaration
         ]
     called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
-    description.typemap = description.calltypes = None  # of no use, and not all of it can be written
+    description.typemap = description.calltypes = None  # unused, and not entirely picklable
     environments = made._find_referenced_environments()
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
@@ -190,16 +190,20 @@ def to_bytes(result: CompileResult) -> bytes:
 
 
 def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
-    """Return a compiled form, its machine code loaded; ModuleNotFoundError where its module is not there."""
+    """Return a compiled form with its machine code loaded. Raises ModuleNotFoundError if its module does
+    not exist."""
     name, code, bitcode, symbols, called, rest, bare, others = serialize.loads(content)
     _provide_runtime()
     if called is None or not all(map(llvm.address_of_symbol, called)):
-        target_context.refresh()  # numba's modules for compiling make known what machine code may call
+        target_context.refresh()  # numba's modules for compiling register the functions that machine code may call
     description, own, signature, objects, lifted, reload = rest
     for call in reload or ():
         call()
     codegen = target_context.codegen()
-    environments = (*others, *map(_without_constants, bare))  # held, for machine code has their addresses
+    environments = (
+        *others,
+        *map(_without_constants, bare),
+    )  # kept alive, because machine code has their addresses
     if code:
         library: Any = _Library(codegen, name, code, symbols)
         function = target_context.get_executable(library, description, own)
@@ -225,7 +229,7 @@ def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
 
 
 class _Library(JITCodeLibrary):
-    """Machine code that is there; what is linked into other kernels is `_Bitcode`."""
+    """Existing machine code; code that is linked into other kernels is `_Bitcode`."""
 
     def __init__(self, codegen: JITCPUCodegen, name: str, code: bytes, symbols: list[str]) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
@@ -236,7 +240,7 @@ class _Library(JITCodeLibrary):
 
 
 class _Bitcode(Linked):
-    """Bitcode that is there; read when a kernel is compiled with it."""
+    """Existing bitcode; read when a kernel is compiled with it."""
 
     def __init__(self, codegen: JITCPUCodegen, name: str, bitcode: bytes) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
@@ -250,14 +254,15 @@ class _Bitcode(Linked):
 
 @cache
 def _provide_runtime() -> None:
-    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does before it compiles
+    """Link machine code to the functions of numba's runtime, as `rtsys.initialize` does before it compiles
     others."""
     for name, address in _nrt_python.c_helpers.items():
         llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def _is_bare(environment: Environment) -> bool:
-    """Whether it is of a numba function without constants: nothing is read of it, so its module is not loaded."""
+    """Return whether it is a numba function without constants: nothing of it is needed, so its module is
+    not loaded."""
     return not environment.consts and environment.globals["__name__"].startswith("numba.")
 
 
@@ -270,8 +275,8 @@ def _without_constants(name: str) -> Environment:
 
 
 class Dispatcher(CPUDispatcher):
-    """What calls a function by the types of its arguments, with a cache of ours; kernels that call it get
-    `inner` where there is one."""
+    """A dispatcher by the types of the arguments, with our own cache; kernels that call it get `inner` if
+    there is one."""
 
     inner: Any = None
     targetctx: CPUContext
@@ -292,7 +297,7 @@ class Dispatcher(CPUDispatcher):
 
 
 def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: NullCache) -> CFunc:
-    """Return a function that C can call, found in the cache or compiled."""
+    """Return a function that C can call, from the cache or compiled."""
     options = {"nopython": True, "nogil": True, "error_model": "numpy"}
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
     compiled._cache = cache
@@ -301,8 +306,8 @@ def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: Nu
 
 
 def prepare() -> None:
-    """Let numba heed no .numba_config.yaml of the folder that a command happens to run in, and give `njit` the
-    option `noalias`: numba has the flag, and no option that sets it."""
+    """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the option `noalias`:
+    numba has the flag, but no option that sets it."""
     numba.core.config._config_fname = ""
     numba.config.reload_config()
     CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")

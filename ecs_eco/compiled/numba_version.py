@@ -1,8 +1,8 @@
-"""What compiles kernels here: numba with `numba_private`, which changes its inside, or public numba alone.
+"""The choice of compiler: numba with `numba_private`, which changes its internals, or public numba only.
 
-The first is what this package is built for: `kernel`, `kernel_cache`, `parts`. It holds for the versions of
-numba that it was tried with. With another one, and where ECS_ECO_PLAIN_NUMBA is 1, public numba compiles
-(`plain`): slower, with the same results. To try another version: CONTRIBUTING.md, "Try a new numba".
+The package is built for the first: `kernel`, `kernel_cache`, `parts`. It works with the versions of numba
+with which it was tried. With any other, or if ECS_ECO_PLAIN_NUMBA is 1, public numba compiles (`plain`):
+slower, with the same results. To try another version, see CONTRIBUTING.md, "Try a new numba".
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cache
 from importlib.metadata import version
 
 TRIED = ("0.63", "0.64", "0.65", "0.66", "0.67", "0.68")
-"""The minor versions that `numba_private` was tried with."""
+"""The minor versions with which `numba_private` was tried."""
 VARIABLE = "ECS_ECO_PLAIN_NUMBA"
 
 
@@ -24,18 +24,18 @@ def interpreted() -> bool:
 
 @cache
 def plain() -> bool:
-    """Return whether this process does without `numba_private`; warns where that is for an untried version.
+    """Return whether this process runs without `numba_private`; warn if the reason is an untried version.
 
-    The variable ECS_ECO_PLAIN_NUMBA overrides the version: 1 for public numba alone, 0 to try the version
-    that is there. Raises ValueError where it says something else.
+    The variable ECS_ECO_PLAIN_NUMBA overrides the version: 1 for public numba only, 0 to try the installed
+    version. Raises ValueError for any other value.
     """
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
-        raise ValueError(f"{VARIABLE}={asked}: allowed is 1, for public numba alone, or 0")
+        raise ValueError(f"{VARIABLE}={asked}: allowed is 1, for public numba only, or 0")
     if asked == "" and not interpreted() and not _is_tried():
         warnings.warn(
-            f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Public numba "
-            f"alone compiles kernels: the same results, more slowly. {VARIABLE}=1 does so without this warning.",
+            f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Public "
+            f"numba compiles kernels: the same results, more slowly. {VARIABLE}=1 does so without this warning.",
             RuntimeWarning,
             stacklevel=2,
         )
@@ -43,8 +43,8 @@ def plain() -> bool:
 
 
 def summary() -> str:
-    """Return what compiles kernels here, and which versions were tried, as `ecs-eco doctor` says it."""
-    how = "by public numba alone, which is slower" if plain() else "with private names of numba"
+    """Return, for `ecs-eco doctor`, how kernels are compiled here, and which versions were tried."""
+    how = "by public numba only, which is slower" if plain() else "with private names of numba"
     return f"compiled {how}; tried with {_tried()}"
 
 

@@ -1,29 +1,29 @@
-"""Which way of passing a tick takes less time: its work divided between threads, or done by one alone."""
+"""Choose the faster way to run a tick: work divided among threads, or done by one thread."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 
-SAMPLES = 5  # ticks of which the median counts
-WARM = 0.3  # [s] after a change of way that do not count: who slept is slow at first
-AGAIN, RARELY = 8, 128  # times what a try took passes before the next one: at first, and in the end
-SLOWER = 1.2  # times as long as when the way was chosen: the other one is tried sooner
-SOON = 4  # times what a try took passes before that
+SAMPLES = 5  # ticks whose median counts
+WARM = 0.3  # [s] after a switch that do not count: threads that slept are slow at first
+AGAIN, RARELY = 8, 128  # times the duration of a trial before the next one: at first, and at most
+SLOWER = 1.2  # times as slow as when the choice was made: the other way is tried sooner
+SOON = 4  # times the duration of a trial before that
 
 
 class Pace:
-    """What ticks took lately, in seconds an organism, of each way.
+    """The recent durations of ticks, in seconds per organism, of each way.
 
-    The way that took longer is tried again, for some ticks in a row: more and more rarely, and sooner where
-    the chosen one takes longer than it did.
+    The slower way is tried again, for some ticks in a row: less and less often, and sooner if the chosen one
+    has become slower.
     """
 
     def __init__(self) -> None:
         self.way = self.better = True  # divided
-        self.passed = 0.0  # [s] since the way changed
+        self.passed = 0.0  # [s] since the last switch
         self.wait, self.due, self.soon = AGAIN, 0.0, math.inf  # the last two [s], as `passed`
-        self.usual = math.inf  # what an organism took of a tick when the way was chosen [s]
+        self.usual = math.inf  # duration per organism when the choice was made [s]
         self.took: dict[bool, deque[float]] = {way: deque(maxlen=SAMPLES) for way in (True, False)}
 
     def divide(self) -> bool:
@@ -31,7 +31,7 @@ class Pace:
         return self.way
 
     def note(self, divided: bool, seconds: float, organisms: int = 1) -> None:
-        """Keep what a tick of so many organisms took."""
+        """Record the duration of a tick of this many organisms."""
         warm, self.passed = self.passed >= WARM, self.passed + seconds
         took = self.took[divided]
         if not warm:
@@ -46,7 +46,7 @@ class Pace:
             self._change()
 
     def _compare(self, now: float) -> None:
-        """Choose the way of a try that is over, or go back from it."""
+        """Choose the way of a finished trial, or go back."""
         was, cost = _median(self.took[self.better]), self.passed
         if now < was:
             self.better, self.wait = self.way, AGAIN

@@ -1,12 +1,12 @@
-"""A kernel's range in parts, which the threads of a world take one after the other, all free of the GIL:
-fork and join with dynamic scheduling, as OpenMP calls it.
+"""A kernel's range in parts, which the threads of a world take one after another, all free of the GIL: fork
+and join with dynamic scheduling, as in OpenMP.
 
-To hand a call over to another thread by way of Python takes 25 µs at best, and 100 where one of the two then
-waits for the GIL: as long as much of the work that a tick divides. So who divides a call puts its arguments,
-as the kernel takes them, where the helpers look, and the address of code that calls the kernel with them. A
-job is open while its number is odd. A helper says that it is inside before it looks once more whether the job
-is still open; who closes it then waits until nobody is inside. So it may come too late, or not at all: the
-others do its parts.
+Handing a call to another thread through Python takes 25 µs at best, and 100 if one of the two then waits for
+the GIL: as long as much of the work that a tick divides. So the calling thread puts its arguments, in the
+kernel's format, where the helpers look, with the address of code that calls the kernel with them. A job is
+open while its number is odd. A helper registers as active before it checks again whether the job is still
+open; the thread that closes it then waits until no helper is active. A helper may thus come too late, or not
+at all: the others do its parts.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from ecs_eco.compiled.vectors import place
 if TYPE_CHECKING:
     from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
-# Places in the record of a team, i64[RECORD]; those that are written by several are 64 bytes from each other
-JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part to be done; how many helpers are inside
+# positions in the record of a team, i64[RECORD]; those written by several threads are 64 bytes apart
+JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part; the number of active helpers
 PARTS, FIRST, LAST, CODE, ARGUMENTS, FAILED = range(24, 30)
 RECORD = 32
 ROOM = 1 << 16  # [bytes] for the arguments of one call
 _I64 = ir.IntType(64)
 _BYTE = ir.IntType(8).as_pointer()
-_PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or what went wrong
+_PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or an error code
 
 
 def _add(typing: Typing, record: types.Array, at: types.Type, more: types.Type) -> tuple[Signature, Emit]:
-    """Add to record[at] what no other thread does at the same time; what was there before."""
+    """Add to record[at] atomically; return the former value."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -53,7 +53,7 @@ def _add(typing: Typing, record: types.Array, at: types.Type, more: types.Type) 
 def _call(
     typing: Typing, code: types.Type, first: types.Type, last: types.Type, held: types.Type
 ) -> tuple[Signature, Emit]:
-    """Call the code at an address for first … last − 1, with arguments that are at another one."""
+    """Call the code at an address for first … last − 1, with arguments at another address."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -69,7 +69,7 @@ def _call(
 def _lay_out(
     typing: Typing, of: types.Dispatcher, room: types.Array, arguments: types.Tuple | types.UniTuple
 ) -> tuple[Signature, Emit]:
-    """Put arguments into the room, and return the address of code that calls the kernel `of` with them."""
+    """Put arguments into the buffer, and return the address of code that calls the kernel `of` with them."""
     call: Any = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
     kernel: Any = of.dispatcher
 
@@ -96,7 +96,7 @@ def _lay_out(
             about.argtypes,
             [*part.args[:2], *(inside.extract_value(held, i) for i in range(len(arguments.types)))],
         )
-        if context.enable_nrt:  # nobody wants what it returns
+        if context.enable_nrt:  # the result is not used
             context.nrt.decref(inside, about.restype, value)
         inside.ret(inside.zext(status.is_error, _I64))
         begin = context.make_array(signature.args[1])(context, builder, given[1]).data
@@ -112,7 +112,7 @@ add, call, lay_out = _intrinsic(_add), _intrinsic(_call), _intrinsic(_lay_out)
 
 @njit
 def take_parts(record):
-    """Do those parts of a job that nobody has taken."""
+    """Do the parts of a job that no thread has taken."""
     parts, first, n = record[PARTS], record[FIRST], record[LAST] - record[FIRST]
     k = add(record, NEXT, 1)
     while k < parts:
@@ -123,7 +123,7 @@ def take_parts(record):
 
 @njit
 def alone(record, looks):
-    """Return whether no helper is inside, or leaves before so many looks are over."""
+    """Return whether no helper is active, or becomes inactive within this many checks."""
     for _ in range(looks):
         if number(record, INSIDE) == 0:
             return True
@@ -133,8 +133,8 @@ def alone(record, looks):
 
 @njit
 def serve(record, asked, last, looks, rests):
-    """Take parts of all jobs that are open. Return whether `asked` holds another number than `last`, before
-    so many looks are over since the last job; so many rests after that change."""
+    """Take parts of all open jobs. Return whether `asked` changes from `last` within this many checks
+    after the last job; after a change rest this often."""
     left, done = looks, 0
     while left > 0:
         job = number(record, JOB)
@@ -155,9 +155,9 @@ def serve(record, asked, last, looks, rests):
 
 
 def divided(one: Kernel) -> Kernel:
-    """Return the kernel that does what a kernel of (first, last, *arguments) does, in parts that others take
-    too: (record, room, address of the room, first, last, parts, looks, *arguments) -> whether all is done;
-    where it is not after so many looks, ask `alone` until it is."""
+    """Return the kernel that does the work of a kernel of (first, last, *arguments) in parts that others
+    take too: (record, buffer, address of the buffer, first, last, parts, checks, *arguments) -> whether
+    everything is done; if not after this many checks, call `alone` until it is."""
     if one.divided is not None:
         return one.divided
     inner = one.inner
@@ -178,12 +178,12 @@ def divided(one: Kernel) -> Kernel:
 
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
-    """Whether this is a kernel of ours that is given all its arguments."""
+    """Return whether this is one of our kernels with all its arguments."""
     return isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
 
 
 def record_of_a_team() -> np.ndarray:
-    """Return the record, i64[RECORD], from the beginning of a line of the cache on."""
+    """Return the record, i64[RECORD], aligned to a cache line."""
     held = np.zeros(RECORD + 8, np.int64)
     first = -held.ctypes.data // 8 % 8
     return held[first : first + RECORD]

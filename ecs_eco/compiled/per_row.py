@@ -1,7 +1,7 @@
-"""Values that all rows share, or that each row has of its own, read alike by kernels (@njit).
+"""Values that all rows share, or that each row has, with the same access in kernels (@njit).
 
-A kernel that gets a number is compiled for that number, as if there were nothing else; only one that gets an
-array looks into its row. So a world in which all share a value pays nothing for those in which they do not.
+A kernel that receives a number is compiled for that number only; a kernel that receives an array reads its
+row. So a world in which all organisms share a value does not pay for individual values.
 """
 
 from typing import Any, TypeAlias

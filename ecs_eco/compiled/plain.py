@@ -1,8 +1,8 @@
-"""Kernels compiled by public numba alone: what `kernel` is where `numba_version.plain()`.
+"""Kernels compiled by public numba only: the counterpart of `kernel` for `numba_version.plain()`.
 
-Results are the same, bit by bit. numba makes machine code of a function that other kernels call twice, keeps
-compiled forms in its own files, asks LLVM for no loop that `noalias` permits, and counts who holds an array in
-each call. Kernels have no parts: other threads take whole calls.
+Results are the same, bit by bit. numba compiles a function that other kernels call twice, stores compiled
+forms in its own files, does not vectorize loops that `noalias` would permit, and counts references in each
+call. Kernels have no parts: other threads take whole calls.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ _cfunc: Any = numba.cfunc
 def kept_kernel(
     function: Callable[..., Any], folder: Folder, fastmath: bool | set[str] = False, noalias: bool = False
 ) -> Any:
-    """Return a function as a kernel whose compiled forms are kept in a folder; as it is where numba compiles
-    nothing."""
+    """Return a function as a kernel whose compiled forms are cached in a folder; the function itself if
+    numba is disabled."""
     keep = not interpreted() and os.path.isfile(function.__code__.co_filename) and folder.usable()
     with _keeps_in(folder):
         return _njit(nogil=True, error_model="numpy", fastmath=fastmath, cache=keep)(function)
@@ -38,14 +38,15 @@ def kept_kernel(
 def c_function(
     function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
-    """Return a function that C can call. It is compiled in each process: numba keeps no function that is made
-    within another one."""
+    """Return a function that C can call. It is compiled in each process: numba caches no function that is
+    defined within another one."""
     return _cfunc(signature, nopython=True, nogil=True, error_model="numpy")(function)
 
 
 @contextmanager
 def _keeps_in(folder: Folder) -> Iterator[None]:
-    """Within, numba keeps what it compiles in this folder: others of the process have theirs."""
+    """Make numba cache compiled functions in this folder within this context; others of the process use
+    theirs."""
     usual, _config.CACHE_DIR = _config.CACHE_DIR, str(folder.path)
     try:
         yield

@@ -1,11 +1,11 @@
-"""The portable mode: the same bytes on every x86-64 machine, for some speed.
+"""The portable mode: the same bytes on every x86-64 machine, at some cost in speed.
 
 Off unless the variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba are loaded. It
-fixes what compilers and libraries would choose by the processor at hand: `variables` has these choices. What
-libraries offer no choice of is replaced: elementary functions by `ecs_eco.compiled.libm`, the orthogonal
-matrices that networks begin with by `ecs_eco.learning.orthogonal`.
+fixes the choices that compilers and libraries would make by processor, see `variables`. Where libraries offer
+no choice it replaces them: elementary functions by `ecs_eco.compiled.libm`, the initial orthogonal matrices
+of networks by `ecs_eco.learning.orthogonal`.
 
-Nothing is imported here that loads numpy.
+This module imports nothing that loads numpy.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from ecs_eco.compiled.numba_version import interpreted
 
 VARIABLE = "ECS_ECO_PORTABLE"
 CPU = "x86-64-v2"
-"""What kernels are compiled for: numpy itself runs on no lesser processor (SSE 4.2, from 2008 on)."""
+"""The processor that kernels are compiled for: the oldest on which numpy itself runs (SSE 4.2, from 2008 on)."""
 
-_LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # what numpy >= 2.4 calls its other code
+_LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # numpy >= 2.4's name of its other code
 _FEATURES = "SSE41 POPCNT SSE42 AVX F16C FMA3 AVX2 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL " + (
     "AVX512_ICL AVX512_SPR"
-)  # and earlier ones
+)  # and that of earlier versions
 _LIBRARIES = {
     "MKL_CBWR": "COMPATIBLE",
     "ATEN_CPU_CAPABILITY": "default",
@@ -37,7 +37,7 @@ _on = False
 
 
 class PortableError(RuntimeError):
-    """Why the portable mode cannot be what it promises in this process."""
+    """The portable mode cannot keep its promise in this process."""
 
 
 def on() -> bool:
@@ -46,22 +46,22 @@ def on() -> bool:
 
 
 def mode() -> str:
-    """Return "portable" or "native", as manifests and checkpoints name it."""
+    """Return "portable" or "native", as in manifests and checkpoints."""
     return "portable" if _on else "native"
 
 
 def option() -> str:
-    """Return what a command needs after `ecs-eco` to compute in the mode of this process."""
+    """Return the option of `ecs-eco` for the mode of this process."""
     return " --portable" if _on else ""
 
 
 def possible() -> bool:
-    """Return whether this machine is an x86-64 one."""
+    """Return whether this machine is x86-64."""
     return platform.machine().lower() in ("x86_64", "amd64")
 
 
 def target() -> dict[str, str]:
-    """Return the mode and the processor that kernels are compiled for, as LLVM calls it."""
+    """Return the mode and LLVM's name of the processor that kernels are compiled for."""
     if _on:
         return {"mode": mode(), "cpu": CPU}
     from ecs_eco.compiled.processor import processor  # it loads numba
@@ -70,8 +70,8 @@ def target() -> dict[str, str]:
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:
-    """Return what to say of a manifest or a checkpoint of the other mode; "" where it is of this one."""
-    theirs = noted.get("target", {}).get("mode", "native")  # those of before have no word about it
+    """Return the message for a manifest or a checkpoint of the other mode; "" for one of this mode."""
+    theirs = noted.get("target", {}).get("mode", "native")  # older ones do not name a mode
     if theirs == mode():
         return ""
     how = (
@@ -80,15 +80,15 @@ def other_mode(noted: Mapping[str, Any]) -> str:
         else f"neither {VARIABLE} nor --portable"
     )
     return (
-        f"was computed in the {theirs} mode, and this process is in the {mode()} one, which gives other "
-        f"bytes; go on there, with {how}"
+        f"was computed in the {theirs} mode, but this process is in the {mode()} mode, which gives other "
+        f"bytes; continue in the other mode with {how}"
     )
 
 
 def variables() -> dict[str, str]:
-    """Return what the environment of a process in the portable mode holds: for scripts of a cluster's jobs.
+    """Return the environment variables of the portable mode: for scripts of a cluster's jobs.
 
-    ECS_ECO_PORTABLE=1 alone does, where ecs_eco is imported before numpy: it sets the others.
+    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy: it sets the others.
     """
     numpy = tuple(int(n) for n in version("numpy").split(".")[:2])
     return {
@@ -103,9 +103,9 @@ def variables() -> dict[str, str]:
 
 
 def enable() -> None:
-    """Compute in the portable mode from here on, in this process and in those that it starts.
+    """Compute in the portable mode from here on, in this process and its children.
 
-    Raises PortableError on other machines than x86-64, and where numpy has chosen its code already.
+    Raises PortableError on machines other than x86-64, and if numpy has chosen its code already.
     """
     global _on
     if not _on:
@@ -115,7 +115,7 @@ def enable() -> None:
 
 
 def begin() -> None:
-    """Enable the mode where the variable asks for it; `check` says later what is wrong."""
+    """Enable the mode if the variable requests it; `check` reports problems later."""
     global _on
     if os.environ.get(VARIABLE) == "1":
         os.environ.update(variables())
@@ -123,7 +123,7 @@ def begin() -> None:
 
 
 def check() -> None:
-    """Raise PortableError where the variable says neither 0 nor 1, or where the mode cannot be had here."""
+    """Raise PortableError if the variable is neither 0 nor 1, or if the mode is not possible here."""
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
         raise PortableError(
@@ -147,9 +147,9 @@ def check() -> None:
 
 
 def _numpys_own() -> list[str]:
-    """Return what numpy uses of this processor beyond what it needs."""
+    """Return which features of this processor numpy uses beyond its requirements."""
     try:
         from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
-    except ImportError:  # numpy keeps these names to itself, and may change them
+    except ImportError:  # numpy keeps these names private, and may change them
         return []
     return [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]

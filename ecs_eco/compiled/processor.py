@@ -1,4 +1,4 @@
-"""The processor that numba compiles for, as LLVM calls it, also where a variable names another than this one."""
+"""The processor that numba compiles for, in LLVM's terms, even if a variable names another than this one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _config: Any = numba.config  # its values have no types
 
 
 def processor() -> tuple[str, str, str]:
-    """Return the triple, the name, and the features as numba hands them to LLVM: "+sse2,-avx512f,…"."""
+    """Return the triple, the name, and the features as numba passes them to LLVM: "+sse2,-avx512f,…"."""
     name, features = _config.CPU_NAME, _config.CPU_FEATURES
     if name is None:
         name = llvm.get_host_cpu_name()

@@ -1,4 +1,4 @@
-"""The types of a kernel's arguments: as text, as numba writes them, and back, and what follows from them."""
+"""The types of a kernel's arguments, as text and back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SCALAR = re.compile(r"(?:u?int|float)(?:8|16|32|64)|bool|none")
 
 
 def text(signature: tuple[Any, ...]) -> str:
-    """Return the types of arguments as text; "" where `read` would not make the same of it."""
+    """Return the types of arguments as text; "" if `read` could not restore them."""
     written = "; ".join(map(str, signature))
     try:
         return written if read(written) == signature else ""
@@ -27,7 +27,8 @@ def text(signature: tuple[Any, ...]) -> str:
 
 
 def read(written: str) -> tuple[Any, ...]:
-    """Return the types of arguments; ValueError for a text that names others than numbers, arrays and tuples."""
+    """Return the types of arguments. Raises ValueError for a text with anything but numbers, arrays and
+    tuples."""
     return tuple(_type(one) for one in written.split("; ")) if written else ()
 
 
@@ -42,12 +43,12 @@ def _type(written: str) -> Any:
     if match := re.fullmatch(r"Tuple\((.+)\)", written):
         parts = re.split(r", (?![^()]*\))", match[1])
         return types.Tuple([_type(part) for part in parts])
-    raise ValueError(f"{written!r} names no number, array or tuple of them")
+    raise ValueError(f"{written!r} is not a number, an array or a tuple of them")
 
 
 def borrows(result: annotated.Type, arguments: Iterable[annotated.Type]) -> bool:
-    """Return whether a function of these types can keep no array: it gets arrays and numbers, and tuples of
-    them, and returns no array."""
+    """Return whether a function of these types cannot keep an array: it receives arrays and numbers, and
+    tuples of them, and returns no array."""
     return _holds(result, *_NUMBERS) and all(_holds(one, *_NUMBERS, types.Array) for one in arguments)
 
 

@@ -1,4 +1,4 @@
-"""`libm` as functions of numbers and of arrays: what `elementary` is in the portable mode."""
+"""`libm` as functions of numbers and of arrays: the `elementary` functions of the portable mode."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _of_scalars(name: str) -> Any:
 
 
 def _of_arrays(name: str) -> Any:
-    """Return a function with numpy's types: float32 of float32 and of float32 with Python's numbers."""
+    """Return a function with numpy's types: float32 of float32, also with Python's numbers."""
     code = _CODES[name]
 
     def function(*given: ArrayLike) -> Any:

@@ -14,11 +14,11 @@ from ecs_eco.compiled.parts import alone, can_be_divided, divided
 from ecs_eco.compiled.spinning import looks_of
 from ecs_eco.compiled.views import fields_of
 
-NAP = 50e-6  # [s] between looks at who is late: its core has other work
+NAP = 50e-6  # [s] between checks for a late thread, whose core has other work
 
 
 class Team:
-    """Threads that take parts of one kernel at a time, beside the thread that runs it."""
+    """Threads that take parts of one kernel at a time, in parallel to the thread that runs it."""
 
     def __init__(self, helpers: int) -> None:
         self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)
@@ -32,7 +32,8 @@ class Team:
     def run(
         self, kernel: Kernel | KernelOnViews, first: int, last: int, k: int, arguments: tuple[Any, ...]
     ) -> None:
-        """Run `kernel(first, last, *arguments)` in k parts; RuntimeError where it failed in one of them."""
+        """Run `kernel(first, last, *arguments)` in k parts. Raises RuntimeError if it failed in one of
+        them."""
         if isinstance(kernel, KernelOnViews):
             kernel, arguments = kernel.on_fields, fields_of(arguments)
         whole = divided(kernel)
@@ -46,12 +47,12 @@ class Team:
                 self._wait()
         if self.record[parts.FAILED]:
             raise RuntimeError(
-                f"kernel {kernel.py_func.__name__}: it failed in one of {k} parts; run the world with "
-                "one thread to see how"
+                f"kernel {kernel.py_func.__name__}: it failed in one of {k} parts; run the world with one "
+                "thread to see the error"
             )
 
     def _wait(self) -> None:
-        """Wait until no helper is at work on a kernel's arrays, whatever happens meanwhile."""
+        """Wait until no helper uses a kernel's arrays, even after an exception."""
         interrupted = None
         while True:
             try:

@@ -1,8 +1,8 @@
-"""Threads for matrix products: their number changes the speed, and not one bit of a result.
+"""Threads for matrix products: their number affects speed, never results.
 
-torch and BLAS split a product over as many threads as they are set to, and a sum that is split differently
-differs in its last bits. Products that a result depends on are therefore computed by one thread each; the
-user's settings of torch and BLAS are restored afterwards.
+torch and BLAS split a product over their number of threads, and a sum that is split differently differs in
+its last bits. Products that affect results are therefore computed by one thread each; the user's settings of
+torch and BLAS are restored afterwards.
 """
 
 import threading
@@ -17,7 +17,7 @@ _blas = threading.RLock()
 
 @contextmanager
 def one_torch_thread() -> Iterator[None]:
-    """Within, torch works in the calling thread alone; afterwards with as many as before."""
+    """Restrict torch to the calling thread within this context, then restore its setting."""
     import torch
 
     threads = torch.get_num_threads()
@@ -31,8 +31,8 @@ def one_torch_thread() -> Iterator[None]:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Within, numpy's and scipy's linear algebra works in the calling thread alone;
-    afterwards with as many as before."""
+    """Restrict the linear algebra of numpy and scipy to the calling thread within this context, then
+    restore its setting."""
     from threadpoolctl import threadpool_limits
 
     with _blas, threadpool_limits(1, "blas"):
@@ -40,8 +40,8 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def in_parallel(work: Callable[[int], None], workers: int) -> None:
-    """Call work(0) … work(workers - 1), each in its own thread with one torch thread;
-    return when all have ended."""
+    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all have
+    ended."""
     if workers == 1:
         with one_torch_thread():
             work(0)
@@ -59,14 +59,14 @@ def in_parallel(work: Callable[[int], None], workers: int) -> None:
 
 @lru_cache(maxsize=1)
 def _pool(workers: int) -> ThreadPoolExecutor:
-    """Return threads with one torch thread each, whatever torch is set to elsewhere, before or after."""
+    """Return threads with one torch thread each, whatever torch's setting elsewhere."""
     import torch
 
     threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
 
     def settle(_: int) -> None:
         # torch gives a thread the number that was last set anywhere, not when the thread begins but at the
-        # first question or the first large product, and only once: without the question, ours would be
+        # first query or the first large product, and only once: without the query, ours would be
         # replaced then
         torch.get_num_threads()
         torch.set_num_threads(1)

@@ -1,5 +1,5 @@
-"""Sine and cosine in float32 that become vector instructions: some ten times as fast as the C library's, and
-the same in every build of it."""
+"""Sine and cosine in float32 as vector instructions: some ten times as fast as the C library's, and the
+same in every build."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ _HIGH, _MIDDLE, _LOW = _f32(1.5703125), _f32(4.837512969970703e-4), _f32(7.54978
 
 @njit
 def sine_and_cosine(x):
-    """Return sin(x) and cos(x) to 2e-7 for |x| up to 1,000 [rad]: Taylor's polynomials of what is left beyond
+    """Return sin(x) and cos(x) to 2e-7 for |x| up to 1,000 [rad]: Taylor's polynomials of the rest beyond
     the nearest quarter of a turn."""
     quarters = np.floor(x * _QUARTERS + _f32(0.5))
     r = ((x - quarters * _HIGH) - quarters * _MIDDLE) - quarters * _LOW

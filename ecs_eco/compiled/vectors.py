@@ -1,8 +1,10 @@
-"""Vectors of 16 float32 within kernels, that stay in registers where a loop over an array would go to memory.
+"""Vectors of 16 float32 within kernels, which stay in registers where a loop over an array would access
+memory.
 
-A loop whose accumulators are rows of an array loads and stores them in every step, and asks each time whether
-rows overlap. A `Vector` is a local variable instead: load, add and multiply, store. LLVM makes of it what the
-processor has: one register of 512 bits, or several narrower ones. Without compilation they are numpy arrays.
+A loop whose accumulators are rows of an array loads and stores them in every step, and checks each time
+whether rows overlap. A `Vector` is a local variable instead: load, add and multiply, store. LLVM maps it to
+the processor: one register of 512 bits, or several narrower ones. Without compilation vectors are numpy
+arrays.
 """
 
 from __future__ import annotations
@@ -53,12 +55,12 @@ class _Model(models.PrimitiveModel):
 def place(
     context: CPUContext, builder: ir.IRBuilder, kind: types.Array, array: ir.Value, at: ir.Value
 ) -> ir.Value:
-    """Return the address of array[at], as LLVM has it, for an array of one axis; `at` is not checked."""
+    """Return LLVM's address of array[at], for an array of one axis; `at` is not checked."""
     return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
 
 
 def _load(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """The numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
+    """Return the numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -72,7 +74,7 @@ def _load(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature
 
 
 def _every(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """The number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
+    """Return the number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -84,7 +86,7 @@ def _every(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signatur
 
 
 def _spread(typing: Typing, number: types.Type) -> tuple[Signature, Emit]:
-    """A number, 16 times."""
+    """Return a number, 16 times."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -106,7 +108,7 @@ def _repeated(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
 def _where_less(
     typing: Typing, a: types.Type, b: types.Type, x: types.Type, y: types.Type
 ) -> tuple[Signature, Emit]:
-    """The numbers of x where a < b, else those of y."""
+    """Return the numbers of x where a < b, those of y elsewhere."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -118,7 +120,7 @@ def _where_less(
 
 
 def _floor(typing: Typing, vector: types.Type) -> tuple[Signature, Emit]:
-    """The largest whole numbers that are no larger."""
+    """Return the numbers rounded down to integers."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -144,7 +146,7 @@ def _store(typing: Typing, array: types.Array, at: types.Type, vector: types.Typ
 
 
 def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """Let the processor begin to fetch what is at array[at], wherever that is: it never fails."""
+    """Prefetch array[at]; any address is allowed."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -160,7 +162,8 @@ def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signa
 
 
 def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
-    """Let an operator of two vectors, or of a vector and a float32, be LLVM's instruction of this name."""
+    """Implement an operator of two vectors, or of a vector and a float32, as LLVM's instruction of this
+    name."""
     kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
     @type_callable(of)
@@ -197,11 +200,11 @@ if interpreted():
         return np.full(LANES, number, np.float32)
 
     def where_less(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the numbers of x where a < b, else those of y."""
+        """Return the numbers of x where a < b, those of y elsewhere."""
         return np.where(a < b, x, y)
 
     def floor(vector: np.ndarray) -> np.ndarray:
-        """Return the largest whole numbers that are no larger."""
+        """Return the numbers rounded down to integers."""
         return np.floor(vector)
 
     def store(array: np.ndarray, at: int, vector: np.ndarray) -> None:
@@ -209,7 +212,7 @@ if interpreted():
         array[at : at + LANES] = vector
 
     def prefetch(array: np.ndarray, at: int) -> None:
-        """Do nothing: for what is compiled alone."""
+        """Do nothing: prefetching exists only in compiled code."""
 
 else:
     _intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call

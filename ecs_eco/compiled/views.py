@@ -1,9 +1,9 @@
-"""Views: named tuples that stand for what belongs together, each as one argument of a kernel.
+"""Views: named tuples that group related arrays and numbers into one argument of a kernel.
 
-A kernel whose parameters are annotated with named tuples takes these: `space.torus`, `mine.x[i]`. To hand a
-named tuple over from Python takes numba a microsecond, and another for every ten fields, since it looks at
-the names too: longer than many a kernel works. So what Python calls takes the fields one by one, and makes
-the views of them, in code that is written here from the annotations; see benchmarks/kernel_arguments.py.
+A kernel whose parameters are annotated with named tuples uses them as `space.torus`, `mine.x[i]`. Passing a
+named tuple from Python costs a microsecond, and another for every ten fields, because numba checks the names
+too: longer than many a kernel runs. So the function for Python takes the fields one by one and builds the
+views of them, in code that is generated here from the annotations; see benchmarks/kernel_arguments.py.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def views_of(function: Callable[..., Any]) -> dict[str, View]:
 def taking_fields(
     function: FunctionType, views: dict[str, View], inner: Callable[..., Any]
 ) -> Callable[..., Any]:
-    """Return the function that calls `inner`, which takes views, and is itself given their fields."""
+    """Return the function that takes the fields of views and calls `inner`, which takes the views."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     fields = {name: [f"{name}_{one}" for one in kind._fields] for name, kind in views.items()}
     parameters = ", ".join(", ".join(fields.get(name, [name])) for name in names)
@@ -42,7 +42,7 @@ def taking_fields(
 def giving_fields(
     function: FunctionType, views: dict[str, View], fields: Callable[..., Any]
 ) -> Callable[..., Any]:
-    """Return the function that is given views, and calls `fields` with their fields."""
+    """Return the function that takes views and calls `fields` with their fields."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     given = ", ".join(f"*{name}" if name in views else name for name in names)
     source = f"def {function.__name__}({', '.join(names)}):\n    return fields({given})"
@@ -50,7 +50,7 @@ def giving_fields(
 
 
 def _written(function: FunctionType, source: str, held: dict[str, Any]) -> Callable[..., Any]:
-    """Return a function of some source, in the place of another one."""
+    """Return a function of generated source in place of another one."""
     names: dict[str, Any] = {"__name__": function.__module__, **held}
     exec(compile(source, function.__code__.co_filename, "exec"), names)
     made: Callable[..., Any] = names[function.__name__]
@@ -59,6 +59,6 @@ def _written(function: FunctionType, source: str, held: dict[str, Any]) -> Calla
 
 
 def fields_of(arguments: Iterable[Any]) -> tuple[Any, ...]:
-    """Return arguments with the fields of views in the place of these."""
+    """Return arguments with each view replaced by its fields."""
     fields = ((one if isinstance(one, tuple) and hasattr(one, "_fields") else (one,)) for one in arguments)
     return tuple(chain.from_iterable(fields))

@@ -1,7 +1,7 @@
 """The threads of one world: parts of a kernel's range, or independent pieces of work.
 
-Their number changes no result. Whether the work of a tick is divided is measured, tick by tick: other threads
-are no gain where they cost more than they do, or where their cores have other work.
+Their number affects no result. Whether to divide the work of a tick is decided by measurements, tick by tick:
+more threads do not pay if they cost more than they save, or if their cores have other work.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ecs_eco.compiled.pace import Pace
 
 if not plain():
     from ecs_eco.compiled.team import Team
-PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: all is divided
-PART = 1000  # organisms of some 30 ns each: who comes late leaves so many to others
+PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: divide everything
+PART = 1000  # organisms of some 30 ns each: a late thread leaves this many to others
 MOST_PARTS = 4  # of one kernel, for each thread
-EASE = 8  # pieces of Python take turns: so many times as many organisms repay a second thread
+EASE = 8  # pieces of Python alternate: this many times as many organisms repay a second thread
 IDLE = 32  # ticks of one thread after one in which no work was worth dividing
 
 
@@ -38,14 +38,14 @@ class Workers:
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
         # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
-        self.parallel = threads > 1  # whether others take part: not where this thread does all work of a tick
+        self.parallel = threads > 1  # whether others take part: not if this thread does all work of a tick
         self.pace = Pace()
-        self._divided = False  # whether some work of a tick was divided, of the last one in which any may be
-        self._idle = 0  # ticks until some may be again
+        self._divided = False  # whether any work was divided in the last tick that permitted it
+        self._idle = 0  # ticks until division is permitted again
         self._end = weakref.finalize(self, _end, self.helpers)
 
     def tick(self, process: Callable[[], Any], organisms: Callable[[], int]) -> None:
-        """Let a tick pass in the way that took less time lately."""
+        """Run a tick in the way that was faster lately."""
         if not self.helpers or PARALLEL_FROM <= 0:
             process()
             return
@@ -67,14 +67,14 @@ class Workers:
             self.parallel = bool(self.helpers)
 
     def _worth(self, items: int) -> bool:
-        """Return whether work with this many items is to be divided."""
+        """Return whether work with this many items should be divided."""
         if self.all_busy or items < PARALLEL_FROM or not self._taken.acquire(blocking=False):
             return False
         self._divided = True
         return True
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, on all threads where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads if `work` items are worth it."""
         if not self.parallel and self.own is None:
             kernel(0, n, *arguments)
             return
@@ -83,7 +83,7 @@ class Workers:
         if not self.parallel or not self._worth(work):
             kernel(start, stop, *arguments)
             return
-        # more parts than threads: who comes late, as its core had other work, leaves more to the others
+        # more parts than threads: a late thread, whose core had other work, leaves more to the others
         k = min(max(work // PART, self.threads), MOST_PARTS * self.threads)
         if self.team is not None and self.team.divides(kernel):
             try:
@@ -98,8 +98,8 @@ class Workers:
         )
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, the first on this thread and the others on all where there are many
-        organisms in the tables; they must not share what they write."""
+        """Do independent pieces of work, the first on this thread and the others on all threads if the
+        tables have many organisms; they must not write to the same data."""
         if not self.parallel or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()
@@ -111,7 +111,8 @@ class Workers:
             self.all_busy = False
 
     def _take_turns(self, first: Callable[[], Any], others: Sequence[Callable[[], Any]]) -> None:
-        """Do pieces of work, the first on this thread; whoever is ready takes the next of the others."""
+        """Do pieces of work, the first on this thread; each thread takes the next of the others when it is
+        ready."""
         pieces = iter(others)
 
         def take(*own: Callable[[], Any]) -> None:
@@ -122,14 +123,14 @@ class Workers:
 
     def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: object) -> None:
         """Let helpers do the jobs, functions with their arguments, and this thread its own work; wait for
-        all, and raise what one of them raised."""
+        all, and raise an exception of any of them."""
         busy, errors = [], []
         try:
             for helper, job in zip(self.helpers, jobs, strict=False):
                 helper.start(*job)
                 busy.append(helper)
             work(*arguments)
-        finally:  # after an error, too, no thread still works on the world
+        finally:  # after an error, too, no thread still uses the world
             for helper in busy:
                 errors += _end_of(helper)
             self._taken.release()
@@ -137,13 +138,13 @@ class Workers:
             raise errors[0]
 
     def end(self) -> None:
-        """Let the other threads end: from now on this one does all work."""
+        """End the other threads: from now on this one does all work."""
         helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
 
 
 def _end_of(helper: Helper) -> list[BaseException]:
-    """Wait until a helper has done its work; return what was raised meanwhile."""
+    """Wait until a helper has done its work; return the exception raised meanwhile."""
     errors: list[BaseException] = []
     while True:
         try:

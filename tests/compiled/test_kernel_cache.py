@@ -155,7 +155,7 @@ def test_a_full_disk_stops_no_kernel_and_leaves_nothing_half_written(start, monk
         patch.setattr(module.os, "replace", fails(errno.ENOSPC))
         where, (warning,) = start()
     assert where == "compiled"
-    assert "compiled kernels are not kept" in warning
+    assert "compiled kernels are not cached" in warning
     assert "No space left" in warning
     assert start.files() == []
     assert start() == ("compiled", [])

@@ -44,5 +44,5 @@ def test_no_arguments_are_an_empty_text():
 
 def test_what_cannot_be_read_back_has_no_text():
     assert signatures.text((types.unicode_type, types.int64)) == ""
-    with pytest.raises(ValueError, match="'unicode_type' names no number, array or tuple of them"):
+    with pytest.raises(ValueError, match="'unicode_type' is not a number, an array or a tuple of them"):
         signatures.read("unicode_type")
