@@ -1,10 +1,10 @@
-"""Many runs: plans of jobs, each a world with values, a seed, a treatment and policies, and how they are done.
+"""Many runs: plans of jobs, each a world with values, a seed, a treatment and policies, and their execution.
 
-Comparisons, sweeps, searches, archipelagos and training, on processes of this machine, a Ray cluster or SLURM.
-`treatments` and `arm` hold what differs between runs, `plan` and `design` which runs there are; `runs` and
-`trained` do one of them, `work` all of them, on an executor (`pool`, `ray_executor`); `slurm` takes whole sweeps.
-Single runs belong to `ecs_eco.runs`, statistics to `ecs_eco.analysis`, output on the terminal to
-`ecs_eco.cli`: nothing here prints.
+Comparisons, sweeps, searches, archipelagos and training, on processes of this machine, a Ray cluster or
+SLURM. `treatments` and `arm` define how runs differ, `plan` and `design` which runs there are; `runs` and
+`trained` execute one of them, `work` all of them, on an executor (`pool`, `ray_executor`); `slurm` takes
+whole sweeps. Single runs belong to `ecs_eco.runs`, statistics to `ecs_eco.analysis`, terminal output to
+`ecs_eco.cli`: this package prints nothing.
 """
 
 from typing import TYPE_CHECKING

@@ -27,12 +27,13 @@ from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
-MOST_LOSSES = 100  # of an island's worker in one stretch, before the run gives up
+MOST_LOSSES = 100  # of an island's worker between two barriers, before the run gives up
 
 
 class Archipelago:
-    """Islands in a folder: `islands` are their run folders by name, `tick` is where all of them are.
-    `from_config` makes the folder, `Archipelago(folder)` opens one; `world(name)` restores one world."""
+    """Islands in a folder: `islands` are their run folders by name, `tick` is the tick that all of them
+    have reached. `from_config` creates the folder, `Archipelago(folder)` opens one; `world(name)` restores
+    one world."""
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
@@ -56,8 +57,8 @@ class Archipelago:
         command: str | None = None,
         trust: bool = False,
     ) -> Self:
-        """Make the folder of an archipelago, at tick 0; arguments as those of `run_to_folder`. Raises
-        ConfigError for a world without islands, FileExistsError where `out` is not empty."""
+        """Create the folder of an archipelago, at tick 0; arguments as for `run_to_folder`. Raises
+        ConfigError for a world without islands, FileExistsError if `out` is not empty."""
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
             raise ConfigError(
@@ -98,7 +99,7 @@ class Archipelago:
 
     @property
     def tick(self) -> int:
-        """The tick at which all islands are."""
+        """The tick that all islands have reached."""
         return int(self.manifest["tick"])
 
     @property
@@ -108,7 +109,7 @@ class Archipelago:
         return digest
 
     def world(self, name: str, trust: bool = False) -> Any:
-        """Return the world of one island as it is in its checkpoint of this tick."""
+        """Return the world of one island from its checkpoint of this tick."""
         return World.restore(
             self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
         )
@@ -125,18 +126,18 @@ class Archipelago:
         trust: bool = False,
         claim: Claim | None = None,
     ) -> dict[str, Any]:
-        """Let the islands live on until a tick (None: the planned end); return the manifest.
+        """Run the islands until a tick (None: the planned end); return the manifest.
 
-        Islands are run between barriers by `workers` on an engine, "local" or "ray", or on any executor of
-        concurrent.futures whose workers see the folder under the same name. Whoever is killed, the work is
-        done again, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
-        Stopped; `run` goes on from the last barrier. Raises RecordingError where `until` lies before that.
+        Between barriers islands are run by `workers` on an engine, "local" or "ray", or on any executor of
+        concurrent.futures whose workers see the folder under the same name. If a process is killed, its work
+        is repeated, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
+        Stopped; `run` continues from the last barrier. Raises RecordingError if `until` is before that.
         """
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:
             raise RecordingError(
-                f"{self.folder}: is at tick {self.tick} already; until {until} lies before that"
+                f"{self.folder}: is at tick {self.tick} already; until {until} is before that"
             )
         self.manifest |= {"ticks": until, "finished": self.tick >= until}
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
@@ -165,7 +166,7 @@ class Archipelago:
     def _stretch(
         self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
     ) -> None:
-        """Run all islands to the next barrier; note where they are then."""
+        """Run all islands to the next barrier; record their state there."""
         every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
         start = self.tick
         goal = min(until, (start // every + 1) * every)
@@ -199,6 +200,6 @@ def _all(
         try:
             done[name] = future.result()
         except BrokenExecutor as error:
-            raise RecordingError(f"the worker of {name} was lost again and again: {error}") from error
+            raise RecordingError(f"the worker of {name} was lost repeatedly: {error}") from error
         note(len(done))
     return done

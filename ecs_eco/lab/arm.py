@@ -1,4 +1,5 @@
-"""Arms of a comparison: the world as it is, and under each treatment; which policies they run with."""
+"""Arms of a comparison: the unchanged world, and the world under each treatment; the policies of their
+runs."""
 
 import hashlib
 import re
@@ -10,7 +11,7 @@ from typing import Self
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.lab.treatments import NotApplicable, Policies, Treatment, find, refusal, species_with_policy
 
-# bytes; the names of files in these folders come on top, and file systems allow 255 for one name
+# bytes; file names in these folders come on top, and file systems allow 255 per name
 LONGEST_NAME = 100
 UNTREATED = "world"  # the name of the first arm
 
@@ -22,9 +23,9 @@ class Arm:
     name: str
     config: WorldConfig
     policies: Policies = "trained"  # or a dict: species → policies
-    learn: bool | None = None  # None: as the world says
+    learn: bool | None = None  # None: as in the world file
     controls: tuple[str, ...] = ()  # of ecs_eco.life.treatments
-    treatment: Treatment | None = None  # None: the world as it is
+    treatment: Treatment | None = None  # None: the unchanged world
 
     @property
     def trained_species(self) -> list[str]:
@@ -41,7 +42,7 @@ class Arm:
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
     def with_policies(self, folder: Path) -> Self:
-        """Return the arm with the trained policies of a folder, where its treatment names no others."""
+        """Return the arm with the trained policies of a folder, unless its treatment names others."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self
         by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}
@@ -49,7 +50,8 @@ class Arm:
 
 
 def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
-    """Return the world as it is and an arm for each treatment, a name or KEY=VALUE. Raises ConfigError."""
+    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE. Raises
+    ConfigError."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
@@ -60,9 +62,9 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
 
 
 def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
-    """Return the arm of one treatment; ConfigError if it does not apply to the world."""
+    """Return the arm of one treatment. Raises ConfigError if it does not apply to the world."""
     try:
-        if treatment.assignment:  # beside the other changes, so that errors name the file and the line
+        if treatment.assignment:  # with the other changes, so that errors name the file and the line
             config = load(world, [*changes, treatment.assignment])
         else:
             config = treatment.apply_to(config)
@@ -72,7 +74,7 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
 
 
 def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
-    """Return the arm of a treatment that has made this configuration."""
+    """Return the arm of a treatment that has changed this configuration."""
     controls = (treatment.name,) if treatment.at_build else ()
     return Arm(folder_name(treatment.name), config, treatment.policies, treatment.learn, controls, treatment)
 
@@ -106,5 +108,5 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
         raise refusal("no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
-            fault = "changes only the training, and all arms run with the same policies"
+            fault = "changes only the training, but all arms run with the same policies"
             raise refusal(fault, treatment.name, "--retrain with it")

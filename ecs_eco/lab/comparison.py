@@ -1,5 +1,5 @@
-"""A comparison: a world as it is and under treatments, each run with the same seeds, in one folder. From
-Python, `compare` does all of it on any executor; `ecs-eco compare` does the same with a bar and a table."""
+"""A comparison: a world unchanged and under treatments, each run with the same seeds, in one folder. In
+Python, `compare` does all of it on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
@@ -30,7 +30,7 @@ Result = TypeVar("Result")
 
 
 class PlannedArm(Section):
-    """What decides an arm."""
+    """The settings of an arm that affect its results."""
 
     config_hash: Sha
     policies: str | dict[str, str]
@@ -39,7 +39,7 @@ class PlannedArm(Section):
 
 
 class Planned(Container):
-    """The manifest of a comparison; not the numbers of seeds, so that more can be added, as can arms."""
+    """The manifest of a comparison. It omits the numbers of seeds, so that you can add seeds and arms."""
 
     FILE: ClassVar = "plan.json"
     KIND: ClassVar = "comparison"
@@ -57,7 +57,7 @@ class Planned(Container):
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a comparison, those of each arm by themselves."""
+        """Return the settings of a comparison, those of each arm separately."""
         return super().settings(content) | {f"the arm {name}": arm for name, arm in content["arms"].items()}
 
 
@@ -83,7 +83,7 @@ class Run(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is done already. Raises ForeignFile where another run is in its folder."""
+        """Whether it is done. Raises ForeignFile if another run is in its folder."""
         return has_run(self.folder, self.ticks, self.arm, self.seed)
 
 
@@ -96,7 +96,7 @@ class Training(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is done already. Raises ForeignFile where another training is in its folder."""
+        """Whether it is done. Raises ForeignFile if another training is in its folder."""
         return is_trained(*self)
 
 
@@ -105,18 +105,18 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Arms, the first of which is the world as it is, and the seeds that all are run with, in a folder."""
+    """Arms, the first of which is the unchanged world, and the seeds with which all are run, in a folder."""
 
     folder: Path
     arms: Sequence[Arm]
     ticks: int
     world_seeds: Sequence[int]
-    training_seeds: Sequence[int] | None = None  # None: nothing is trained
+    training_seeds: Sequence[int] | None = None  # None: no training
     retrain: bool = False  # whether arms with another configuration have policies that were trained in it
 
     @property
     def plan(self) -> dict[str, Any]:
-        """The settings that identify the comparison, as plan.json holds them."""
+        """The settings that identify the comparison, as in plan.json."""
         arms = {
             arm.name: {
                 "config_hash": arm.config.config_hash,
@@ -135,16 +135,17 @@ class Comparison:
         }
 
     def begin(self) -> None:
-        """Write the settings into the folder, with the arms that were there before.
+        """Write the settings into the folder, together with earlier arms.
 
-        Raises ForeignFile where the folder holds another comparison, or one of the other mode.
+        Raises ForeignFile if the folder contains another comparison, or one of the other mode.
         """
         there = container.begin(self.folder, Planned, self.plan)
         if self.plan["arms"].keys() - there["arms"].keys():
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
 
     def result(self) -> dict[str, Any]:
-        """Compare the arms from their runs, write compare.json, compare.html and figures; return the first."""
+        """Compare the arms from their runs, write compare.json, compare.html and figures; return the
+        first."""
         return differences(
             self.folders(),
             self.folder,
@@ -161,13 +162,13 @@ class Comparison:
         return self.retrain and arm.config.config_hash != self.arms[0].config.config_hash
 
     def policies_folder(self, arm: Arm) -> Path:
-        """Return where the policies of an arm are, by training seed."""
+        """Return the folder of an arm's policies, by training seed."""
         owner = arm if self.has_own_policies(arm) else self.arms[0]
         return self.folder / "policies" / owner.name
 
     @cached_property
     def trainings(self) -> dict[Key, Training]:
-        """All trainings."""
+        """Return all trainings."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if self.trains(arm)}
         return {
             Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config, seed)
@@ -177,7 +178,7 @@ class Comparison:
 
     @cached_property
     def runs(self) -> dict[Key, Run]:
-        """All runs, in the order of arms, training seeds and world seeds."""
+        """Return all runs, in the order of arms, training seeds and world seeds."""
         jobs = {}
         for arm in self.arms:
             for k in (self.training_seeds or ()) if self.trains(arm) else (None,):
@@ -199,7 +200,7 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seeds of runs, by arm that has some; None where nothing is trained."""
+        """Return the training seeds of runs, by arm that has some; None if nothing is trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}
@@ -209,7 +210,7 @@ class Comparison:
         return seeds
 
     def policies_in_words(self) -> dict[str, str]:
-        """Describe the policies that each arm runs with."""
+        """Describe the policies with which each arm runs."""
         if self.training_seeds is None:
             return {arm.name: self._bundled(arm) for arm in self.arms if species_with_policy(arm.config)}
         return {arm.name: self._trained(arm) for arm in self.arms}
@@ -218,28 +219,28 @@ class Comparison:
         if isinstance(arm.policies, str) and arm.policies not in POLICIES:
             return f"the policies in {arm.policies}"
         if not arm.trained_species:
-            return "policies that are not trained"
+            return "untrained policies"
         same = "" if arm is self.arms[0] else ", the same as the first arm"
         return f"the world's own policies{_of_some(arm)}{same}"
 
     def _trained(self, arm: Arm) -> str:
         if not arm.trained_species:
-            return "policies that are not trained: it has no training seed"
+            return "untrained policies: it has no training seed"
         own, n = self.has_own_policies(arm), len(self.training_seeds or ())
-        how = "trained anew under its own values" if own else "trained in the world as it is"
+        how = "trained again under its own values" if own else "trained in the unchanged world"
         same = "" if own or arm is self.arms[0] else ", the same as the first arm"
         return f"policies{_of_some(arm)} {how}{same}, from {n} training seed{'s' * (n != 1)}"
 
 
 def _of_some(arm: Arm) -> str:
-    """Return the species that run with trained policies, in words, where others of the arm do not."""
+    """Describe which species run with trained policies, if others of the arm do not."""
     trained = arm.trained_species
     return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
 
 
 def missing(jobs: Jobs) -> Jobs:
-    """Return the jobs that are not done, so that any beginning of them is as even over arms and seeds as can
-    be. Raises ForeignFile where something else is in the folder of one."""
+    """Return the jobs that are not done, in an order whose every beginning is as even over arms and seeds
+    as possible. Raises ForeignFile if the folder of one contains something else."""
     arms: dict[str, list[Key]] = {}
     for key, job in jobs.items():
         if not job.done:
@@ -289,12 +290,12 @@ def compare(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a world as it is and under treatments with the same seeds into a folder, or go on there; return the
-    content of its compare.json.
+    """Run a world unchanged and under treatments with the same seeds into a folder, or continue there; return
+    the content of its compare.json.
 
     `executor` is "local", "ray", or one of your own, whose workers see the folder under its absolute path.
-    Raises ConfigError, ForeignFile where the folder holds another comparison, and what the first run that
-    failed raised, once the others are done.
+    Raises ConfigError, ForeignFile if the folder contains another comparison, and the exception of the first
+    failed run, after the others are done.
     """
     called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)

@@ -24,11 +24,11 @@ from ecs_eco.worlds.policies import POLICIES
 Place = tuple[str | int, ...]
 
 
-NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # of a training: the world that it is in, and its seed
+NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # of a training: its world and its seed
 
 
 class Settings(Section):
-    """What is read of the settings of a plan; the others only tell plans apart."""
+    """The settings of a plan that are read; the others only distinguish plans."""
 
     model_config = ConfigDict(extra="allow", strict=True)
 
@@ -59,7 +59,7 @@ class Job:
     number: int
     point: int
     values: dict[str, Any]
-    treatment: str  # "": the world as it is
+    treatment: str  # "": the unchanged world
     training_seed: Seed | None
     world_seed: Seed
     training: str | None  # its name
@@ -74,7 +74,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Design:
-    """A plan that was checked: the world before values vary, jobs, and the trainings that they need."""
+    """A checked plan: the world before values vary, jobs, and the trainings that they need."""
 
     file: PlanFile
     base: WorldConfig
@@ -84,7 +84,7 @@ class Design:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All that decides the results, as JSON; the same for the same plan, wherever its files lie."""
+        """The settings that affect results, as JSON; the same for the same plan, wherever its files are."""
         plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
         if (given := plan_folder(self.file)) is not None:
@@ -98,7 +98,7 @@ class Design:
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     """Return the design of a plan; `trust` allows the code that its world lists to run in this process.
-    Raises ConfigError with all problems found, each with its line."""
+    Raises ConfigError with all problems, each with its line."""
     plan = file.plan
     base = _base(file, trust)
     if (
@@ -137,7 +137,7 @@ def _base(file: PlanFile, trust: bool) -> WorldConfig:
 
 
 def _there(file: PlanFile, world: str) -> str:
-    """Return the name or file of a world, if there is one."""
+    """Return the name or file of a world, if it exists."""
     try:
         read_document(world)
     except ConfigError as error:
@@ -152,7 +152,8 @@ def _there(file: PlanFile, world: str) -> str:
 
 
 def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """The error of a world with a plan's values: problems of these at their lines, others as they are."""
+    """Return the error of a world with a plan's values: problems of the values with their lines, others
+    unchanged."""
     problems = []
     for problem in error.problems:
         if problem.source != file.document.source:
@@ -166,15 +167,15 @@ def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) 
 
 
 def _known_part(key: Place, known: Container[Place]) -> Place | None:
-    """Return the longest beginning of a key that is known."""
+    """Return the longest known beginning of a key."""
     return next((key[:n] for n in range(len(key), 0, -1) if key[:n] in known), None)
 
 
 def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
-    """Yield what is wrong with a plan's policies and training."""
+    """Yield the problems of a plan's policies and training."""
     plan, known = file.plan, species_with_policy(base)
     if plan.retrain and plan.training_seeds is None:
-        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N beside it")
+        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N with it")
     if plan.training_seeds is not None and not known:
         yield Problem(
             ("training_seeds",),
@@ -205,7 +206,7 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
 def _arms(
     file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
 ) -> Iterator[Problem]:
-    """Load the worlds of all points and treatments into `arms`, in their order; yield what is refused."""
+    """Load the worlds of all points and treatments into `arms`, in their order; yield the problems."""
     for point in points_of(file.plan, base):
         values = {name: entry.value for name, entry in point.items()}
         try:
@@ -227,7 +228,7 @@ def _arms(
 
 
 def treated(config: WorldConfig, treatment: str) -> Arm:
-    """Return the arm of a treatment, "" for the world as it is. Raises NotApplicable, ConfigError."""
+    """Return the arm of a treatment, "" for the unchanged world. Raises NotApplicable, ConfigError."""
     if not treatment:
         return Arm("world", config)
     what = find(treatment, config)
@@ -235,7 +236,7 @@ def treated(config: WorldConfig, treatment: str) -> Arm:
 
 
 def _at_value(problem: Problem, point: Point) -> Problem:
-    """The problem of a world at the value of a point that it comes from."""
+    """Return the problem of a world, at the value of the point that causes it."""
     names = {key_of(name): name for name in point}
     if (key := _known_part(problem.key, names)) is not None:
         own = names[key]
@@ -254,12 +255,12 @@ def _at_value(problem: Problem, point: Point) -> Problem:
 
 
 def _vain(file: PlanFile, point: Point) -> Problem | None:
-    """The problem of a value of [training] where no policies are trained under a point's values."""
+    """Return the problem of a value of [training] if no policies are trained under a point's values."""
     for name, entry in point.items():
         if key_of(name)[0] == "training" and not file.plan.retrain:
             return Problem(
                 entry.place,
-                "changes only the training, and all jobs run with the same policies",
+                "changes only the training, but all jobs run with the same policies",
                 entry.value,
                 "retrain = true with it",
             )
@@ -269,7 +270,8 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
 def _jobs(
     file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
 ) -> tuple[list[Job], dict[str, Training]]:
-    """Return all jobs, by points, treatments, training seeds and world seeds, and what they need trained."""
+    """Return all jobs, by points, treatments, training seeds and world seeds, and the trainings that they
+    need."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):

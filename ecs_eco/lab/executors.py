@@ -1,6 +1,6 @@
-"""Engines that carry out calls, each an executor of `concurrent.futures`: `local` is processes of this
-machine, `ray` a Ray cluster. Any other, Dask's or mpi4py's, must use processes, since a world belongs to one
-thread."""
+"""Engines that carry out calls, each an executor of `concurrent.futures`: `local` uses processes of this
+machine, `ray` a Ray cluster. Any other, such as Dask's or mpi4py's, must use processes, since a world
+belongs to one thread."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 LOCAL, RAY, SLURM = "local", "ray", "slurm"
 ENGINES = (LOCAL, RAY, SLURM)
-WORKERS = 2  # local processes where no number is given
-TICKS = 40  # of a world that is run to have its kernels compiled; with the first update of most policies
+WORKERS = 2  # local processes, by default
+TICKS = 40  # of a run that compiles the kernels of a world, including the first update of most policies
 
 
 def check_engine(on: str, source: str = "--on") -> None:
-    """Raise ConfigError where there is no such engine."""
+    """Raise ConfigError if there is no such engine."""
     if on not in ENGINES:
         raise ConfigError([Problem((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), source)])
 
@@ -30,30 +30,30 @@ def check_engine(on: str, source: str = "--on") -> None:
 def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
     """Return an executor on an engine, to be used in a `with` statement.
 
-    Without a number of `workers`, `local` has two, and `ray` all CPUs of its cluster. Raises ConfigError: no
-    such engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
+    By default, `local` has two `workers`, and `ray` all CPUs of its cluster. Raises ConfigError: no such
+    engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
     """
     check_engine(on, source)
     if on == SLURM:
         allowed = (
-            "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command "
-            "with --on local inside a job of your own"
+            "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command with "
+            "--on local inside your own job"
         )
         raise ConfigError([Problem((), "takes whole sweeps only", on, allowed, source=source)])
     if on == RAY:
         from ecs_eco.lab.ray_executor import RayExecutor
 
         return RayExecutor(workers)
-    from ecs_eco.lab.pool import Pool  # processes: not for a run of one's own
+    from ecs_eco.lab.pool import Pool  # processes, which single runs do not need
 
     return Pool(workers or WORKERS)
 
 
 @contextmanager
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
-    """Lend an executor: one made for it and ended with it, or the one given, which is left running.
+    """Yield an executor: one created here and ended with the block, or the given one, which keeps running.
 
-    Where an exception leaves the block, an executor made here is ended with all it does.
+    If an exception leaves the block, an executor created here ends at once.
     """
     if isinstance(on, Executor):
         yield on
@@ -63,7 +63,7 @@ def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[E
 
 
 def workers_of(pool: Executor) -> int:
-    """Return how many calls an executor carries out at a time, `WORKERS` where it does not say."""
+    """Return how many calls an executor carries out at a time, by default `WORKERS`."""
     for name in ("workers", "_max_workers", "num_workers"):  # ours, the standard library's, mpi4py's
         if isinstance(number := getattr(pool, name, None), int):
             return max(1, number)
@@ -71,7 +71,7 @@ def workers_of(pool: Executor) -> int:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """Before many calls on a cluster: see that each machine has the folder, and compile the kernels there.
+    """Before many calls on a cluster, check that each machine has the folder, and compile the kernels there.
 
     Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
     """

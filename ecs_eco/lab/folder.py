@@ -1,5 +1,5 @@
-"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It holds all
-that a job needs, so it may be moved, or lie on a shared disk."""
+"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It contains
+everything that a job needs, so you can move it, or put it on a shared disk."""
 
 import os
 import shutil
@@ -66,7 +66,7 @@ class Manifest(Container):
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep as its folder holds it."""
+    """A sweep as read from its folder."""
 
     folder: Path
     content: dict[str, Any]
@@ -78,11 +78,11 @@ class Sweep:
 
     @property
     def ticks(self) -> int:
-        """Length of each run."""
+        """The length of each run."""
         return int(self.content["ticks"])
 
     def may_continue(self) -> None:
-        """Raise ForeignFile where the sweep was begun in another mode, or has a link out of its folder."""
+        """Raise ForeignFile if the sweep was begun in another mode, or has a link out of its folder."""
         container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
@@ -96,14 +96,14 @@ class Sweep:
         return {one["name"]: Training(**one) for one in self.content["trainings"]}
 
     def job_folder(self, number: int) -> Path:
-        """Return the folder of a job. Raises ConfigError for a number that no job has."""
+        """Return the folder of a job. Raises ConfigError for an unknown number."""
         if not 0 <= number < len(self.content["jobs"]):
             allowed = f"a number from 0 to {len(self.content['jobs']) - 1}"
             raise ConfigError([Problem((), "no such job", number, allowed, source="NUMBER")])
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
-        """Return the folder of policies that a training leaves."""
+        """Return the folder of policies that a training writes."""
         return inside(self.folder, self.folder / "policies" / training)
 
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
@@ -116,12 +116,12 @@ class Sweep:
             ) from None
 
     def arm(self, job: Job) -> Arm:
-        """Return the arm of a job with its policies. Raises ForeignFile where its world is another now."""
+        """Return the arm of a job with its policies. Raises ForeignFile if its world has changed."""
         arm = self.world(job.values, job.treatment)
         if arm.config.config_hash != job.config_hash:
             raise ForeignFile(
-                f"{self.folder / SWEEP}: {job} has another configuration than when the sweep "
-                "began: another version of ecs-eco reads it, or its code has changed"
+                f"{self.folder / SWEEP}: {job} has another configuration than when the sweep began: the "
+                "version of ecs-eco or its code has changed"
             )
         if job.training is not None:
             return arm.with_policies(self.policies_folder(job.training))
@@ -139,7 +139,7 @@ class Sweep:
 
 
 def read_sweep(folder: str | Path) -> Sweep:
-    """Return the sweep in a folder. Raises RecordingError where there is none, or it is damaged."""
+    """Return the sweep in a folder. Raises RecordingError if there is none, or it is damaged."""
     path = Path(os.path.abspath(folder))
     try:
         status = (path / SWEEP).stat()
@@ -162,7 +162,7 @@ def has_sweep(folder: Path) -> bool:
 def begin(folder: Path, design: Design) -> Sweep:
     """Write the sweep of a design into a folder, or find it there; return it.
 
-    Raises ForeignFile where the folder holds the sweep of another plan.
+    Raises ForeignFile if the folder contains the sweep of another plan.
     """
     if has_sweep(folder):
         check_plan(folder, design)
@@ -190,7 +190,7 @@ def begin(folder: Path, design: Design) -> Sweep:
 
 
 def check_plan(folder: Path, design: Design) -> None:
-    """Raise ForeignFile where a sweep is that of another plan, or of the other mode."""
+    """Raise ForeignFile if a sweep belongs to another plan or mode."""
     container.check(folder, Manifest, _planned(design))
 
 
@@ -199,13 +199,13 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that stands
-    for the world's own."""
+    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that
+    replaces the world's own."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]
     ups = max([Path(os.path.normpath(file)).parts.count("..") for file in inside], default=0)
-    home = Path("world", *["below"] * ups)  # so deep that what lies above the world's folder is copied too
+    home = Path("world", *["below"] * ups)  # so deep that files above the world's folder are copied too
     for file in inside:
         if config.file(file).is_file():
             copy = folder / os.path.normpath(home / file)

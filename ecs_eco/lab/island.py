@@ -1,4 +1,4 @@
-"""One island from one barrier to the next: work that may be done again, anywhere, with the same result."""
+"""One island from one barrier to the next: work that can be repeated on any machine with the same result."""
 
 import threading
 import time
@@ -29,8 +29,8 @@ OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np
 
 
 def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
-    """Write the migrants that leave an island before its next tick, into its run folder, with the hash of
-    their archipelago; return how many go where: species → island → number."""
+    """Write the migrants that leave an island before its next tick into its run folder, with the hash of
+    their archipelago; return their numbers: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
@@ -58,9 +58,9 @@ def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict
 def arrivals(
     root: Path, archipelago: str, world: World, tick: int
 ) -> Iterator[tuple[int, dict[str, Migrants]]]:
-    """Yield what each island that sends migrants here wrote at a barrier, in the order of their numbers.
-    Raises CheckpointError for a missing or damaged file, ForeignFile for another archipelago, island or
-    barrier."""
+    """Yield the migrants that each other island sent here at a barrier, in the order of the islands'
+    numbers. Raises CheckpointError for a missing or damaged file, ForeignFile for another archipelago,
+    island or barrier."""
     islands = world.config.archipelago
     for number, targets in enumerate(islands.neighbours()):
         if islands.number in targets:
@@ -77,7 +77,7 @@ def arrivals(
 
 
 def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict[str, Migrants]:
-    """Return the migrants that an island sent at a barrier, by species."""
+    """Read the migrants that an island sent at a barrier, by species."""
     meta, arrays = checkpoint.read(file)
     if different := [key for key, value in wanted.items() if meta.get(key) != value]:
         raise ForeignFile(f"{file}: has migrants of another {', '.join(different)}")
@@ -85,7 +85,7 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
     for key, array in arrays.items():
         species, _, name = key.partition("/")
         if species not in wander or array.ndim < 1 or array.dtype != OWN.get(name, array.dtype):
-            raise CheckpointError(f"{file}: {key}: is not what an island sends")
+            raise CheckpointError(f"{file}: {key}: is not a file of migrants")
         groups.setdefault(species, {})[name.removeprefix("columns/")] = array
     out = {}
     for species, group in groups.items():
@@ -97,13 +97,13 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
 
 
 KEEP = 3  # checkpoints at barriers, of each island
-PATIENCE = 60.0  # [s] for a worker that is just ending to give back the folder of an island
+PATIENCE = 60.0  # [s] for a worker that is ending to release the folder of an island
 
 Progress = Callable[[int, int], None]
 
 
 class Live(NamedTuple):
-    """An island that this process has run up to where it is."""
+    """An island that this process has run up to its current tick."""
 
     world: World
     folder: Any
@@ -123,9 +123,9 @@ def advance(
     trust: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Run one island of the archipelago in a folder from tick `start` to `until`; return its state there. At
-    a barrier migrants leave and arrive first; those that leave at `until` go to its own `exports`. Whatever
-    was there of later ticks is written anew, the same."""
+    """Run one island of the archipelago in a folder from tick `start` to `until`; return its state there.
+    At a barrier migrants leave and arrive first; those that leave at `until` go to its own `exports`.
+    Files of later ticks are overwritten with the same content."""
     root = Path(archipelago)
     plan, path = read(root), inside(root, root / ISLANDS / name)
     container.may_continue(root, plan, Manifest)
@@ -156,7 +156,7 @@ def advance(
 
 
 def forget(archipelago: str | Path) -> None:
-    """Let go of the islands of an archipelago that this process keeps in memory."""
+    """Drop the islands of an archipelago that this process keeps in memory."""
     for path in [path for path in _live if path.parent.parent == Path(archipelago)]:
         del _live[path]
 
@@ -185,7 +185,7 @@ def _taken(path: Path, start: int, claim: Claim) -> Live | None:
 
 
 def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, threads: int, trust: bool) -> Live:
-    """Return an island as it was at a tick: from its checkpoint, or from the beginning."""
+    """Return an island at a tick: from its checkpoint, or from the beginning."""
     path = claim.path
     if not (path / "manifest.json").is_file():
         if start:
@@ -196,7 +196,7 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
     file = path / "checkpoints" / checkpoint.name_of(start)
     if not file.is_file():
         raise CheckpointError(
-            f"{file}: no such file; without it the archipelago cannot go on from tick {start}"
+            f"{file}: no such file; without it the archipelago cannot continue from tick {start}"
         )
     world, folder = restored(file, claim, manifest, threads, trust)
     if start and world.digest() != plan["islands"].get(name, {}).get("digest"):
@@ -224,7 +224,7 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
 
 
 def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> WorldConfig:
-    """Return the world file of one island of an archipelago, with the seed of its run."""
+    """Return the configuration of one island of an archipelago, with the seed of its run."""
     config = recorded(root, dict(plan), dict(plan["config"]) | {"seed": plan["seed"]}, trust)
     config._folder = Path(plan["folder"])
     return island_of(config, name)

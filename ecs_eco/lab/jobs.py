@@ -1,4 +1,4 @@
-"""One job of a sweep, which any engine may call, again and again: done, gone on with, or begun."""
+"""One job of a sweep, which any engine may call repeatedly: it is finished, continued or begun."""
 
 import json
 import os
@@ -26,15 +26,15 @@ from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
 PATIENCE = 150.0  # [s] a job waits for another process that has it; leases of shared disks end before
-PACE = 1.0  # [s] between two notes of a job's progress
-UNFINISHED = 75  # exit code of a process that was told to stop and left a checkpoint: EX_TEMPFAIL
+PACE = 1.0  # [s] between two records of a job's progress
+UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. One that was
-    stopped goes on from its last checkpoint, and trains first what it needs. `allowed` are hashes of code
-    that may run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
-    process has the job."""
+    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. A stopped
+    job continues from its last checkpoint; a required training comes first. `allowed` are hashes of code
+    that may run. Raises the exceptions of a run, which failed.json then contains, and FolderInUse if
+    another process has the job."""
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))
     job = sweep.jobs[number]
@@ -59,9 +59,9 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of a sweep's training, unless they are there; return their folder.
+    """Train the policies of a sweep's training, unless they exist; return their folder.
 
-    One process at a time trains the same; the others wait for it.
+    Only one process at a time trains the same policies; the others wait for it.
     """
     sweep = _opened(folder, allowed)
     training, place = sweep.trainings[name], sweep.policies_folder(name)
@@ -76,7 +76,7 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
 
 
 class Numbers(Section):
-    """What is kept of one species in a run."""
+    """The record of one species in a run."""
 
     model_config = ConfigDict(extra="allow", strict=True)
     __pydantic_extra__: dict[str, float | None]
@@ -85,7 +85,7 @@ class Numbers(Section):
 
 
 class Summary(Section):
-    """What is kept of a run, as `summary_of` returns it."""
+    """The record of a run, as `summary_of` returns it."""
 
     persisted: bool
     lived: float
@@ -117,7 +117,7 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the done.json of a job, None where it is not done.
+    """Return the done.json of a job, None if it is not done.
 
     Raises ForeignFile for the file of another job, RecordingError for a damaged one.
     """
@@ -127,7 +127,7 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     try:
         done = read_sealed(path.parent, DONE, Done)
     except RecordingError as error:
-        raise RecordingError(f"{error}; remove this file, and the job finds its run") from None
+        raise RecordingError(f"{error}; remove this file, and the job will find its run") from None
     job = sweep.jobs[number]
     wanted = _identity(sweep, job)
     if different := [key for key, value in wanted.items() if done[key] != value]:
@@ -136,7 +136,7 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
 
 
 def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
-    """Return what tells a job from all others."""
+    """Return the identity of a job."""
     return {
         "number": job.number,
         "sweep": sweep.hash,
@@ -150,7 +150,7 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
-    """Train and run what a job needs; return what its done.json holds."""
+    """Train and run a job; return the content of its done.json."""
     from ecs_eco.lab.summary import summary_of
 
     note = _noting(place / PROGRESS, sweep.ticks)
@@ -185,8 +185,8 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that notes the tick in a file, now and then, and from the second call on
-    since when ticks pass; lost notes do no harm."""
+    """Return a progress function that records the tick in a file at intervals and, from the second call
+    on, since when ticks run; a lost record does no harm."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 
@@ -195,7 +195,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
         now = time.monotonic()
         if now - last < PACE and last:
             return
-        if last:  # ticks pass; what came before, training and compiling, says nothing about their rate
+        if last:  # ticks run now; the time before, training and compiling, does not affect their rate
             begin.setdefault("from", done)
             begin.setdefault("began", time.time())
         last = now

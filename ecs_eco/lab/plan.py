@@ -1,4 +1,4 @@
-"""plan.toml: a world, the values to vary, seeds and treatments, as it is written and before worlds are made."""
+"""plan.toml: a world, the values to vary, seeds and treatments, as written and before worlds are built."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ MOST_JOBS = 100_000
 
 
 class Hypercube(Section):
-    """Points that are spread evenly over ranges of numbers, however many numbers there are."""
+    """Points that are spread evenly over ranges of numbers, whatever the number of ranges."""
 
     points: int = quantity("points", "1", ge=1, le=MOST_JOBS)
     seed: Seed = about("seed of the points", 0)
@@ -47,27 +47,25 @@ class Plan(Section):
     ticks: Ticks | None = quantity("length of a run; absent: the world's own", "ticks", None)
     world_seeds: Seeds = about("number of world seeds, from 1, or a list of them", 1)
     training_seeds: Seeds | None = about(
-        "number of training seeds, from 1, or a list of them; absent: nothing is trained", None
+        "number of training seeds, from 1, or a list of them; absent: no training", None
     )
     retrain: bool = about(
-        "whether policies are trained anew under each set of values and each treatment "
-        "that changes values; else in the world as it is",
+        "whether policies are trained again under each set of values and each treatment that changes "
+        "values; otherwise in the unchanged world",
         False,
     )
     policies: str = about(
-        "policies that runs begin with, where nothing is trained: trained, random, "
-        "untrained, or a folder, relative to the plan",
+        "initial policies of runs, if there is no training: trained, random, untrained, or a folder, "
+        "relative to the plan",
         "trained",
     )
     treatments: Names = about(
-        "treatments beside the world as it is, as `ecs-eco compare --treatment` takes them", []
+        "treatments in addition to the unchanged world, as for `ecs-eco compare --treatment`", []
     )
-    reporters: dict[str, Any] = about(
-        "what to measure besides the world's own reporters, as in a world file", {}
-    )
+    reporters: dict[str, Any] = about("reporters in addition to the world's own, as in a world file", {})
     set: dict[str, Any] = about("values for all runs, by dotted key", {})
     grid: dict[str, Values] | None = about("the values of each key; all are combined", None)
-    latin_hypercube: Hypercube | None = about("numbers that are drawn from ranges", None)
+    latin_hypercube: Hypercube | None = about("numbers drawn from ranges", None)
     list: Points | None = about("sets of values that belong together", None)
     checkpoint_every: Ticks | None = quantity(
         "ticks between the checkpoints of a run; absent: 20 in a run, at least 2,000 apart", "ticks", None
@@ -93,14 +91,14 @@ class PlanFile:
         return self.document.folder
 
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
-        """Return the error for these problems, each at its line."""
+        """Return the error for these problems, each with its line."""
         return _refused(self.document, self.written, problems)
 
 
 def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
-    """Read a plan, a file or a dict, whose relative paths are those of the working folder.
+    """Read a plan, a file or a dict, whose relative paths start from the working folder.
 
-    Raises ConfigError for a plan that is no valid TOML, or has unknown keys or values of a wrong type.
+    Raises ConfigError for a plan that is not valid TOML, or has unknown keys or values of a wrong type.
     """
     if isinstance(plan, Mapping):
         document = Document(dict(plan), "plan", Path())
@@ -124,8 +122,8 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
 
 
 def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]:
-    """Return the plan with dotted keys in its sections of values, however TOML nests them, and for the key of
-    each value that in the file."""
+    """Return the plan with dotted keys in its sections of values, however TOML nests them, and the key of
+    each value in the file."""
     flat, written = dict(data), dict[Key, Key]()
 
     def dotted(table: Mapping[str, Any], at: Key) -> dict[str, Any]:
@@ -153,7 +151,7 @@ def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]
 
 
 def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
-    """Yield values with their keys; a key in quotes that has dots is a whole one."""
+    """Yield values with their keys; a quoted key with dots is a single key."""
     for part, value in table.items():
         whole = not key and "." in part
         if isinstance(value, dict) and value and not whole and "search" not in value:
@@ -186,7 +184,7 @@ def _of_seeds(plan: Plan) -> Iterator[Problem]:
 
 
 def _of_values(plan: Plan) -> Iterator[Problem]:
-    """Yield the problems of sections of values: empty ones, and keys that are in two of them."""
+    """Yield the problems of sections of values: empty sections, and keys that are in two of them."""
     if plan.grid is not None and not plan.grid:
         yield Problem(("grid",), "is empty", allowed='values by key: "species.deer.count" = [20, 40]')
     if plan.list is not None and not plan.list:
@@ -199,7 +197,7 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
             yield Problem(("grid", name), "has no values", values, "a list of values")
         for i, value in enumerate(values):
             if any(value == one and type(value) is type(one) for one in values[:i]):
-                yield Problem(("grid", name, i), "is there twice", value, "each value once")
+                yield Problem(("grid", name, i), "occurs twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
             fault = f"differs in keys from the first: {', '.join(sorted(missing))}"
@@ -228,12 +226,12 @@ def _twice(plan: Plan) -> Iterator[Problem]:
 ELSEWHERE = {"seed": "world_seeds = N, or a list of seeds", "ticks": "ticks = N, at the top of the plan"}
 
 
-DIGITS = 4  # significant ones, of drawn numbers
+DIGITS = 4  # significant digits of drawn numbers
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One value, and where it stands in the plan."""
+    """One value, and its place in the plan."""
 
     value: Any
     place: Key
@@ -261,7 +259,7 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
 
 
 def number_of_points(plan: Plan) -> int:
-    """Return how many points a plan has."""
+    """Return the number of points of a plan."""
     n = len(plan.list or [()]) * (plan.latin_hypercube.points if plan.latin_hypercube else 1)
     for values in (plan.grid or {}).values():
         n *= len(values)
@@ -269,7 +267,7 @@ def number_of_points(plan: Plan) -> int:
 
 
 def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
-    """Yield what is wrong with the ranges of a plan's hypercube."""
+    """Yield the problems of the ranges of a plan's hypercube."""
     cube = plan.latin_hypercube
     data = base.model_dump() if cube is not None else {}
     for name, span in (cube.ranges if cube is not None else {}).items():
@@ -280,12 +278,12 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
         elif value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             yield Problem(
                 place,
-                f"is a range, and its key holds no number: {value!r}",
+                f"is a range, but its key is not a number: {value!r}",
                 span.search,
                 "the key of a number",
             )
         elif not low < high:
-            yield Problem(place, "is no range", span.search, "[low, high] with low < high")
+            yield Problem(place, "is not a range", span.search, "[low, high] with low < high")
         elif span.scale == "log" and low <= 0:
             yield Problem(place, "cannot be taken on a log scale", span.search, "low > 0")
 
@@ -306,7 +304,7 @@ def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
 
 
 def _number(span: Range, share: float, whole: bool) -> float:
-    """Return the number at a share of a range; whole ones have equal chances, ends included."""
+    """Return the number at a share of a range; integers are equally likely, ends included."""
     low, high = span.search
     if whole and span.scale == "linear":
         return low + int(share * (high - low + 1))

@@ -17,12 +17,13 @@ from ecs_eco.engine.processes import SAFE
 
 Result = TypeVar("Result")
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-ENDED = 130  # exit code of a worker that was told to end
+ENDED = 130  # exit code of a worker that was asked to end
 
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Processes that start within use one thread each, and import nothing from the folder that they run in."""
+    """Let processes that start within this context use one thread each, and import nothing from the folder
+    in which they run."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:
@@ -36,16 +37,16 @@ def one_thread_each() -> Iterator[None]:
 
 
 def begin_worker() -> None:
-    """Leave Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
+    """Leave Ctrl-C to the parent process, and end with it; call this as a worker starts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 
 
 def end_with_parent() -> None:
-    """Have this process get SIGTERM when its parent ends; to be called as a worker starts.
+    """Send this process SIGTERM when its parent ends; call this as a worker starts.
 
-    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed,
-    they would go on with all that is queued.
+    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed, they would
+    continue with everything that is queued.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -59,7 +60,8 @@ def end_with_parent() -> None:
 
 
 def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -> Result:
-    """Call, again where another process has the folder; raise FolderInUse after so much `patience` [s]."""
+    """Call a function, again if another process has the folder; raise FolderInUse after this much
+    `patience` [s]."""
     until = time.monotonic() + patience
     while True:
         try:
@@ -72,10 +74,11 @@ def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -
 
 @contextmanager
 def finishing() -> Iterator[None]:
-    """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
+    """Raise KeyboardInterrupt within this context when the worker is asked to end, so that the work can save
+    its state.
 
-    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread beside the main one, in
-    which Dask's workers have their calls, hears no signals.
+    Outside workers nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread other than the main
+    one, in which Dask's workers run their calls, receives no signals.
     """
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
@@ -100,15 +103,15 @@ def finishing() -> Iterator[None]:
     except KeyboardInterrupt:
         os._exit(ENDED)
     finally:
-        if told:  # and what was raised got lost on its way, as it does in a destructor
+        if told:  # and the exception was lost, as in a destructor
             os._exit(ENDED)
         signal.signal(signal.SIGTERM, before)
 
 
 class Pool(Executor):
     """An executor: workers of one thread each that end with this process; a single worker is this process.
-    Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is killed
-    from outside, unfinished futures raise BrokenProcessPool."""
+    Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is
+    killed from outside, unfinished futures raise BrokenProcessPool."""
 
     def __init__(self, workers: int) -> None:
         if workers < 1:
@@ -133,7 +136,7 @@ class Pool(Executor):
             return broken
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers once they have finished what was submitted, or what they began."""
+        """End the workers once they have finished all submitted calls, or the current ones."""
         if self._processes is not None:
             self._processes.shutdown(wait=wait, cancel_futures=cancel_futures)
         self._processes = None

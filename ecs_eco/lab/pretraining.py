@@ -1,4 +1,5 @@
-"""Pre-training: policies learn from random weights while respawn holds numbers constant, and evaluation."""
+"""Pre-training: policies learn from random weights while respawn keeps numbers constant; and their
+evaluation."""
 
 import time
 from collections.abc import Callable
@@ -33,14 +34,14 @@ def pretrain(
     points: int = 30,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Train the policies of all species of a world that have one; return the curves,
-    and the networks under "policies".
+    """Train the policies of all species of a world that have one; return the curves, and the networks under
+    "policies".
 
-    `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per
+    `ticks` is the duration of each of the `training.worlds`. Per species and point of the curve: intake per
     animal and second, deaths per animal and second, mean happiness, over all worlds. `out` receives
-    <species>.safetensors and training.json. "learning" has each update, and "actions" how often each is done,
-    by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run in this
-    process.
+    <species>.safetensors and training.json. "learning" has each update, and "actions" the frequency of each
+    action, by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run
+    in this process.
     """
     called_with("progress", progress, "done", "ticks")
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
@@ -78,7 +79,7 @@ def pretrain(
 
 
 def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
-    """Return updates, and how often actions were done, by species, as lists; None for what is undefined."""
+    """Return updates, and the frequencies of actions, by species, as lists; None if undefined."""
     updates, actions = training_worlds.history()
     learning = {
         s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
@@ -113,7 +114,8 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and all else, with their hashes, as a sealed training.json."""
+    """Write policies as sealed safetensors, and everything else, with their hashes, as a sealed
+    training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -126,8 +128,8 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of several states of one network: steadier than the last
-    of them (Polyak & Juditsky 1992)."""
+    """Return the average of several states of one network: steadier than the last of them (Polyak &
+    Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]
@@ -141,9 +143,9 @@ TICKS = 300  # of each run, at most
 def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
-    """Run trained and random policies, neither learning, in `seeds` worlds of the training. Returns species →
-    measure → {"trained": [mean, low, high], "random": …, "difference": …} (95 %, Student's t over seeds,
-    which arms share)."""
+    """Run trained and random policies, both without learning, in `seeds` worlds of the training. Return
+    species → measure → {"trained": [mean, low, high], "random": …, "difference": …} (95%, Student's t over
+    seeds, which arms share)."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))
@@ -161,7 +163,7 @@ def against_random(
 def train_and_evaluate(
     config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
 ) -> dict[str, Any]:
-    """Train policies into a folder; return what `pretrain` does, with "against_random"."""
+    """Train policies into a folder; return the result of `pretrain`, with "against_random"."""
     config._code.pass_on()
     result = pretrain(config, seed, ticks, out, progress)
     result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))

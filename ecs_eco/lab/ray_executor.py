@@ -1,5 +1,5 @@
-"""Ray as an executor: each call is a task of one CPU and one thread, called again where its worker was lost.
-It goes on from the checkpoint in its folder, which all machines must see."""
+"""Ray as an executor: each call is a task of one CPU and one thread, repeated if its worker was lost. It
+continues from the checkpoint in its folder, which all machines must see."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.processes import SAFE
 from ecs_eco.lab.pool import ENDED, PINS, once_free
 
-RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
+RETRIES = 20  # calls of a task whose worker or machine is lost, in addition to the first
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
-ANSWER = 10.0  # [s] in which a cluster answers
-GRACE = 30.0  # [s] that calls have to write their checkpoint when they are told to stop
-# variables that results may depend on begin so
+ANSWER = 10.0  # [s] in which a cluster must answer
+GRACE = 30.0  # [s] for calls to write their checkpoint after a request to stop
+# prefixes of variables that may affect results
 SETTINGS = ("ECS_ECO_", "NUMBA_", "NPY_DISABLE_", "MKL_", "ONEDNN_MAX_", "OPENBLAS_CORETYPE", "ATEN_CPU_")
 LOCAL = "local"
 OF_A_MACHINE = ("ECS_ECO_CACHE", "NUMBA_CACHE_DIR")
@@ -30,12 +30,12 @@ Result = TypeVar("Result")
 
 
 class WorkerLost(RuntimeError):
-    """A call whose workers were lost again and again."""
+    """A call whose workers were lost repeatedly."""
 
 
 class Imported(list[str]):
-    """Folders in which Ray's workers look for modules: of those that Ray adds, the ones in which this process
-    looks. Ray always adds the present one, whose modules would hide all others."""
+    """Folders in which Ray's workers look for modules: of those that Ray adds, only the ones of this
+    process. Ray always adds the current folder, whose modules would hide all others."""
 
     def extend(self, folders: Iterable[str]) -> None:
         """Add folders."""
@@ -44,7 +44,7 @@ class Imported(list[str]):
 
 
 class Call(Future[Any]):
-    """The future of a task. It can also be cancelled while it runs: it is told to stop, as by Ctrl-C."""
+    """The future of a task. It can also be cancelled while it runs: it is asked to stop, as by Ctrl-C."""
 
     def __init__(self, executor: RayExecutor, reference: Any) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class Call(Future[Any]):
         reference.future().add_done_callback(self._take)
 
     def cancel(self) -> bool:
-        """Cancel the call, whether it runs or not; False where it is done."""
+        """Cancel the call, whether it runs or not; return False if it is done."""
         before, cancelled = self.cancelled(), super().cancel()
         if cancelled and not before:
             self._executor.ray.cancel(self.reference)
@@ -72,10 +72,10 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Calls as tasks of a Ray cluster: that at RAY_ADDRESS, one that runs on this machine, or one that is
-    started here for the time being, with `workers` CPUs.
+    """Calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one that runs on this machine, or one that is
+    started here for the duration, with `workers` CPUs.
 
-    Raises ConfigError where Ray is missing or no cluster answers.
+    Raises ConfigError if Ray is missing or no cluster answers.
     """
 
     def __init__(self, workers: int | None = None) -> None:
@@ -83,7 +83,7 @@ class RayExecutor(Executor):
         self._connected = not self.ray.is_initialized()
         if self._connected:
             _connect(self.ray, workers, os.environ.get("RAY_ADDRESS"))
-        self.at_once = workers  # None: as many as the cluster has room for
+        self.at_once = workers  # None: as many as fit the cluster
         self._options = {"num_cpus": 1, "max_retries": RETRIES, "runtime_env": {"env_vars": settings()}}
         self._task = self.ray.remote(**self._options)(_call)
         self.calls = set[Call]()
@@ -91,7 +91,7 @@ class RayExecutor(Executor):
 
     @property
     def workers(self) -> int:
-        """How many calls are carried out at a time."""
+        """How many calls run at a time."""
         return self.at_once or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
@@ -101,8 +101,8 @@ class RayExecutor(Executor):
         return Call(self, self._task.remote(fn, args, kwargs))
 
     def on_each_machine(self, folder: Path, fn: Callable[..., Any], /, *args: Any) -> None:
-        """Call a function once on each machine of the cluster, all at once, and wait for them; raise what it
-        raises, and ConfigError naming the machines that do not have a folder."""
+        """Call a function once on each machine of the cluster, in parallel, and wait for them; raise its
+        exceptions, and ConfigError naming the machines that do not have a folder."""
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy as At
 
         machines = {
@@ -119,16 +119,16 @@ class RayExecutor(Executor):
             without = sorted({name for name in self.ray.get(asked) if name})
         except BaseException as error:
             _, rest = self.ray.wait(asked, num_returns=len(asked), timeout=0, fetch_local=False)
-            for reference in rest:  # to cancel one that has just ended can end this process (Ray 2.60)
+            for reference in rest:  # cancelling a task that has just ended can end this process (Ray 2.60)
                 self.ray.cancel(reference)
             raise _plain(error) from None
         if without:
-            fault = f"is not there on {listed(without)}"
+            fault = f"does not exist on {listed(without)}"
             allowed = "a folder that all machines of the cluster share"
             raise ConfigError([Problem((), fault, str(folder), allowed, source="--out")])
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster once all calls are done, and end it where it was started for this."""
+        """Leave the cluster once all calls are done, and end it if it was started here."""
         self._open = False
         calls = tuple(self.calls)
         for call in calls if cancel_futures else ():
@@ -139,7 +139,7 @@ class RayExecutor(Executor):
             Thread(target=self._leave, args=(calls,), daemon=True).start()
 
     def terminate(self) -> None:
-        """Tell all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
+        """Ask all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
         stopped = [call.reference for call in tuple(self.calls) if call.cancel()]
         if stopped:
             _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)
@@ -154,7 +154,7 @@ class RayExecutor(Executor):
         self.shutdown()
 
     def _leave(self, calls: Sequence[Call]) -> None:
-        """Wait for calls; then end what is ours."""
+        """Wait for calls; then end what was started here."""
         wait_for(calls)
         if self._connected and self.ray.is_initialized():
             self.ray.shutdown()
@@ -162,8 +162,8 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the variables that tasks run with: one thread each, no modules of the folder that they run in,
-    and what results depend on as it is set here."""
+    """Return the environment of tasks: one thread each, no modules of the folder in which they run, and
+    this process's variables that affect results."""
     here = {
         name: value
         for name, value in os.environ.items()
@@ -173,7 +173,7 @@ def settings() -> dict[str, str]:
 
 
 def _ray() -> Any:
-    """Return the module; ConfigError where it is not installed."""
+    """Return the module. Raises ConfigError if it is not installed."""
     try:
         import ray
     except ImportError:
@@ -183,7 +183,7 @@ def _ray() -> Any:
 
 
 def _connect(ray: Any, workers: int | None, address: str | None) -> None:
-    """Connect to a cluster; start one on this machine where none is named and none runs."""
+    """Connect to a cluster; start one on this machine if none is named and none runs."""
     job = ray.job_config.JobConfig()
     job._py_driver_sys_path = Imported()
     quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
@@ -216,20 +216,20 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
 
 
 def _knock(address: str | None) -> None:
-    """Raise OSError where nobody listens at HOST:PORT; Ray itself would try for minutes."""
+    """Raise OSError if no server listens at HOST:PORT; Ray itself would try for minutes."""
     host, _, port = (address or "").rpartition(":")
     if host and port.isdigit():
         socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
 
 
 def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
-    """On a worker: carry out a call, once the folder that it writes is free."""
+    """On a worker: carry out a call, once its folder is free."""
     try:
         return once_free(lambda: fn(*args, **kwargs), PATIENCE)
     except KeyboardInterrupt:
         if _is_cancelled():
             raise
-        os._exit(ENDED)  # this worker is told to end, not the call: it is called again elsewhere
+        os._exit(ENDED)  # this worker is asked to end, not the call: it is called again elsewhere
 
 
 def _is_cancelled() -> bool:
@@ -239,7 +239,7 @@ def _is_cancelled() -> bool:
 
 
 def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
-    """On a machine: call a function; return the machine's name instead where it does not have a folder."""
+    """On a machine: call a function; return the machine's name instead if it does not have a folder."""
     if not os.path.isdir(folder):
         return socket.gethostname()
     fn(*args)
@@ -247,7 +247,7 @@ def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
 
 
 def _plain(error: BaseException) -> BaseException:
-    """Return the error that a call raised, without what Ray puts around it."""
+    """Return the exception of a call, without Ray's wrapping."""
     from ray import exceptions
 
     if isinstance(error, exceptions.RayTaskError):

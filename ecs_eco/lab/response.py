@@ -1,4 +1,4 @@
-"""How outcomes of runs respond to what a sweep varied, with 95 % intervals over seeds."""
+"""Responses of outcomes to the values that a sweep varied, with 95% intervals over seeds."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Answer:
-    """An outcome at one value: its mean over seeds, the interval of that, and each run's own."""
+    """An outcome at one value: its mean over seeds, the interval of the mean, and each run's own."""
 
     value: Any
     mean: Interval
@@ -36,8 +36,8 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return what a table of runs holds: persistence, numbers, periods of what cycles, and what reporters
-    measured."""
+    """Return the outcomes in a table of runs: persistence, numbers, periods of cycling species, and the
+    values of reporters."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -56,14 +56,15 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
 
 
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
-    """Return the values of a key, numbers in order, others as they come."""
+    """Return the values of a key, numbers in order, others in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())
     numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
     return sorted(values) if numbers else values
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: mean and interval over seeds of means over all else."""
+    """Return an outcome at each value of a key: mean and interval over seeds of means over everything
+    else."""
     return [
         Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
@@ -79,9 +80,9 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds, NaN where no run has a number, with its 95 % interval.
+    """Return the mean of an outcome over seeds, NaN if no run has a number, with its 95% interval.
 
-    Training seeds and world seeds are both replicates; of runs without training seeds only world seeds.
+    Training seeds and world seeds are both replicates; for runs without training seeds, only world seeds.
     """
     table = _table(rows, outcome.column)
     if not np.isfinite(table).all():
@@ -112,20 +113,20 @@ def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
 
 
 def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]:
-    """Return rows by what a function says of them, in their order."""
+    """Return rows grouped by the result of a function, in their order."""
     parts: dict[Any, list[Row]] = {}
     for row in rows:
         parts.setdefault(of(row), []).append(row)
     return parts
 
 
-FEW = 12  # values of a key that have an answer each; with more, each point has one
-CELLS = 9 * 9  # of a heat map whose cells have room for a number
-LABELS = 48  # characters under a panel before they are turned
+FEW = 12  # values of a key that get a point each; with more, each point of the hypercube gets one
+CELLS = 9 * 9  # of a heat map whose cells can show a number
+LABELS = 48  # characters under a panel before they are rotated
 
 
 def short(key: str) -> str:
-    """A key without what all keys of species begin with."""
+    """Return a key without the part that all keys of species begin with."""
     return key.removeprefix("species.")
 
 
@@ -133,8 +134,8 @@ def short(key: str) -> str:
 def responses(
     rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
 ) -> Figure:
-    """A panel for each outcome (rows) and key (columns): mean and 95 % interval at each value, runs as dots;
-    a line for each treatment."""
+    """Draw a panel for each outcome (rows) and key (columns): mean and 95% interval at each value, runs as
+    dots; a line for each treatment."""
     figure, axes = panels(
         len(outcomes),
         len(keys),
@@ -175,7 +176,7 @@ def _response(
     of: int,
     label: str,
 ) -> None:
-    """Draw the answers of one treatment, beside those of the others."""
+    """Draw the responses of one treatment, next to those of the others."""
     each = len(values) <= FEW
     found = [
         a
@@ -184,7 +185,7 @@ def _response(
     ]
     x = _places(values, [answer.value for answer in found])
     apart = np.diff(np.unique(_places(values, values)))
-    gap = float(apart.min()) if apart.size else 1.0  # the least distance between values
+    gap = float(apart.min()) if apart.size else 1.0  # the smallest distance between values
     x = x + (number - (of - 1) / 2) * 0.06 * gap
     middle, low, high = (
         np.array([getattr(a.mean, end) for a in found], float) for end in ("value", "low", "high")
@@ -224,7 +225,7 @@ def _response(
 
 
 def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
-    """Return where values stand on an axis: numbers at themselves, others one beside the other."""
+    """Return the positions of values on an axis: numbers at their value, others side by side."""
     if _are_numbers(values):
         return np.array(wanted, float)
     return np.array([values.index(value) for value in wanted], float)
@@ -267,7 +268,8 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Means of outcomes (panels) over two keys: cells of a grid, or a dot for each point of a hypercube."""
+    """Draw means of outcomes (panels) over two keys: cells of a grid, or a dot for each point of a
+    hypercube."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)
@@ -288,7 +290,7 @@ def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]
 
 
 def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tuple[float, float]:
-    """Return the ends of an outcome's colours, the same for all treatments."""
+    """Return the limits of an outcome's color scale, the same for all treatments."""
     if outcome.share:
         return 0.0, 1.0
     cells = group(rows, lambda row: (row["treatment"], *(str(row[key]) for key in pair)))
@@ -299,7 +301,7 @@ def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tup
 def _cells(
     ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
-    """Draw the cells of a grid, with their numbers where there is room."""
+    """Draw the cells of a grid, with their numbers if they fit."""
     across, up = (values_of(rows, key) for key in pair)
     means = np.full((len(up), len(across)), np.nan)
     for i, b in enumerate(up):

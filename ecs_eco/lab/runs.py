@@ -1,4 +1,4 @@
-"""One run of an arm: reused if it is done, resumed if it was stopped, else begun."""
+"""One run of an arm: reused if it is done, resumed if it was stopped, otherwise begun."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -26,8 +26,8 @@ def run_arm(
     """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
 
     A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
-    FolderInUse, ForeignFile if the folder holds files of another run, and RecordingError or CheckpointError
-    that names a damaged file.
+    FolderInUse, ForeignFile if the folder contains files of another run, and RecordingError or
+    CheckpointError that names a damaged file.
     """
     from ecs_eco.runs.run import resume, run_to_folder
 
@@ -54,9 +54,9 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of so many ticks is in a folder.
+    """Return whether a run of this many ticks is in a folder.
 
-    Raises ForeignFile for another arm, seed or mode, RecordingError where its manifest is damaged.
+    Raises ForeignFile for another arm, seed or mode, RecordingError if its manifest is damaged.
     """
     try:
         manifest = read_manifest(folder)
@@ -67,7 +67,7 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
-    """Raise ForeignFile where the run in a folder is of another arm or seed, a fork, or of the other mode."""
+    """Raise ForeignFile if the run in a folder belongs to another arm, seed or mode, or is a fork."""
     from ecs_eco.runs.begin import policies_as_json
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
@@ -86,7 +86,7 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
     if different:
         shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
         raise ForeignFile(
-            f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; "
+            f"{folder / 'manifest.json'}: belongs to another run ({shown}) than {arm.name}, seed {seed}; "
             "remove the folder, or name another with --out"
         )
     if why := portable.other_mode(manifest):

@@ -22,9 +22,9 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
 
-FOLDER = "slurm"  # of a sweep: scripts, logs, and which arrays were submitted
+FOLDER = "slurm"  # of a sweep: scripts, logs, and the submitted arrays
 SUBMITTED = "submitted.json"
-ARRAY_SIZE = 1001  # SLURM's own MaxArraySize where it is not told: indices are below it
+ARRAY_SIZE = 1001  # SLURM's own MaxArraySize by default: indices are below it
 SCRIPT = """\
 #!/bin/bash
 {options}
@@ -43,7 +43,7 @@ exit "$code"
 
 @dataclass(frozen=True)
 class Options:
-    """How a sweep is submitted."""
+    """The options of a submission."""
 
     limit: int = 100  # jobs at a time
     notice: int = 120  # [s] between the signal to write a checkpoint and the end of a job's time
@@ -51,11 +51,11 @@ class Options:
 
 
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as arrays, one after the other where they are too many for one; return the
-    arrays' ids.
+    """Submit jobs of a sweep as arrays, one after another if they are too many for one; return the arrays'
+    ids.
 
     Each job is one task of one CPU. Before its time is over it writes a checkpoint and is queued again, as it
-    is when SLURM preempts it or its node fails. Raises ConfigError where SLURM is not there or refuses.
+    is when SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or refuses.
     """
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
@@ -76,8 +76,8 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit those of the jobs that are not queued or running already; return the arrays' ids,
-    and the numbers of the jobs that are."""
+    """Submit those of the jobs that are neither queued nor running; return the arrays' ids, and the
+    numbers of the jobs that are."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]
@@ -103,7 +103,7 @@ def queued(folder: str | Path) -> set[int]:
 
 def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
     """Return the batch script of an array: index + offset is the number of a job; `after` is the array
-    that ends before it begins. Raises ConfigError where a line of it would hold a line break."""
+    that ends before it begins. Raises ConfigError if a line of it would contain a line break."""
     logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM replaces what follows a %
     wanted = {
         "job-name": name_of(sweep),
@@ -154,7 +154,7 @@ def chunks(numbers: Sequence[int], size: int) -> list[tuple[int, list[int]]]:
 
 
 def compressed(indices: Sequence[int]) -> str:
-    """Return sorted numbers as SLURM writes them: 0-5,7,9-12."""
+    """Return sorted numbers in SLURM's form: 0-5,7,9-12."""
     runs: list[list[int]] = []
     for i in indices:
         if runs and runs[-1][1] == i - 1:
@@ -165,13 +165,13 @@ def compressed(indices: Sequence[int]) -> str:
 
 
 def array_size() -> int:
-    """Return how many indices an array of this cluster may have."""
+    """Return the maximum number of indices of an array on this cluster."""
     told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
     return int(told[1]) if told else ARRAY_SIZE
 
 
 def _arrays(place: Path) -> list[dict[str, Any]]:
-    """Return what was submitted before. Raises RecordingError where the note of it is damaged."""
+    """Return the arrays submitted before. Raises RecordingError if their record is damaged."""
     if not (place / SUBMITTED).exists():
         return []
     return list(read_sealed(place, SUBMITTED, _Submitted)["arrays"])
@@ -188,13 +188,17 @@ class _Submitted(Section):
 
 
 def _slurm(*command: str) -> str:
-    """Return what a command of SLURM prints."""
+    """Return the output of a SLURM command."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     except FileNotFoundError:
-        allowed = "a machine from which jobs are submitted, or --on local"
+        allowed = "a machine that can submit jobs, or --on local"
         raise ConfigError(
-            [Problem((), f"SLURM is not here: there is no {command[0]}", "slurm", allowed, source="--on")]
+            [
+                Problem(
+                    (), f"SLURM is not available: there is no {command[0]}", "slurm", allowed, source="--on"
+                )
+            ]
         ) from None
     if done.returncode != 0:
         why = " ".join((done.stderr or done.stdout).split())
@@ -204,7 +208,7 @@ def _slurm(*command: str) -> str:
                     (),
                     f"{command[0]} refused: {why}",
                     shlex.join(command[1:]),
-                    "what this cluster allows",
+                    "an option that this cluster allows",
                     source="--on slurm",
                 )
             ]

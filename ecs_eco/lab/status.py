@@ -1,4 +1,5 @@
-"""How far a sweep is, as its folder says: what is done, runs, waits or failed, how fast, and the errors."""
+"""The progress of a sweep, read from its folder: finished, running, queued and failed jobs, speed, and
+errors."""
 
 import json
 import math
@@ -15,7 +16,7 @@ from ecs_eco.lab.jobs import read_done
 from ecs_eco.record.claim import owner_of
 
 ENOUGH = 5.0  # [s] of ticks after which the rate of a job counts
-SILENCE = 600.0  # [s] after which a job on another machine that notes nothing counts as lost
+SILENCE = 600.0  # [s] without a record after which a job on another machine counts as lost
 
 
 @dataclass
@@ -30,16 +31,17 @@ class Status:
     ticks: int = 0  # of all runs so far
     ticks_in_all: int = 0
     rates: list[float] = field(default_factory=list)  # [ticks/s] of the runs that have one by now
-    seconds: float = 0.0  # [s] that the runs that are done took, added up
+    seconds: float = 0.0  # [s], total of the finished runs
 
     @property
     def rate(self) -> float:
-        """Ticks a second of all that runs now, as far as the rates that are known tell; 0 where none is."""
+        """Return the ticks per second of all running jobs, estimated from the known rates; 0 if none is
+        known."""
         return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
 
     @property
     def remaining(self) -> float | None:
-        """Seconds to the end at the present rate; None where none is known."""
+        """Return the seconds to the end at the present rate; None if it is unknown."""
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
 
     def errors(self) -> list[tuple[str, list[int]]]:
@@ -51,14 +53,14 @@ class Status:
 
 
 class Survey:
-    """Looks at a sweep again and again; what is done is read once."""
+    """Surveys a sweep repeatedly; finished jobs are read once."""
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
         self._done: dict[int, float] = {}
 
     def look(self) -> Status:
-        """Return the state of the sweep now."""
+        """Return the current state of the sweep."""
         sweep, status = self.sweep, Status(jobs=len(self.sweep.jobs))
         status.ticks_in_all = sweep.ticks * status.jobs
         for job in sweep.jobs:
@@ -68,7 +70,7 @@ class Survey:
             else:
                 _look_at(status, job.number, sweep.job_folder(job.number))
         status.seconds = sum(self._done.values())
-        if not status.rates and status.seconds:  # what runs has just begun
+        if not status.rates and status.seconds:  # running jobs that have just begun
             status.rates.append(sweep.ticks * len(status.done) / status.seconds)
         return status
 
@@ -100,7 +102,7 @@ def _look_at(status: Status, number: int, place: Path) -> None:
 
 
 def _numbers(path: Path) -> dict[str, float]:
-    """Return the numbers of a note; what is none is left out."""
+    """Return the numbers of a record; anything else is left out."""
     return {
         key: value
         for key, value in _read(path).items()

@@ -1,4 +1,4 @@
-"""What is kept of each run of a sweep: persistence, numbers, periods, what reporters measured, and deaths."""
+"""The record of each run of a sweep: persistence, numbers, periods, values of reporters, and deaths."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from ecs_eco.analysis.extinction import lifetime
 from ecs_eco.analysis.measures import course, measured, run_mean
 from ecs_eco.analysis.runs import DIED, load_series
 
-BOOTSTRAPS = 99  # for the p of a period: cycles of single runs are told at p ≤ .05
+BOOTSTRAPS = 99  # for the p of a period: cycles of single runs are reported at p ≤ 0.05
 
 
 def summary_of(run: Path) -> dict[str, Any]:

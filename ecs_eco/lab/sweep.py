@@ -1,4 +1,4 @@
-"""A whole sweep on an executor: trainings before the jobs that need them; who is lost is called again."""
+"""A whole sweep on an executor: trainings before the jobs that need them; lost jobs are repeated."""
 
 from bisect import insort
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,7 +21,7 @@ Task = int | str  # the number of a job, or the name of a training
 
 @dataclass
 class Outcome:
-    """What became of the jobs that were asked for."""
+    """The outcome of the requested jobs."""
 
     done: list[int] = field(default_factory=list)
     failed: dict[int, str] = field(default_factory=dict)
@@ -42,12 +42,12 @@ def run_sweep(
     progress: Callable[[Outcome], None] | None = None,
     trust: bool = False,
 ) -> Outcome:
-    """Do all jobs of a plan, a file or a dict, into a folder, or go on with them there.
+    """Do all jobs of a plan, a file or a dict, into a folder, or continue there.
 
-    `executor` is "local", which is `workers` processes, "ray", or any `concurrent.futures.Executor` of
-    processes that see the folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`. A job that
-    fails stops no other. `trust` allows the code that the world lists to run. Raises ConfigError for a plan
-    that is refused, ForeignFile where the folder holds the sweep of another.
+    `executor` is "local", which means `workers` processes, "ray", or any `concurrent.futures.Executor` of
+    processes that see the folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`. A failing job
+    does not stop the others. `trust` allows the code that the world lists to run. Raises ConfigError for a
+    refused plan, ForeignFile if the folder contains the sweep of another plan.
     """
     called_with("progress", progress, "the outcome")
     sweep = begin(Path(folder), design_of(read_plan(plan), trust=trust))
@@ -67,9 +67,9 @@ def do_jobs(
     *,
     progress: Callable[[Outcome], None] | None = None,
 ) -> Outcome:
-    """Do the jobs with these numbers, or all that are not done; return what became of them.
+    """Do the jobs with these numbers, or all unfinished ones; return their outcome.
 
-    On the project's own Pool a job whose worker was killed is called again; other executors do so themselves.
+    On the project's own Pool a job whose worker was killed is repeated; other executors do so themselves.
     """
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
@@ -101,7 +101,8 @@ def do_jobs(
 
 
 def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
-    """Return jobs so that any beginning of them is as even over points, treatments and seeds as can be."""
+    """Return jobs in an order whose every beginning is as even over points, treatments and seeds as
+    possible."""
     points: dict[int, dict[str, list[int]]] = {}
     for number in numbers:
         job = sweep.jobs[number]
@@ -110,7 +111,7 @@ def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return the numbers of jobs by the training that they wait for, "" where they need none, or have it."""
+    """Return the numbers of jobs by the training for which they wait, "" if they need none, or have it."""
     missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
     for number in numbers:
         name = sweep.jobs[number].training or ""
@@ -123,7 +124,7 @@ def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
 
 
 def _failure(future: Future[Any], lost: int) -> str | None:
-    """Return why a call failed, None where it did not; `lost` is how often its worker was killed."""
+    """Return why a call failed, None if it did not; `lost` is how often its worker was killed."""
     try:
         future.result()
     except BrokenExecutor as error:

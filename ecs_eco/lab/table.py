@@ -1,4 +1,4 @@
-"""What came of a sweep: its table, a row for each run that is done, its figures and page."""
+"""The results of a sweep: its table, a row for each finished run, its figures and page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
-UNTREATED = "world"  # the world as it is, among treatments
+UNTREATED = "world"  # the unchanged world, among treatments
 
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote."""
+    """The files that `collect` wrote."""
 
     table: Path
     page: Path
@@ -34,9 +34,9 @@ class Collected:
 
 
 def collect(sweep: Sweep) -> Collected:
-    """Write runs.parquet, sweep.html and figures/ from all jobs that are done.
+    """Write runs.parquet, sweep.html and figures/ from all finished jobs.
 
-    Raises RecordingError where none is.
+    Raises RecordingError if there are none.
     """
     rows = rows_of(sweep)
     if not rows:
@@ -47,7 +47,7 @@ def collect(sweep: Sweep) -> Collected:
 
 
 def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
-    """Return a row for each job that is done, in their order; all rows have the same keys."""
+    """Return a row for each finished job, in their order; all rows have the same keys."""
     rows = [
         row_of(job.point, done) for job in sweep.jobs if (done := read_done(sweep, job.number)) is not None
     ]
@@ -56,10 +56,10 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 
 
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a job that is done: what identifies it, its values, and what came of it.
+    """Return the row of a finished job: its identity, values and results.
 
-    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period" is
-    there where it cycles, "deer.died.starved" counts deaths.
+    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period"
+    exists if the species cycles, "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
     row = {
@@ -90,7 +90,8 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
 
 
 def _place(rows: list[dict[str, Any]]) -> Any:
-    """Return a key that sorts columns as the rows have them, those that only some have beside the others."""
+    """Return a key that sorts columns in the order of the rows, those that only some rows have next to the
+    others."""
     places: dict[str, tuple[int, str]] = {}
     for row in rows:
         at = 0
@@ -101,7 +102,8 @@ def _place(rows: list[dict[str, Any]]) -> Any:
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
-    """Write rows as a Parquet file, whole or not at all. Values of one key of several types become texts."""
+    """Write rows as a Parquet file, completely or not at all. Values of one key with several types become
+    texts."""
     import pyarrow as pa
 
     from ecs_eco.record.parquet import write_part
@@ -124,11 +126,11 @@ PAGE = "sweep.html"
 MOST_PANELS = 6  # outcomes of a figure
 MOST_ROWS = 400  # of the table of points
 _RESPONSE = (
-    "Means at each value with 95 % intervals over seeds; dots are single runs. Where more than one "
-    "value varies, each seed's mean over all others comes first."
+    "Means at each value with 95% intervals over seeds; dots are single runs. If several values "
+    "vary, each seed's mean over the other values is taken first."
 )
-_POINTS = "Each point of the hypercube: its mean with the 95 % interval over seeds."
-_HEAT = "Means over seeds, and over what else varies; empty where no run has a number."
+_POINTS = "Each point of the hypercube: its mean with the 95% interval over seeds."
+_HEAT = "Means over seeds and over all other varied values; empty if no run has a number."
 
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
@@ -149,7 +151,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
 
 
 def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the result in words: in how many runs all persist, by treatment."""
+    """Return the result in words: in how many runs all species persist, by treatment."""
     out = []
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)
@@ -167,7 +169,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
         verdict(lines_of(sweep, rows), lost),
-        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+        "<p class='under'>Seeds are the replicates. Intervals are 95%.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
         why = f", {len(failed)} of them because they failed" if failed else ""
@@ -178,7 +180,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
 def _responses(
     rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
 ) -> list[str]:
-    """How outcomes respond to the values, as pictures."""
+    """Return pictures of the responses of outcomes to the values."""
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
@@ -198,7 +200,7 @@ def _responses(
 
 
 def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
-    """A table with a row for each point and treatment."""
+    """Return a table with a row for each point and treatment."""
     parts = list(group(rows, lambda row: (row["point"], row["treatment"])).values())
     treatments = len({row["treatment"] for row in rows}) > 1
     head = [
@@ -227,7 +229,7 @@ def _cell(x: Interval) -> str:
 
 
 def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
-    """Where the numbers come from."""
+    """Return the origin of the numbers."""
     commits = sorted({str(row["git_commit"])[:12] for row in rows})
     seeds: dict[str, Any] = {kind: sweep.content["plan"][f"{kind}_seeds"] for kind in ("world", "training")}
     words = "; ".join(f"{kind} seeds {', '.join(map(str, own))}" for kind, own in seeds.items() if own)

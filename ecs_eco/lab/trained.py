@@ -1,4 +1,4 @@
-"""Policies of a configuration and a training seed: reused if they were trained before, else trained."""
+"""Policies of a configuration and a training seed: reused if they were trained before, otherwise trained."""
 
 import os
 from pathlib import Path
@@ -18,12 +18,12 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
+    """Return the folder, with <species>.safetensors and training.json: complete, or absent.
 
-    Several processes may train the same at once: the first result is kept, the others are identical. Without
-    `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
-    if it holds another training, RecordingError if it is damaged or holds other files; only what a killed
-    training left is removed.
+    Several processes may train the same policies at once: the first result is kept, the others are identical.
+    Without `verify` any training in the folder is accepted, since the folder's name identifies it. Raises
+    ForeignFile if it contains another training, RecordingError if it is damaged or contains other files; only
+    leftovers of a killed training are removed.
     """
     from ecs_eco.lab.pretraining import pretrain
 
@@ -49,7 +49,7 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether a training is in a folder; ForeignFile for another, RecordingError if damaged."""
+    """Return whether a training is in a folder. Raises ForeignFile for another, RecordingError if damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()
@@ -67,12 +67,12 @@ def is_trained(
         if not file.is_file():
             raise RecordingError(f"{file}: is missing; remove its folder to train again")
         if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
-            raise ForeignFile(f"{file}: is not the policy that this training left")
+            raise ForeignFile(f"{file}: is not the policy that this training wrote")
     return True
 
 
 def _keep(part: Path, folder: Path) -> None:
-    """Give a new training its place, unless another process was first."""
+    """Move a new training to its place, unless another process was first."""
     try:
         part.rename(folder)
     except OSError:
@@ -81,7 +81,7 @@ def _keep(part: Path, folder: Path) -> None:
 
 
 def forget_trained(folder: Path) -> None:
-    """Remove trainings, each in a folder of its own, and nothing else."""
+    """Remove trainings, each in its own folder, and nothing else."""
     for place in folder.glob("training-*"):
         remove(place, WRITTEN)
     remove(folder, ())

@@ -1,4 +1,5 @@
-"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks."""
+"""The worlds of pre-training: one, or several in parallel with their own values, that train the same
+networks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,8 +15,8 @@ COUNTS = ("n", "taken_in", "deaths", "happiness")
 
 class TrainingWorlds:
     """`training.worlds` worlds, run side by side, that share the learners of the first. Each has its own
-    values of `training.vary`; after `training.renew` ticks they restart with others, and a species may act by
-    an earlier policy (`training.pool`), which does not learn."""
+    values of `training.vary`; after `training.renew` ticks they restart with others, and a species may act
+    by an earlier policy (`training.pool`), which does not learn."""
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
@@ -28,8 +29,8 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to
-        learn from the last rollout."""
+        """Run `ticks` ticks in each world, at most `renew` in each life of a world, and one tick to learn
+        from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -44,8 +45,8 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Ticks that one world runs before the next: at most a rollout,
-        so that none delivers a second one meanwhile."""
+        """Return the ticks that one world runs before the next: at most a rollout, so that none delivers a
+        second one meanwhile."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -62,8 +63,7 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update; empty if there was none,
-        None for undefined ones."""
+        """Return the statistics of each species' last update; empty if there was none, None if undefined."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
@@ -75,8 +75,8 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of the animals of each species,
-        averaged over worlds and over blocks of `every` ticks."""
+        """Return statistics of the animals of each species, averaged over worlds and over blocks of
+        `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -93,8 +93,8 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks,
-        species] each."""
+        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks, species]
+        each."""
         parts = []
         for world in self.worlds:
             series, s = world.series().to_pydict(), len(world.recorder.names)
@@ -142,7 +142,7 @@ class TrainingWorlds:
         self._begin()
 
     def _begin(self) -> None:
-        """Make the worlds of a stage, and give them the networks that learn."""
+        """Create the worlds of a stage, and give them the networks that learn."""
         k, first = self.plan.worlds, not self.worlds
         values = drawn(self.plan.vary, k, random.tick_key(self.seed, self.stage))
         self.worlds = []
@@ -162,7 +162,7 @@ class TrainingWorlds:
                 self._hand(world.tables[name].species.nerves, name, learner, i)
 
     def _share(self) -> None:
-        """Make one learner for each species: that of the first world, shared if there are several."""
+        """Create one learner for each species: that of the first world, shared if there are several."""
         from ecs_eco.learning.shared import SharedLearner  # loads torch
 
         for name, table in self.worlds[0].tables.items():
@@ -187,12 +187,11 @@ class TrainingWorlds:
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
-    """Return a value of every key for each world: one from each of `worlds` equal parts of the range,
-    in an order of its own.
+    """Return a value of every key for each world: one from each of `worlds` equal parts of the range, in a
+    separate order.
 
-    That is a Latin hypercube (McKay, Beckman & Conover 1979).
-    Steps are equal factors where both ends are positive, equal differences otherwise;
-    whole numbers where both ends are ints.
+    That is a Latin hypercube (McKay, Beckman & Conover 1979). Steps are equal factors if both ends are
+    positive, otherwise equal differences; integers if both ends are ints.
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):

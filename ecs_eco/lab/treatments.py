@@ -1,4 +1,4 @@
-"""Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
+"""Treatments: the changes of a world in an arm of a comparison. One table holds all named ones.
 
 A treatment may change values of the configuration, by dotted key, the initial policies, whether they learn,
 or the species as a world is built (`ecs_eco.life.treatments`). `--treatment` names them.
@@ -15,11 +15,11 @@ from ecs_eco.config.models.sensors import Gradient, Light, Smell
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
 
 LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
-ANOSMIC = 1e30  # scale at which a nose reads 0
+ANOSMIC = 1e30  # half-saturation at which a nose reads 0
 
 
 class NotApplicable(ValueError):
-    """A treatment that does not apply to this world: `what` is missing, and what is `allowed`."""
+    """A treatment does not apply to this world: `what` is missing, and what is `allowed`."""
 
     def __init__(self, fault: str, allowed: str) -> None:
         self.what, self.allowed = fault, allowed
@@ -27,7 +27,7 @@ class NotApplicable(ValueError):
 
 
 def no_smell(config: WorldConfig) -> dict[str, Any]:
-    """Noses do not respond to smells, which stay in the world; networks keep their inputs."""
+    """Disable the sense of smell; smells stay in the world, and networks keep their inputs."""
     values = {
         f"species.{name}.sensors.{i}.scale": ANOSMIC
         for name, species in config.species.items()
@@ -40,16 +40,16 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
-    """Happiness that depends on light becomes that of energy alone."""
+    """Replace happiness that depends on light by energy alone."""
     formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
-        raise NotApplicable("nobody's happiness depends on light", allowed)
+        raise NotApplicable("no species has a happiness that depends on light", allowed)
     return {f"species.{name}.happiness.formula": energy for name, energy in formulas.items() if energy}
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
-    """Species that sense light dislike it: 0.3 times light is subtracted from a formula without light."""
+    """Make species that sense light dislike it: subtract 0.3 times light from a formula without light."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
         light = _light(config, name)
@@ -59,12 +59,12 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
                 f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
             )
     if not values:
-        raise NotApplicable("nobody senses light and has a happiness.formula without it", "energy-only")
+        raise NotApplicable("no species senses light and has a happiness.formula without it", "energy-only")
     return values
 
 
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
-    """A species is absent, in life and in training."""
+    """Remove a species, in life and in training."""
     if species not in config.species:
         raise NotApplicable(f"no species named {species}", ", ".join(config.species))
     key = f"species.{species}.count"
@@ -77,7 +77,8 @@ def without(config: WorldConfig, species: str) -> dict[str, Any]:
 
 
 def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
-    """Light is the mean of the day at all times, or the sun rises half a day later, so that the day is dark."""
+    """Set light to the mean of the day at all times, or shift sunrise by half a day, so that the day is
+    dark."""
     if config.sun is None:
         raise NotApplicable("there is no sun", "a world with [sun]")
     if config.sun.kind == kind:
@@ -86,26 +87,26 @@ def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
 
 
 def _light(config: WorldConfig, name: str) -> str | None:
-    """The channel by which a species senses light."""
+    """Return the channel by which a species senses light."""
     lights = (s for s in config.species[name].sensors if isinstance(s, Light))
     return next((s.base() if s.name is None else s.name for s in lights), None)
 
 
 def _energy(config: WorldConfig, name: str) -> str | None:
-    """The channel by which a species senses its energy."""
+    """Return the channel by which a species senses its energy."""
     own = (s for s in config.species[name].sensors if s.kind == "own")
     return next((s.name for s in own if s.property == "energy"), None)
 
 
 def _formula(config: WorldConfig, name: str) -> str:
-    """The formula of a species' happiness, in brackets where it is more than a name."""
+    """Return the formula of a species' happiness, in brackets unless it is a single name."""
     happiness = config.species[name].happiness
     text = "" if happiness is None else str(happiness.formula)
     return text if text.isidentifier() else f"({text})"
 
 
 def _depends_on_light(config: WorldConfig, name: str) -> bool:
-    """Whether the formula of a species' happiness names the channel by which it senses light."""
+    """Return whether the formula of a species' happiness names its channel of light."""
     happiness, light = config.species[name].happiness, _light(config, name)
     if not (light and happiness and happiness.formula):
         return False
@@ -113,7 +114,7 @@ def _depends_on_light(config: WorldConfig, name: str) -> bool:
 
 
 Policies: TypeAlias = str | dict[str, str]  # a word or folder for all species, or by species
-OPTION = "--treatment"  # where treatments are named, as errors say
+OPTION = "--treatment"  # where treatments are named, for error messages
 ABSENT = "no-"  # followed by the name of a species: without that species
 
 
@@ -122,40 +123,40 @@ def anywhere(config: WorldConfig) -> None:
 
 
 def needs_policy(config: WorldConfig) -> None:
-    """Raise NotApplicable where no species has a policy."""
+    """Raise NotApplicable if no species has a policy."""
     if not species_with_policy(config):
         raise NotApplicable("no species has a policy", "a changed value: key=value")
 
 
 def needs_reflex(config: WorldConfig) -> None:
-    """Raise NotApplicable where no species has a reflex."""
+    """Raise NotApplicable if no species has a reflex."""
     if all(s.reflex is None for s in config.species.values()):
         raise NotApplicable("no species has a reflex", "a treatment that removes something")
 
 
 def needs_genome(config: WorldConfig) -> None:
-    """Raise NotApplicable where nothing is inherited: neither a genome nor learned weights."""
+    """Raise NotApplicable if nothing is inherited: neither a genome nor learned weights."""
     if all(s.genome is None and s.policy.inherit != "learned" for s in config.species.values()):
         raise NotApplicable("no species has a genome", "a treatment that removes something")
 
 
 @dataclass(frozen=True)
 class Treatment:
-    """What one arm of a comparison"""
+    """The changes of one arm of a comparison."""
 
     name: str  # as --treatment takes it
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, if it changes nothing else
     policies: Policies = "trained"  # or a word for all species, or a dict: species → word
-    learn: bool | None = None  # whether policies learn in the run; None: as the world says
+    learn: bool | None = None  # whether policies learn in the run; None: as in the world file
     at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
-    needs_learning: bool = False  # whether a run in which nothing learns is the same with and without it
+    needs_learning: bool = False  # whether a run without learning is the same with and without it
     check: Callable[[WorldConfig], None] = anywhere  # raises NotApplicable
 
     @property
     def changes_config(self) -> bool:
-        """Whether it makes another configuration, in which policies can be trained."""
+        """Whether it changes the configuration, in which policies can be trained."""
         return self.changes is not None or bool(self.assignment)
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
@@ -172,21 +173,21 @@ _TREATMENTS = (
     Treatment("learning", "policies keep learning in the run", learn=True),
     Treatment("frozen-learning", "policies stay as they were trained", learn=False),
     Treatment("no-reflexes", "there are no reflexes", at_build=True, check=needs_reflex),
-    Treatment("neutral-drift", "genes are inherited and not expressed", at_build=True, check=needs_genome),
-    Treatment("shuffled-genome", "genes come from any of the living", at_build=True, check=needs_genome),
-    Treatment("no-mutation", "nothing mutates", at_build=True, check=needs_genome),
+    Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, check=needs_genome),
+    Treatment("shuffled-genome", "genes come from random living members", at_build=True, check=needs_genome),
+    Treatment("no-mutation", "there are no mutations", at_build=True, check=needs_genome),
     Treatment("constant-light", "light is the mean of the day", partial(_sun, kind="constant")),
     Treatment("inverted-light", "the day is dark", partial(_sun, kind="inverted")),
-    Treatment("no-smell", "nobody smells anything", no_smell),
+    Treatment("no-smell", "no animal smells anything", no_smell),
     Treatment("energy-only", "happiness is energy alone", energy_only, needs_learning=True),
-    Treatment("energy-and-light", "light makes unhappy", energy_and_light, needs_learning=True),
+    Treatment("energy-and-light", "light lowers happiness", energy_and_light, needs_learning=True),
 )
 TREATMENTS: dict[str, Treatment] = {treatment.name: treatment for treatment in _TREATMENTS}
 FOR_ONE_SPECIES = ("random-policy", "untrained-policy")  # as random-policy:deer
 
 
 def names(config: WorldConfig) -> list[str]:
-    """Return the names of all treatments, whether or not this world has something for them."""
+    """Return the names of all treatments, whether or not they apply to this world."""
     return [*TREATMENTS, *(ABSENT + species for species in config.species)]
 
 
@@ -222,5 +223,5 @@ def species_with_policy(config: WorldConfig) -> list[str]:
 
 
 def refusal(fault: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:
-    """Return the error for an option of a comparison that is refused."""
+    """Return the error for an invalid option of a comparison."""
     return ConfigError([Problem((), fault, value, allowed, near, source)])

@@ -1,4 +1,4 @@
-"""Calls on any executor, by key: given as there is room, and made again where their worker was killed."""
+"""Calls on any executor, by key: submitted as capacity permits, and repeated if their worker was killed."""
 
 import math
 from collections import Counter, deque
@@ -8,7 +8,7 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 from ecs_eco.lab.pool import Pool
 
-RETRIES = 5  # how often a call is made again whose worker was killed
+RETRIES = 5  # how often a call whose worker was killed is repeated
 Key = TypeVar("Key", bound=Hashable)
 Item = TypeVar("Item")
 
@@ -22,10 +22,10 @@ class Call(NamedTuple):
 
 
 class Work(Generic[Key]):
-    """Calls that wait, and calls that an executor carries out; a context manager.
+    """Waiting and running calls of an executor; a context manager.
 
-    Calls of the project's own Pool are made again where their worker was killed, `retries` times at most
-    (absent: RETRIES); other executors do so themselves. Leaving `with` by an exception cancels all calls that
+    Calls of the project's own Pool are repeated if their worker was killed, `retries` times at most (by
+    default RETRIES); other executors do so themselves. Leaving `with` by an exception cancels all calls that
     have not begun.
     """
 
@@ -34,19 +34,19 @@ class Work(Generic[Key]):
         self.retries = RETRIES if retries is None else retries
         self.waiting: deque[Call] = deque()
         self.running: dict[Future[Any], Call] = {}
-        self.lost: Counter[Key] = Counter()  # how often the worker of a call was
-        self.repeated = 0  # calls that were made again
+        self.lost: Counter[Key] = Counter()  # how often the worker of a call was killed
+        self.repeated = 0  # calls that were repeated
 
     def __len__(self) -> int:
-        """How many calls wait or run."""
+        """Return how many calls wait or run."""
         return len(self.waiting) + len(self.running)
 
     def add(self, key: Key, fn: Callable[..., Any], *arguments: object) -> None:
-        """Have a function called once there is room."""
+        """Add a call, to be submitted as capacity permits."""
         self.waiting.append(Call(key, fn, arguments))
 
     def arrived(self, timeout: float | None = None) -> list[tuple[Key, Future[Any]]]:
-        """Return what is done within a time [s], the first of it at least where that is None."""
+        """Return the calls that finish within a time [s], or, if that is None, wait for the first."""
         self._submit()
         done, _ = wait(self.running, timeout, FIRST_COMPLETED)
         if isinstance(self.pool, Pool) and any(map(_lost_its_worker, done)):
@@ -56,7 +56,7 @@ class Work(Generic[Key]):
         return [(call.key, future) for future, call in arrived if not self._again(call, future)]
 
     def stop(self) -> None:
-        """End all calls; an executor that cannot end what it has begun finishes that."""
+        """End all calls; an executor that cannot end the running ones finishes them."""
         self.waiting.clear()
         for future in self.running:
             future.cancel()
@@ -65,7 +65,7 @@ class Work(Generic[Key]):
             self.pool.terminate()
 
     def _submit(self) -> None:
-        """Submit what there is room for, which is all where an executor does not say."""
+        """Submit calls up to the capacity, or all if an executor has no limit."""
         room = getattr(self.pool, "at_once", None) or len(self)
         while self.waiting and len(self.running) < room:
             call = self.waiting.popleft()
@@ -75,7 +75,7 @@ class Work(Generic[Key]):
                 return
 
     def _again(self, call: Call, future: Future[Any]) -> bool:
-        """Have a call made again whose worker was killed, unless that happened too often."""
+        """Repeat a call whose worker was killed, unless that happened too often."""
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
         self.lost[call.key] += 1
@@ -86,7 +86,7 @@ class Work(Generic[Key]):
         return True
 
     def __iter__(self) -> Iterator[tuple[Key, Future[Any]]]:
-        """Yield keys with their futures as these are done, until nothing is left."""
+        """Yield keys with their futures as these are done, until none is left."""
         while len(self):
             yield from self.arrived()
 
@@ -113,10 +113,10 @@ def completed(
 
 
 def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
-    """Return what is in groups so that any beginning of it is as even over groups, and over places in them, as
-    can be: with groups of equal size neither differs by more than one."""
+    """Return the items of groups in an order whose every beginning is as even over groups, and over
+    positions in them, as possible: with groups of equal size neither differs by more than one."""
     n, most = len(groups), max(map(len, groups), default=0)
-    again = math.lcm(n, most)  # from here on places would meet the same groups
+    again = math.lcm(n, most)  # from here on, positions would meet the same groups
     at = ((k % n, (k + k // again) % most) for k in range(n * most))
     return [groups[i][j] for i, j in at if j < len(groups[i])]
 

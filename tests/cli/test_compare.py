@@ -92,7 +92,7 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
         content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"] == [1, 2]
     )
     assert "crossed" not in content["random-policy"]
-    assert "dt-0.5 runs with policies trained anew under its own values, from 2 training seeds" in output
+    assert "dt-0.5 runs with policies trained again under its own values, from 2 training seeds" in output
     assert "world: All species persisted in " in output
 
 
@@ -149,7 +149,7 @@ def test_policies_of_a_folder_are_those_of_all_arms_but_the_random_one(here: Pat
     assert [arm.policies for arm in arms] == ["mine", "random", "mine"]
     told = Comparison(here / "out", arms, 4, [1]).policies_in_words()
     assert told["world"] == told["dt-0.5"] == "the policies in mine"
-    assert told["random-policy"] == "policies that are not trained"
+    assert told["random-policy"] == "untrained policies"
     output = invoke(
         *SET, "--seeds", "1", "--ticks", "2", "--workers", "1", "--policies", "mine", "--out", "out"
     )

@@ -65,9 +65,9 @@ def test_arms_with_other_values_are_trained_anew_where_that_is_asked_for(arms) -
 def test_policies_are_said_in_words(arms) -> None:
     words = list(comparison(arms, [1, 2]).policies_in_words().values())
     assert words[:3] == [
-        "policies trained in the world as it is, from 2 training seeds",
-        "policies that are not trained: it has no training seed",
-        "policies of wolf trained in the world as it is, the same as the first arm, from 2 training seeds",
+        "policies trained in the unchanged world, from 2 training seeds",
+        "untrained policies: it has no training seed",
+        "policies of wolf trained in the unchanged world, the same as the first arm, from 2 training seeds",
     ]
 
 

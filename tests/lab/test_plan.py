@@ -51,7 +51,7 @@ def test_seeds_are_a_number_of_them_or_a_list() -> None:
         ('world = "x"\n[grid]\n', ["line 2", "is empty"]),
         ('world = "x"\n[grid]\nspecies.deer.count = []\n', ["line 3", "has no values"]),
         ('world = "x"\n[grid]\nspecies.deer.count = 5\n', ["line 3", "a list"]),
-        ('world = "x"\n[grid]\nspecies.deer.count = [\n5,\n5]\n', ["line 5", "is there twice"]),
+        ('world = "x"\n[grid]\nspecies.deer.count = [\n5,\n5]\n', ["line 5", "occurs twice"]),
         (
             'world = "x"\n[set]\nspecies.deer.count = 3\n[grid]\n"species.deer.count" = [5]\n',
             ["line 5", "is in [set] too"],

@@ -45,7 +45,7 @@ def test_another_training_is_refused(config, tmp_path: Path) -> None:
         train_or_find(folder, config, 1, ticks=4)
     assert is_trained(folder, config, 2, verify=False)
     (folder / "deer.safetensors").write_bytes(b"another policy")
-    with pytest.raises(ForeignFile, match=r"deer\.safetensors: is not the policy that this training left"):
+    with pytest.raises(ForeignFile, match=r"deer\.safetensors: is not the policy that this training wrote"):
         is_trained(folder, config, 1)
 
 

@@ -89,7 +89,7 @@ def compare(*words: str) -> str:
     [
         (["diel-migration", "--treatment", "constant-ligth"], 'did you mean "constant-light"'),
         (["diel-migration", "--treatment", "no-krlil"], 'did you mean "no-krill"'),
-        (["diel-migration", "--treatment", "energy-only"], "nobody's happiness depends on light"),
+        (["diel-migration", "--treatment", "energy-only"], "no species has a happiness that depends on light"),
         (["diel-migration", "--treatment", "energy-and-light"], "changes only learning"),
         (["predator-prey", "--treatment", "inverted-light"], "there is no sun"),
     ],
@@ -108,11 +108,11 @@ def test_which_policies_a_world_with_other_values_runs_with():
         Comparison(Path("out"), arms, 10, [1], [1, 2], retrain).policies_in_words()
         for retrain in (True, False)
     )
-    assert anew["no-krill"] == "policies trained anew under its own values, from 2 training seeds"
+    assert anew["no-krill"] == "policies trained again under its own values, from 2 training seeds"
     assert same["no-krill"].endswith("the same as the first arm, from 2 training seeds")
     bundled = Comparison(Path("out"), arms, 10, [1]).policies_in_words()
     assert bundled["no-krill"] == "the world's own policies, the same as the first arm"
-    assert bundled["random-policy"] == "policies that are not trained"
+    assert bundled["random-policy"] == "untrained policies"
 
 
 def test_the_table_has_all_treatments_that_are_applied_as_a_world_is_built():

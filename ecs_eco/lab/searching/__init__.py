@@ -1,7 +1,7 @@
-"""Searching for the numbers with which a world lives: candidates, evaluation, optimiser, importance.
+"""Search for values with which a world persists: candidates, evaluation, optimizer, importance.
 
-Settings of a search stand in the world file (`ecs_eco.config.models.search`); statistics of single runs
-belong to `ecs_eco.analysis`.
+Settings of a search are in the world file (`ecs_eco.config.models.search`); statistics of single runs belong
+to `ecs_eco.analysis`.
 """
 
 from ecs_eco.lab.searching.run import search

@@ -49,7 +49,7 @@ class Search:
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Tell the optimiser what the journal holds. Raises ForeignFile for values of another plan."""
+        """Report the journal to the optimizer. Raises ForeignFile for values of another plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
                 raise ForeignFile(
@@ -108,7 +108,7 @@ class Search:
             self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
 
     def _finalists(self) -> list[dict[str, Any]]:
-        """The best of those that met all runs; none if there is no choice."""
+        """Return the best of the candidates that passed all runs; none if there is no choice."""
         last = len(self.plan.stages) - 1
         best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
         return best if len(best) > 1 else []
@@ -134,13 +134,13 @@ class Search:
 
     @property
     def _free(self) -> int:
-        """Workers with nothing to do."""
+        """Return the number of idle workers."""
         return self.workers - len(self.work)
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second: (key, result).
+        """Yield results that arrive within a second: (key, result).
 
-        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed again and again.
+        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed repeatedly.
         """
         for key, future in self.work.arrived(1.0):
             yield key, future.result()
@@ -170,7 +170,8 @@ class Search:
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
-        """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
+        """Return the score with which a candidate advances: a quantile of earlier candidates at that
+        stage."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
@@ -180,7 +181,8 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Candidates, the best first: by merit, and where they met further seeds, by the mean over all."""
+        """Return the candidates, the best first: by merit or, after further seeds, by the mean over all
+        seeds."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:
@@ -190,25 +192,25 @@ class Search:
         return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
 
     def evaluated(self) -> list[dict[str, Any]]:
-        """The candidates whose numbers made a world, in their order."""
+        """Return the candidates whose values gave a valid world, in their order."""
         return sorted(
             (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
         )
 
     def best(self) -> dict[str, Any]:
-        """The best candidate so far."""
+        """Return the best candidate so far."""
         return self.ranked()[0]
 
-    # --- how far it is
+    # --- progress
 
     @property
     def done(self) -> int:
-        """Candidates evaluated so far."""
+        """The number of candidates evaluated so far."""
         return len(self.journal.of("candidate"))
 
     @property
     def share(self) -> float:
-        """How much of the search is over, in [0, 1]."""
+        """The completed share of the search, in [0, 1]."""
         return self.budget.share
 
     def _show(self) -> None:
@@ -221,7 +223,8 @@ class Search:
         forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))
 
     def sweep(self) -> None:
-        """Remove the policies of all but the best, and of those that were not evaluated to their end."""
+        """Remove the policies of all but the best candidates, and of those whose evaluation did not
+        finish."""
         best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
         kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
         for folder in (self.out / "policies").glob("candidate-*"):

@@ -1,5 +1,5 @@
-"""The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless. Outcomes
-depend on its values and seeds alone; the stage that it reaches, also on earlier candidates."""
+"""The evaluation of a candidate, in its own process: stage after stage, ended once it is hopeless.
+Outcomes depend on its values and seeds only; the stage that it reaches depends also on earlier candidates."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -26,8 +26,8 @@ def objective(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name", `fit`
-    is what the goal data compares with."""
+    """Return the weighted mean of a search's goals for a run in which all species lived; `find` resolves
+    "module:name", `fit` is the comparison for the goal data."""
     goals = [
         (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
         for of, weight in search.goals
@@ -46,8 +46,8 @@ def objective(
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 where the run is too
-    short to have them."""
+    """Return 1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 if the run is
+    too short for them."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -57,8 +57,8 @@ def likeness(series: Series, fit: Fit) -> float:
 def score(
     of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
 ) -> float:
-    """One goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN counts as
-    0."""
+    """Return one goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN
+    counts as 0."""
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
@@ -75,20 +75,23 @@ def _clipped(value: float) -> float:
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """Distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it, in [0, 1]."""
+    """Return the distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it,
+    in [0, 1]."""
     distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(distances, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise."""
+    """Return the mean over species of ln(p) / ln(0.05), at most 1, of the spectral peak against AR(1)
+    noise."""
     statistics = cycle_statistics(series, n_boot=199)
     p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
 
 
 def population(series: Series, wanted: Mapping[str, float]) -> float:
-    """Mean over species of n / wanted or wanted / n, whichever is less; n is the later half's mean number."""
+    """Return the mean over species of n / wanted or wanted / n, whichever is less; n is the mean number of
+    the later half."""
     half = len(series.ticks) // 2
     n = np.array([series.of(s)[half:].mean() for s in wanted])
     w = np.array(list(wanted.values()))
@@ -96,8 +99,8 @@ def population(series: Series, wanted: Mapping[str, float]) -> float:
 
 
 def reported(series: Series, name: str, wanted: float | None) -> float:
-    """Mean of a reporter over the later half of a run, and over species; or, if one is wanted, how near it
-    is: the ratio of both, at most 1, and 0 where the mean is not above 0."""
+    """Return the mean of a reporter over the later half of a run, and over species; or, with a target, its
+    closeness: the ratio of both, at most 1, and 0 if the mean is not above 0."""
     values = series.columns[name][len(series.ticks) // 2 :]
     mean = float(values[np.isfinite(values)].mean()) if np.isfinite(values).any() else float("nan")
     if wanted is None:
@@ -110,21 +113,22 @@ STEP = 25  # ticks between two checks for extinctions
 
 @dataclass(frozen=True)
 class Job:
-    """A candidate, and how it is to be evaluated."""
+    """A candidate, and the settings of its evaluation."""
 
-    name: str  # of its policies' folder
+    name: str  # name of its policies' folder
     config: WorldConfig
     values: dict[str, Any]
     cells: Sequence[tuple[int, int]]
     stages: Sequence[tuple[int, int]]
     least: Sequence[float]  # the score required by each stage but the last
-    hopeless: float  # share of runs lost beyond which it ends
-    policies: Path  # where policies that are trained are kept
-    fit: Fit | None = None  # the measurements that it is compared with
+    hopeless: float  # share of extinct runs beyond which it ends
+    policies: Path  # the folder of trained policies
+    fit: Fit | None = None  # the measurements for comparison
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Outcomes by stage, the last stage, its score, and seconds; "refused" if the values make no valid world.
+    """Return outcomes by stage, the last stage, its score, and seconds; "refused" if the values give no valid
+    world.
 
     "failed" is the error raised by the user's own code.
     """
@@ -146,12 +150,13 @@ class Life:
         self.config, self.job, self.cell = config, job, cell
         self.persist = persisting(config)
         self.world: Any = None
-        self.died: tuple[int, str] | None = None  # tick, and who
+        self.died: tuple[int, str] | None = None  # tick, and species
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Run to a tick or the first extinction; return how long all lived, what died out, and the score. At
-        full length a species without births in the later half counts as lost with its last birth."""
+        """Run to a tick or the first extinction; return how long all species lived, which died out, and
+        the score. At full length a species without births in the later half counts as extinct since its
+        last birth."""
         begin = time.perf_counter()
         try:
             if self.world is None:
@@ -204,8 +209,8 @@ class Life:
             self.died = self.world.tick, "too many"
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
-        """Return when the first species to stop breeding had its last birth, and its name; None where all
-        that can breed have births in the later half: who only outlives the run does not persist."""
+        """Return when the first species to stop breeding had its last birth, and its name; None if all
+        that can breed have births in the later half: outliving the run is not persistence."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:
@@ -231,7 +236,7 @@ def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
 
 
 def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Outcomes of the runs, until so many are lost that the rest does not matter."""
+    """Return the outcomes of the runs, until enough of them are extinct that the rest does not matter."""
     runs: list[dict[str, Any]] = []
     for life in lives:
         runs.append(life.until(ticks))
@@ -241,7 +246,8 @@ def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str,
 
 
 def persisting(config: WorldConfig) -> list[str]:
-    """The species whose extinction ends a run: those that [search] names, or all that cannot come back."""
+    """Return the species whose extinction ends a run: those that [search] names, or all that cannot come
+    back."""
     if config.search.persist:
         return list(config.search.persist)
     return [
@@ -250,7 +256,7 @@ def persisting(config: WorldConfig) -> list[str]:
 
 
 def policies(config: WorldConfig, job: Job, seed: int) -> Any:
-    """The initial policies of a run; trained here if required and not done yet."""
+    """Return the initial policies of a run; train them here if required and not done yet."""
     kind = job.config.search.policies
     if kind not in ("train", "train-once"):
         return kind

@@ -1,4 +1,4 @@
-"""Figures of a search: its progress, which numbers were important, and where the good worlds lie."""
+"""Figures of a search: its progress, the important numbers, and where the good worlds are."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -18,7 +18,7 @@ BEST, START = PALETTE[3], INK
 
 @styled
 def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
-    """How far each candidate came, and the best so far; `last` is the number of the last stage."""
+    """Draw the progress of each candidate, and the best so far; `last` is the number of the last stage."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     minutes = np.array([e["at"] / 60 for e in entries])
     merits = np.array([merit(e) for e in entries])
@@ -52,13 +52,14 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases."""
+    """Draw each number's share of all importance, with the share below which it stays by chance in 19 of
+    20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
     ax.barh(places, [i.share for i in order], height=0.6, color=PALETTE[2])
     limits = np.minimum([i.by_chance for i in order], 1.0)
-    ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by luck, 19 of 20 cases")
+    ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by chance, 19 of 20 cases")
     ax.set(
         yticks=places,
         yticklabels=[short(i.name) for i in order],
@@ -77,7 +78,7 @@ def scatter(
     start: dict[str, float],
     best: dict[str, float],
 ) -> Figure:
-    """Candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
+    """Draw candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
@@ -101,7 +102,8 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Candidates over pairs of the first three numbers, coloured by the share of the others that are worse."""
+    """Draw candidates over pairs of the first three numbers, colored by the share of the others that are
+    worse."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
@@ -130,7 +132,8 @@ def pairs(
 
 
 def scaled(axis: Any, p: Parameter) -> None:
-    """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two."""
+    """Set the axis of a number; on a log scale, with ticks at 1, 2 and 5 of each power of ten, or only 1
+    over more than two."""
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

@@ -1,4 +1,4 @@
-"""How like a run is to the measurements of its world's [data], by a few statistics of both."""
+"""The likeness of a run to the measurements of its world's [data], by a few statistics of both."""
 
 import hashlib
 from collections.abc import Mapping
@@ -21,29 +21,31 @@ Statistics = dict[str, float]
 
 @dataclass(frozen=True)
 class Fit:
-    """Measurements, what of them is compared, and their statistics: each a log10 or a share of a period."""
+    """Measurements, the aspects to compare, and their statistics: each a log10 or a share of a period."""
 
     outside: Outside
     kinds: tuple[str, ...]
     observed: Statistics
-    sha256: str  # of the measurements as they are compared
+    sha256: str  # of the measurements
 
     def of(self, series: Series) -> Statistics | None:
-        """The statistics of a run, over its last stretch that is as long as the measurements, sampled as
-        often; None where it is too short, or something has died out or gone below 0 in that stretch."""
+        """Return the statistics of a run over its last part that is as long as the measurements, sampled
+        as often; None if it is too short, or a species has died out or gone below 0 in that part."""
         x = sampled(series, self.outside)
         return None if x is None else statistics(x, list(self.outside.columns), self.outside, self.kinds)
 
     def differences(self, own: Mapping[str, float]) -> np.ndarray:
-        """By how much statistics differ from the observed, f64[statistics]; lags the shorter way around."""
+        """Return the differences of statistics from the observed, f64[statistics]; of lags the shorter way
+        around."""
         apart = [(name, own[name] - value) for name, value in self.observed.items()]
         return np.array([(d + 0.5) % 1 - 0.5 if name.startswith("lag ") else d for name, d in apart])
 
 
 def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
-    """What the goal data of a world compares runs of so many ticks with; None where it is no goal.
+    """Return the comparison for the goal data of a world with runs of this many ticks; None if it is not a
+    goal.
 
-    Raises ConfigError where the measurements cannot be used, or runs are shorter.
+    Raises ConfigError if the measurements cannot be used, or runs are shorter.
     """
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None
@@ -83,13 +85,13 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
 
 
 def length(outside: Outside) -> float | None:
-    """How long the measurements are [ticks], where that is known."""
+    """Return the length of the measurements [ticks], if known."""
     return None if outside.ticks is None else float(np.ptp(outside.times)) * outside.ticks + 1
 
 
 def sampled(series: Series, outside: Outside) -> np.ndarray | None:
-    """The last stretch of a run that is as long as the measurements, and sampled as often: f64[samples,
-    columns]; None where there is none. Where the length of their unit of time is not known, it is as long in
+    """Return the last part of a run that is as long as the measurements, sampled as often: f64[samples,
+    columns]; None if there is none. If the length of their unit of time is unknown, it is as long in
     periods."""
     n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
     n = n[int(SKIP * len(n)) :]
@@ -105,7 +107,7 @@ def sampled(series: Series, outside: Outside) -> np.ndarray | None:
 
 
 def statistics(x: np.ndarray, names: list[str], outside: Outside, kinds: tuple[str, ...]) -> Statistics:
-    """What is compared of series f64[samples, names]: period of the cycle that they share [log10 of the unit
+    """Return the statistics of series f64[samples, names]: period of their shared cycle [log10 of the unit
     of time], lags between them [periods], amplitudes [log10], means [log10]."""
     found = cycle(*x.T)
     out: Statistics = {}

@@ -1,5 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of itself
-and the seal before it, which reveals changed, removed or inserted lines."""
+"""The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of
+itself and the seal before it, which reveals changed, removed or inserted lines."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Planned(Container):
 
 
 class Evaluation(Section):
-    """What is read of an entry of a journal."""
+    """The parts of a journal entry that are read."""
 
     model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
 
@@ -80,7 +80,7 @@ class OneRun(Section):
 
 
 class Stage(Section):
-    """What became of a candidate in one stage."""
+    """The result of a candidate in one stage."""
 
     ticks: Tick
     score: float
@@ -116,11 +116,11 @@ class Journal:
             self._append({"kind": "search", **header})
 
     def of(self, kind: str) -> list[Entry]:
-        """The entries of a kind: candidate, final or confirmation."""
+        """Return the entries of a kind: candidate, final or confirmation."""
         return [e for e in self.entries if e["kind"] == kind]
 
     def add(self, kind: str, **fields: Any) -> Entry:
-        """Add an evaluation, on disk too; RecordingError if nothing more can be written."""
+        """Append an evaluation, also on disk. Raises RecordingError if nothing more can be written."""
         entry = {"kind": kind, **fields}
         self._append(entry)
         self.entries.append(entry)
@@ -136,8 +136,8 @@ class Journal:
                 os.fsync(file.fileno())
         except OSError as error:
             kept = (
-                f"{len(self.entries)} evaluations are kept: make room, "
-                f"then the same command with --out {self.path.parent} goes on"
+                f"{len(self.entries)} evaluations are saved: free some disk space, then the same command "
+                f"with --out {self.path.parent} continues"
             )
             raise RecordingError(
                 f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
@@ -160,9 +160,9 @@ def begin(folder: Path, settings: Entry) -> Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """All complete lines; an incomplete one at the end, left when a search was killed, is removed.
+    """Read all complete lines; an incomplete last line of a killed search is removed.
 
-    Raises ConfigError that names the first line that was changed.
+    Raises ConfigError that names the first changed line.
     """
     files.require_regular(path)
     data = path.read_bytes()
@@ -182,7 +182,7 @@ def read(path: Path) -> list[Entry]:
             raise _damaged(
                 path,
                 number,
-                "its seal does not fit: it was changed, or lines before it were removed or put in",
+                "its seal does not match: it was changed, or lines before it were removed or inserted",
             )
         entries.append(entry)
     return entries

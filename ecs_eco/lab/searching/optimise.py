@@ -21,18 +21,18 @@ OPTIMISERS = (
     "gp",
     "tpe",
     "random",
-)  # samplers whose proposals follow from the journal alone; CMA-ES has a state of its own
+)  # samplers whose proposals follow from the journal only; CMA-ES has a state of its own
 FIRST = 10  # random candidates before the first model
 
 
 def merit(entry: dict[str, Any]) -> float:
-    """The merit of a candidate: the stage that it reached, plus its score there squeezed into ±1."""
+    """Return the merit of a candidate: the stage that it reached, plus its score there squeezed into ±1."""
     score = float(entry["score"])
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
 
 def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
-    """The ranges as Optuna distributions, by name."""
+    """Return the ranges as Optuna distributions, by name."""
     from optuna.distributions import FloatDistribution, IntDistribution
 
     return {
@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges: what it proposes follows from seed and history."""
+    """Proposes numbers within the ranges, determined by seed and history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -57,7 +57,7 @@ class Optimiser:
         self.space = space_of(parameters)
 
     def ask(self, candidate: int) -> dict[str, float]:
-        """Numbers for a candidate."""
+        """Return numbers for a candidate."""
         if self.kind in OPTIMISERS:
             self.study.sampler = self._sampler(candidate)
         with warnings.catch_warnings():
@@ -80,15 +80,15 @@ class Optimiser:
             )
 
     def ready(self, candidate: int) -> bool:
-        """Whether it can propose numbers for a candidate now."""
+        """Return whether it can propose numbers for a candidate now."""
         return True
 
     def finished(self, candidate: int) -> bool:
-        """Whether it has found what it looked for before a candidate."""
+        """Return whether it has found the solution before a candidate."""
         return False
 
     def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """The training seeds and world seeds of a candidate: the same for all."""
+        """Return the training seeds and world seeds of a candidate: the same for all."""
         return cells
 
     def _sampler(self, candidate: int) -> BaseSampler:
@@ -114,8 +114,8 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """Share of all importance that one number has, and the share that it stays below by luck in 19
-    of 20 cases."""
+    """The share of all importance of one number, and the share below which it stays by chance in 19 of 20
+    cases."""
 
     name: str
     share: float
@@ -128,7 +128,8 @@ def importances(
     merits: Sequence[float],
     seed: int = 0,
 ) -> list[Importance]:
-    """The importance of each number of a space, from the candidates' values and merits (more is better)."""
+    """Return the importance of each number of a space, from the candidates' values and merits (more is
+    better)."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
@@ -161,5 +162,5 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """The share of candidates that are worse, in (0, 1), whatever the scale of the objective."""
+    """Return the share of candidates that are worse, in (0, 1), whatever the scale of the objective."""
     return (rankdata(merits) - 0.5) / len(merits)

@@ -33,14 +33,14 @@ class Parameter:
     start: float  # as the world is written
 
     def tidy(self, value: float) -> float:
-        """The value within its range, rounded to four digits, as written to files."""
+        """Return the value within its range, rounded to four digits, as written to files."""
         value = min(max(float(f"{value:.4g}"), self.low), self.high)
         return round(value) if self.whole else float(value)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything about a search but its optimiser and its budget."""
+    """The whole search except its optimizer and its budget."""
 
     config: WorldConfig
     parameters: tuple[Parameter, ...]
@@ -50,7 +50,7 @@ class Plan:
     finals: tuple[Cell, ...]
     confirmation: tuple[Cell, ...]
     confirmation_ticks: int
-    fit: Fit | None = None  # the measurements, where the objective is data
+    fit: Fit | None = None  # the measurements, if the objective is data
 
     @property
     def start(self) -> dict[str, float]:
@@ -68,7 +68,8 @@ class Plan:
         }
 
     def sampling(self) -> Self:
-        """The plan of a search that samples a posterior: a run for each candidate, of a seed of its own."""
+        """Return the plan of a search that samples a posterior: a run for each candidate, with its own
+        seed."""
         trainings = sorted({training for training, _ in self.cells})
         return replace(
             self,
@@ -80,9 +81,9 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search].
+    """Return the plan of a world's [search].
 
-    Raises ConfigError where nothing varies or an end of a range is refused.
+    Raises ConfigError if nothing varies or an end of a range is refused.
     """
     search = config.search
     if not search.ranges:
@@ -134,7 +135,7 @@ def _parameter(config: WorldConfig, name: str) -> Parameter:
 
 
 def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
-    """The problem of the world at one end of a range, if any."""
+    """Return the problem of the world at one end of a range, if any."""
     try:
         load(config, {parameter.name: parameter.tidy(end)})
     except ConfigError as error:
@@ -150,7 +151,7 @@ def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem |
 
 
 def _placed(problem: Problem, config: WorldConfig) -> Problem:
-    """The problem with its file, and the line of the range."""
+    """Return the problem with its file, and the line of the range."""
     path = config.folder / config._source
     if problem.source or not path.is_file():
         return problem if problem.source else problem.moved(source=config._source)
@@ -160,27 +161,27 @@ def _placed(problem: Problem, config: WorldConfig) -> Problem:
 
 
 def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
-    """Each training seed with each world seed (from offset + 1); the first few differ in both."""
+    """Return each training seed with each world seed (from offset + 1); the first few differ in both."""
     pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
     return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all
-    at full length."""
+    """Return stages whose length and number of runs grow by equal factors, from one of `first` of the
+    ticks to all at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
     return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
 
 
-# share of the time kept for finals and confirmation, before any run at full length was timed
+# share of the time reserved for finals and confirmation, before any run at full length was timed
 FIRST_RESERVE = 0.25
-MOST_RESERVE = 0.6  # share of the time kept at most, however long such runs take
+MOST_RESERVE = 0.6  # share of the time reserved at most, however long such runs take
 
 
 class Budget:
-    """The budget of a search, earlier calls included, and what it has used so far."""
+    """The budget of a search, earlier calls included, and the part used so far."""
 
     def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
         if minutes is None and trials is None and cpu is None:
@@ -191,32 +192,33 @@ class Budget:
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls from the journal;
-        `finalists` returns the number of finalists."""
+        """Start the clock, with the time of earlier calls from the journal; `finalists` returns the number
+        of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()
 
     @property
     def elapsed(self) -> float:
-        """Seconds that the search has taken."""
+        """Return the seconds that the search has taken."""
         return round(self._before + time.monotonic() - self._begun, 3)
 
     @property
     def worked(self) -> float:
-        """CPU seconds of candidates."""
+        """Return the CPU seconds of candidates."""
         return float(sum(e["cpu"] for e in self._journal.of("candidate")))
 
     @property
     def share(self) -> float:
-        """How much of the search is over, in [0, 1]."""
+        """Return the completed share of the search, in [0, 1]."""
         shares = [len(self._journal.of("candidate")) / self.trials] if self.trials else []
         shares += [self.elapsed / self.seconds] if self.seconds else []
         shares += [self.worked / self.cpu] if self.cpu else []
         return min(1.0, max(shares, default=0.0))
 
     def allows_another(self, running: int) -> bool:
-        """Return whether one more candidate may begin beside those that are running; the first always may."""
+        """Return whether one more candidate may begin next to those that are running; the first always
+        may."""
         n = len(self._journal.of("candidate")) + running
         if self.trials is not None and n >= self.trials:
             return False
@@ -232,7 +234,8 @@ class Budget:
         return self.elapsed > self.seconds - self._reserve()
 
     def _reserve(self) -> float:
-        """Seconds to keep for finals and confirmation, from the times of runs at full length."""
+        """Return the seconds to reserve for finals and confirmation, from the times of runs at full
+        length."""
         seconds, plan = self.seconds or 0.0, self._plan
         run = self._seconds_a_run()
         if run is None:
@@ -242,7 +245,8 @@ class Budget:
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _seconds_a_run(self) -> float | None:
-        """Seconds of a run at full length with its share of the training; None before there was one."""
+        """Return the seconds of a run at full length with its share of the training; None before there was
+        one."""
         last = len(self._plan.stages) - 1
         whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
         seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]

@@ -22,8 +22,8 @@ ENDS = [0.05, 0.5, 0.95]
 
 
 def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
-    """Write posterior.csv, a row for each kept candidate, the nearest first: candidate, generation, weight
-    (of sum 1), distance, numbers by dotted key, statistics; return what search.json holds of it."""
+    """Write posterior.csv, a row for each accepted candidate, the nearest first: candidate, generation,
+    weight (of sum 1), distance, numbers by dotted key, statistics; return its part of search.json."""
     kept = sampler.posterior()
     entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}
     names, measured = [p.name for p in sampler.plan.parameters], list(sampler.fit.observed)
@@ -48,12 +48,12 @@ def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
 
 
 def rows_of(kept: Population) -> list[tuple[int, float, float]]:
-    """Candidate, weight and distance of each that was kept."""
+    """Return candidate, weight and distance of each accepted candidate."""
     return list(zip(kept.numbers.tolist(), kept.shares.tolist(), kept.distances.tolist(), strict=True))
 
 
 def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any]]) -> dict[str, Any]:
-    """What search.json holds of a posterior: means and central 90 % intervals of numbers and statistics."""
+    """Return a posterior's part of search.json: means and central 90% intervals of numbers and statistics."""
     there = [e for number, e in entries.items() if number and statistics_of(e) is not None]
     out: dict[str, Any] = {
         "candidates": sum(number > 0 for number in entries),
@@ -97,7 +97,7 @@ MOST = 6  # numbers in the figure of pairs
 
 
 def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> list[str]:
-    """Tables and figures; these are written into `folder`."""
+    """Return tables and figures; the latter are written into `folder`."""
     kept = sampler.posterior()
     if not result["numbers"]:
         return ["<h2>Posterior</h2>", "<p>No candidate lived long enough to be compared.</p>"]
@@ -124,8 +124,8 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         drawn(
             marginals(parameters, kept, sampler.plan.start),
             folder / "posterior.svg",
-            "Each number: density of the posterior over its range, drawn on the scale of the range, "
-            "with its median and central 90 %; the grey line is the density of the range itself.",
+            "Each number: density of the posterior over its range, drawn on the scale of the range, with "
+            "its median and central 90%; the gray line is the density of the range itself.",
         )
     ]
     if len(parameters) > 1:
@@ -142,7 +142,7 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
 
 @styled
 def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[str, float]) -> Figure:
-    """The density of each number in the posterior, over its range."""
+    """Draw the density of each number in the posterior, over its range."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.4, 0.3))
     at = np.linspace(0, 1, 201)
     for k, (ax, p) in enumerate(zip(axes.flat, parameters, strict=False)):
@@ -163,7 +163,7 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
 
 @styled
 def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
-    """The posterior over pairs of the first numbers."""
+    """Draw the posterior over pairs of the first numbers."""
     chosen = list(combinations(range(min(MOST, len(parameters))), 2))
     figure, axes = several(len(chosen), 3, (3.3, 2.9), (0.3, 0.2))
     for ax, (i, j) in zip(axes.flat, chosen, strict=False):
@@ -178,7 +178,8 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
 
 
 def density(places: np.ndarray, shares: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Density of weighted places in [0, 1] by a normal kernel (Silverman's width), mirrored at both ends."""
+    """Return the density of weighted places in [0, 1] by a normal kernel (Silverman's width), mirrored at
+    both ends."""
     mean = shares @ places
     wide = max(0.02, np.sqrt(shares @ (places - mean) ** 2) * (1.06 * (shares**2).sum() ** 0.2))
     mirrored = np.concatenate([places, -places, 2 - places])

@@ -60,7 +60,7 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
 def _opening(result: dict[str, Any]) -> str:
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
-    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']}); {whole} met all runs."
+    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']}); {whole} passed all runs."
     if not best["runs"]:
         return course
     ticks = f"{result['confirmation']['ticks']:,}"
@@ -72,7 +72,7 @@ def _opening(result: dict[str, Any]) -> str:
 
 
 def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
-    """The part of the page on fresh seeds."""
+    """Return the part of the page on fresh seeds."""
     both = {"best": result["confirmation"]["best"], "as written": result["confirmation"]["start"]}
     both = {world: c for world, c in both.items() if c["runs"]}
     if not both:
@@ -108,7 +108,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
 
 
 def _lost(lives: Runs) -> str:
-    """Which species died out first, and in how many runs."""
+    """Count which species died out first, and in how many runs."""
     extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
@@ -138,14 +138,13 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
 
 def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str]:
     if result["importance"] is None:
-        return ["<p>There are too few candidates to tell.</p>"]
+        return ["<p>There are too few candidates for a result.</p>"]
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
         f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
-        "over its range "
-        "differently from all. A bar that does not pass its line may be chance."
+        "over its range differently from all. A bar that does not pass its line is consistent with chance."
     )
     blocks = [
         f"<p>{text}</p>",
@@ -191,7 +190,7 @@ def write_results(search: Search, world: WorldFile, overrides: Overrides, report
 
 
 def summary(search: Search) -> dict[str, Any]:
-    """The result of a search, with JSON types."""
+    """Return the result of a search, with JSON types."""
     plan, ranked = search.plan, search.ranked()
     best = ranked[0]
     confirmed = {
@@ -228,7 +227,7 @@ def summary(search: Search) -> dict[str, Any]:
 
 
 def _best_so_far(entries: Runs) -> list[list[float]]:
-    """[seconds, merit] whenever it rose."""
+    """Return [seconds, merit] at each improvement."""
     rises: list[list[float]] = []
     for e in sorted(entries, key=lambda e: e["at"]):
         if not rises or merit(e) > rises[-1][1]:
@@ -237,7 +236,8 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Runs on fresh seeds: how many there were, in how many all lived, Wilson's 95 % interval, and each run."""
+    """Return the runs on fresh seeds: their number, in how many all species lived, Wilson's 95% interval,
+    and each run."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
@@ -262,7 +262,7 @@ def confirmation(search: Search, candidate: int) -> dict[str, Any]:
 
 
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
-    """The performance of a candidate, in words."""
+    """Describe the performance of a candidate."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     if result["optimiser"] in SAMPLERS:
         return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
@@ -276,7 +276,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
 
 
 def _importance(search: Search) -> dict[str, Any] | None:
-    """The importance of each number; None if there are too few candidates."""
+    """Return the importance of each number; None if there are too few candidates."""
     entries = search.evaluated()
     if len(entries) < max(12, 2 * len(search.plan.parameters)):
         return None
@@ -325,7 +325,7 @@ def _text(
     values: Mapping[str, float],
     files: Mapping[str, str],
 ) -> str | None:
-    """The world's own text with these values; None if there is none, or it cannot be edited."""
+    """Return the world's own text with these values; None if there is none, or it cannot be edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None
@@ -338,8 +338,9 @@ def _text(
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy what the world names beside itself, rasters, layers and measurements, to the same names beside the
-    new one; files elsewhere stay where they are, and are named as from there only if that leads to them."""
+    """Copy the files that the world names next to itself, rasters, layers and measurements, to the same
+    names next to the new world; files elsewhere stay where they are, and keep their names if these lead to
+    them."""
     land = config.terrain
     names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
     names += [] if config.data is None else [config.data.file]
@@ -355,7 +356,7 @@ def _keep_named(config: WorldConfig, out: Path) -> None:
 
 
 def _same(file: Path, config: WorldConfig) -> bool:
-    """Whether the file is the world, apart from the place of its policies."""
+    """Return whether the file is the world, apart from the place of its policies."""
     try:
         written = load(file)
     except ConfigError:
@@ -368,7 +369,7 @@ def _same(file: Path, config: WorldConfig) -> bool:
 
 
 def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
-    """Copy the policies beside the world; return the file of each species, as the world names it."""
+    """Copy the policies next to the world; return the file of each species, as the world names it."""
     forget_trained(inside(beside.parent, beside))
     sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
     for folder in sets:

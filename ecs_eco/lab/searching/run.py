@@ -35,11 +35,11 @@ def search(
 ) -> dict[str, Any]:
     """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
 
-    `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes,
-    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search
-    is continued. `trust` allows the code that the world lists to run in this process and its workers.
-    `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
-    ConfigError; FolderInUse if another process searches there; ForeignFile if it holds another search.
+    `overrides` are as for `load`, "search.ticks" and similar keys included. It ends after `budget` minutes,
+    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search is
+    continued. `trust` allows the code that the world lists to run in this process and its workers. `executor`
+    is "local" (two `workers` by default), "ray", or your own executor. Raises ConfigError; FolderInUse if
+    another process searches there; ForeignFile if it contains another search.
     """
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
@@ -50,7 +50,7 @@ def search(
     if optimiser in SAMPLERS:
         if plan.fit is None:
             allowed = 'a world with [data], and [search] objective = "data"'
-            fault = "samples numbers that fit measurements, and the world names none"
+            fault = "samples numbers that fit measurements, but the world names none"
             raise ConfigError([Problem((), fault, optimiser, allowed, source="--optimiser")])
         plan = plan.sampling()
     with ours(out) as claim:

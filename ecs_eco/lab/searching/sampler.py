@@ -1,7 +1,7 @@
-"""Approximate Bayesian computation: of candidates from the ranges those whose runs are most like the
-measurements. abc keeps the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
-nearest so far, and weighs them by how likely the ranges would give them (Beaumont et al. 2009, adaptive
-distances of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal alone."""
+"""Approximate Bayesian computation: accept the candidates from the ranges whose runs are most like the
+measurements. abc accepts the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
+nearest so far, and weights them by their density in the ranges (Beaumont et al. 2009, adaptive distances
+of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal only."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -13,18 +13,18 @@ from ecs_eco.lab.searching.plan import Parameter, Plan
 
 SAMPLERS = ("abc", "abc-smc")
 FIRST_SEED = 200_000  # the world seeds of candidates follow
-WIDE = 2.0  # factor of the covariance of the nearest, of the steps from one of them
-TRIED = 4000  # draws that tell how many fall outside of the ranges
-FEWEST = 3  # candidates that are like enough to draw around
+WIDE = 2.0  # factor of the covariance of the nearest candidates, for the steps from one of them
+TRIED = 4000  # draws to estimate how many fall outside of the ranges
+FEWEST = 3  # accepted candidates to draw around
 
 
 class Population(NamedTuple):
-    """Candidates that were kept, the nearest first."""
+    """Accepted candidates, the nearest first."""
 
-    numbers: np.ndarray  # i64[kept], candidates
-    at: np.ndarray  # f64[kept, parameters], their places in the unit cube of the ranges
-    weights: np.ndarray  # f64[kept], of the ranges over those that they were drawn from
-    distances: np.ndarray  # f64[kept]
+    numbers: np.ndarray  # i64[accepted], candidates
+    at: np.ndarray  # f64[accepted, parameters], their places in the unit cube of the ranges
+    weights: np.ndarray  # f64[accepted], density of the ranges over that of the proposals
+    distances: np.ndarray  # f64[accepted]
 
     @property
     def shares(self) -> np.ndarray:
@@ -33,7 +33,7 @@ class Population(NamedTuple):
 
 
 class Sampler:
-    """Proposes candidates as an optimiser does, and knows which of those in the journal are the posterior."""
+    """Proposes candidates as an optimizer does, and selects those of the journal that are the posterior."""
 
     def __init__(self, plan: Plan, kind: str, journal: Journal) -> None:
         assert plan.fit is not None
@@ -45,10 +45,10 @@ class Sampler:
         self.kept = max(FEWEST, round(self.keep * self.particles))
         self._after: dict[int, tuple[Population, float]] = {}  # of complete generations
 
-    # --- as an optimiser
+    # --- as an optimizer
 
     def ask(self, number: int) -> dict[str, float]:
-        """Numbers for a candidate."""
+        """Return numbers for a candidate."""
         rng = np.random.default_rng([self.seed, number])
         generation = self.generation(number)
         before = self._population(generation - 1) if generation > 0 else None
@@ -64,12 +64,13 @@ class Sampler:
         return {p.name: p.tidy(value_at(p, u)) for p, u in zip(self.plan.parameters, place, strict=True)}
 
     def ready(self, number: int) -> bool:
-        """Whether all that a proposal follows from is in the journal."""
+        """Return whether the journal contains everything on which a proposal depends."""
         first = self._numbers(self.generation(number))[0]
         return first <= 1 or first - 1 <= len([e for e in self._entries() if e["candidate"] < first])
 
     def finished(self, number: int) -> bool:
-        """Whether the generation before that of a candidate improved the posterior too little to go on."""
+        """Return whether the generation before that of a candidate improved the posterior too little to
+        continue."""
         generation = self.generation(number)
         if generation < 2 or number != self._numbers(generation)[0] or not self.ready(number):
             return False
@@ -77,21 +78,21 @@ class Sampler:
         return self._after[generation - 1][1] < self.stop
 
     def tell(self, number: int, values: dict[str, float], worth: float) -> None:
-        """Nothing: what it knows is in the journal."""
+        """Do nothing: its state is in the journal."""
 
     def cells(self, number: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """The seeds of a candidate: those of a world of its own."""
+        """Return the seeds of a candidate: those of its own world."""
         return [self.cell(number)]
 
     def cell(self, number: int) -> tuple[int, int]:
-        """Training seed and world seed of a candidate: a world of its own."""
+        """Return training seed and world seed of a candidate: its own world."""
         cells = self.plan.cells
         return cells[number % len(cells)][0], FIRST_SEED + number
 
     # --- the posterior
 
     def posterior(self) -> Population:
-        """What is kept of all candidates so far."""
+        """Return the accepted of all candidates so far."""
         if self.kind == "abc":
             entries = self._entries()
             return _nearest(self._drawn(entries, None), max(1, round(self.keep * len(entries))))
@@ -99,13 +100,13 @@ class Sampler:
         return self._population(last)
 
     def generation(self, number: int) -> int:
-        """The generation of a candidate, from 0; the world as written, candidate 0, is in none."""
+        """Return the generation of a candidate, from 0; the world as written, candidate 0, is in none."""
         if self.kind == "abc" or number <= self.particles:
             return 0
         return 1 + (number - 1 - self.particles) // (self.particles - self.kept)
 
     def _numbers(self, generation: int) -> range:
-        """The candidates of a generation."""
+        """Return the candidates of a generation."""
         if generation == 0:
             return range(1, self.particles + 1)
         first, each = 1 + self.particles, self.particles - self.kept
@@ -117,7 +118,7 @@ class Sampler:
         )
 
     def _population(self, generation: int) -> Population:
-        """What is kept after a generation, of those in the journal."""
+        """Return the candidates accepted after a generation, of those in the journal."""
         if generation in self._after:
             return self._after[generation][0]
         numbers = self._numbers(generation)
@@ -132,7 +133,7 @@ class Sampler:
         return kept
 
     def _drawn(self, entries: list[dict[str, Any]], before: Population | None) -> Population:
-        """Candidates of one generation that could be compared, with weights against the ranges."""
+        """Return the candidates of one generation that could be compared, with weights against the ranges."""
         there = [(e, own) for e in entries if (own := statistics_of(e)) is not None]
         at = np.array([[place_of(p, e["values"][p.name]) for p in self.plan.parameters] for e, _ in there])
         at = at.reshape(len(there), len(self.plan.parameters))
@@ -149,8 +150,8 @@ class Sampler:
         )
 
     def scales(self) -> np.ndarray:
-        """What a difference of each statistic is divided by: how much candidates differ that are drawn from
-        the ranges, as the median absolute deviation of them."""
+        """Return the divisor of the differences of each statistic: how much candidates drawn from the
+        ranges differ, as their median absolute deviation."""
         first = [e for e in self._entries() if self.kind == "abc" or e["candidate"] <= self.particles]
         apart = np.array([self.fit.differences(own) for e in first if (own := statistics_of(e)) is not None])
         if len(apart) < FEWEST:
@@ -160,28 +161,28 @@ class Sampler:
 
 
 def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
-    """The statistics of a candidate's run; None where it was refused, or someone died out."""
+    """Return the statistics of a candidate's run; None if it was refused, or a species died out."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     return runs[-1].get("statistics") if runs else None
 
 
 def value_at(p: Parameter, u: float) -> float:
-    """The number at a share of its range."""
+    """Return the number at a share of its range."""
     if p.log:
         return float(p.low * (p.high / p.low) ** u)
     return p.low + u * (p.high - p.low)
 
 
 def place_of(p: Parameter, value: float) -> float:
-    """The share of its range at which a number is."""
+    """Return the share of its range at which a number is."""
     if p.log:
         return float(np.log(value / p.low) / np.log(p.high / p.low))
     return (value - p.low) / (p.high - p.low)
 
 
 def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np.ndarray:
-    """Quantiles of what weighted numbers are drawn from: the i-th of n of equal weight is that of i / (n + 1)
-    (Weibull 1939), so that a 90 % interval holds the next one in nine of ten cases."""
+    """Return quantiles of the distribution of weighted numbers: the i-th of n of equal weight is that of i
+    / (n + 1) (Weibull 1939), so that a 90% interval contains the next one in nine of ten cases."""
     order = np.argsort(x, kind="stable")
     w = weights[order] / weights.sum()
     n = 1 / (w**2).sum()
@@ -194,14 +195,14 @@ def _nearest(of: Population, n: int) -> Population:
 
 
 def _spread(of: Population) -> np.ndarray:
-    """Covariance of the steps from one of a population to a new one."""
+    """Return the covariance of the steps from a member of a population to a new one."""
     centred = of.at - of.shares @ of.at
     return np.asarray(WIDE * (centred * of.shares[:, None]).T @ centred + 1e-6 * np.eye(of.at.shape[1]))
 
 
 def _density(at: np.ndarray, of: Population) -> np.ndarray:
-    """How dense the proposals around a population are at places f64[n, parameters], where those of the ranges
-    are 1; what falls outside of the ranges, drawn again, is found by drawing."""
+    """Return the density of proposals around a population at places f64[n, parameters], where that of the
+    ranges is 1; proposals outside of the ranges are drawn again, and their share is estimated by draws."""
     root = np.linalg.cholesky(_spread(of))
     steps = np.linalg.solve(root, (at[:, None] - of.at[None]).reshape(-1, at.shape[1]).T)
     exponent = -0.5 * (steps**2).sum(0).reshape(len(at), len(of.at))
