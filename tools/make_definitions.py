@@ -20,8 +20,8 @@ HEAD = """# The paper's definitions and their tests
 
 <!-- Written by tools/make_definitions.py from the marks of the tests: change those, not this page. -->
 
-After reading this page you know which clauses of the paper *The Ecosystem Path to AGI* are implemented and where they are
-tested: Definitions 1 to 4, and its text on decisions and learning, in our words. The tests are marked
+After reading this page you know which clauses of the paper *The Ecosystem Path to AGI* are implemented and where
+they are tested: Definitions 1 to 4, and its text on decisions and learning, in our words. The tests are marked
 `@pytest.mark.definition("CLAUSE")`; the table links their files, with the number of tests. The last column lists
 what is not implemented yet.
 """
