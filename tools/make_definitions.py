@@ -50,7 +50,7 @@ CLAUSES = {  # clause: (its content, the part that is missing)
     "3 genome": ("An organism has a genome: a string over a finite alphabet, of any length", ""),
     "3 properties": ("An organism has physical, chemical and biological properties", ""),
     "3 sensor place": ("A sensor has a position on the body", ""),
-    "3 sensor property": ("A sensor responds to a property of its own body or of any other body", ""),
+    "3 sensor property": ("A sensor responds to a property of its body or of another body", ""),
     "3 actions": ("An organism has a set of actions", ""),
     "3 reflex": ("A reflex network maps the sensors to the actions", ""),
     "3 policy": ("A policy network maps the sensors to the actions", ""),
