@@ -21,7 +21,8 @@ INDEX = f"""# Environments
 
 {NOTE}
 
-On these pages you can look up observations, actions and rewards of the species of shipped worlds as environments of Gymnasium.
+On these pages you can look up the observations, actions and rewards of Gymnasium environments: species of shipped
+worlds.
 
 ```python
 import gymnasium

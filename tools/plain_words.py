@@ -1,0 +1,142 @@
+"""Find words and turns of phrase that a native author would not write: in pages, docstrings, comments and texts.
+
+    python tools/plain_words.py [FILE or FOLDER …]  [--count]
+
+Prints FILE:LINE, what is there and what to write, and exits with 1 if there is any. `tools/plain_words.toml` lists
+the rules. Code, code spans and quoted text are passed over.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import io
+import re
+import sys
+import tokenize
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PLACES = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "docs",
+    "ecs_eco",
+    "examples",
+    "studies",
+    "benchmarks",
+    "tools",
+)
+BLANKS = re.compile(
+    r"```.*?^```$|`[^`\n]*`|\[\^?[^\]]*\]:.*$|\]\([^)]*\)|<[^>]*>|https?://\S+|\"[^\"\n]{1,60}\"", re.M | re.S
+)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A pattern, what to write instead, and the kinds of text that it applies to."""
+
+    find: re.Pattern[str]
+    instead: str
+    kinds: frozenset[str]
+
+
+def rules() -> list[Rule]:
+    """Return the rules of plain_words.toml, in its order."""
+    table = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    return [
+        Rule(
+            re.compile(rule["find"], re.M | re.I * (not rule.get("case", False))),
+            rule["instead"],
+            frozenset(rule.get("in", ["page", "docstring", "comment", "text"])),
+        )
+        for rule in table["rule"]
+    ]
+
+
+def texts(path: Path) -> Iterator[tuple[int, str, str]]:
+    """Yield the first line, the kind and the content of each text of a file that a person reads."""
+    content = path.read_text(encoding="utf-8")
+    if path.suffix == ".md":
+        yield 1, "page", content
+    elif path.suffix == ".py":
+        yield from _of_python(content)
+    elif path.suffix in {".toml", ".js", ".html"}:
+        comment = re.compile(r"#+ (.*)" if path.suffix == ".toml" else r"(?://|/?\*\*?) (.*)|<!-- (.*) -->")
+        for number, row in enumerate(content.splitlines(), 1):
+            if found := comment.search(row):
+                yield number, "comment", next(filter(None, found.groups()), "")
+
+
+def _of_python(content: str) -> Iterator[tuple[int, str, str]]:
+    tree = ast.parse(content)
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    docstrings = {
+        id(node.body[0].value): "function" if isinstance(node, ast.FunctionDef) else "class"
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and ast.get_docstring(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if id(node) in docstrings:
+                yield node.lineno, "docstring", re.sub(r"^ *(>>>|\.\.\.).*$", "", node.value, flags=re.M)
+            elif len(re.findall(r"[a-z]{2,} ", node.value)) >= 2:
+                yield node.lineno, "text", node.value
+    for token in tokenize.generate_tokens(io.StringIO(content).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], "comment", token.string.lstrip("# ")
+
+
+def findings(path: Path, among: list[Rule]) -> Iterator[tuple[int, str, str]]:
+    """Yield line, words and advice for each breach of a rule in a file."""
+    for first, kind, text in texts(path):
+        prose = BLANKS.sub(lambda gap: re.sub(r"[^\n]", "¤", gap[0]), text)
+        for rule in among:
+            if kind in rule.kinds:
+                for found in rule.find.finditer(prose):
+                    yield first + prose.count("\n", 0, found.start()), found[0].strip(), rule.instead
+
+
+def files(places: list[Path]) -> Iterator[Path]:
+    """Yield the files that hold texts below the given places."""
+    for place in places:
+        inside = sorted(p for p in place.rglob("*") if p.suffix in {".md", ".py", ".toml", ".js", ".html"})
+        yield from (
+            [
+                p
+                for p in inside
+                if not {"_site", "__pycache__", "registered", "results"} & set(p.parts)
+                and "vendor" not in p.name
+            ]
+            if place.is_dir()
+            else [place]
+        )
+
+
+def main() -> int:
+    """Print the findings, or how many each rule has; return 1 if there are any."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("places", nargs="*", type=Path, metavar="FILE")
+    parser.add_argument("--count", action="store_true", help="print only how often each rule is broken")
+    asked = parser.parse_args()
+    among, counts, wheres = rules(), Counter[str](), Counter[str]()
+    for path in files(asked.places or [ROOT / place for place in PLACES]):
+        for line, words, instead in findings(path, among):
+            counts[instead] += 1
+            wheres["/".join(path.parts[-3:-1])] += 1
+            if not asked.count:
+                print(f"{path}:{line}: {words!r}: write {instead}")
+    if asked.count:
+        print("\n".join(f"{n:5} {what}" for what, n in counts.most_common()))
+        print("\n".join(f"{n:5} {what}" for what, n in wheres.most_common(40)))
+    print(f"{counts.total()} findings", file=sys.stderr)
+    return int(counts.total() > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
