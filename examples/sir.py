@@ -23,7 +23,7 @@ class Health:
 
 
 class Walk(System):
-    """Move everyone one step in a random direction, around a torus or up to the wall."""
+    """Move all members one step in a random direction, across the edge of a torus or up to a wall."""
 
     needs = (Position,)
     phase = "move"
@@ -76,7 +76,7 @@ class Disease(Section, change=FREE):
 class Epidemic(Feature):
     """Members of a species with `disease` infect each other."""
 
-    disease: Disease | None = about("the disease; absent: there is none", None)
+    disease: Disease | None = about("the disease; absent: no disease", None)
     systems = (Infect,)
 
     @staticmethod

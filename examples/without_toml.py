@@ -18,7 +18,7 @@ class Health:
 
 
 class Walk(System):
-    """Move everyone one step in a random direction."""
+    """Move all people one step in a random direction."""
 
     needs = (Position,)
     phase = "move"
@@ -32,7 +32,7 @@ class Walk(System):
 
 
 class Infect(System):
-    """Infect everyone within 2 m of an ill person; the ill become immune after 60 s."""
+    """Infect people within 2 m of an ill person; ill people become immune after 60 s."""
 
     needs = (Health, Position)
 

@@ -1,5 +1,6 @@
-"""Write the pages of the environments that `gymnasium.make("ecs_eco/…")` makes, docs/reference/environments,
-one for each world: what is observed, chosen and rewarded, and when an episode ends; --check: only compare.
+"""Write the pages of the environments of `gymnasium.make("ecs_eco/…")` into docs/reference/environments.
+
+Each world has a page: observations, actions, rewards and the end of episodes. --check only compares.
 """
 
 from __future__ import annotations
@@ -20,9 +21,12 @@ INDEX = f"""# Environments
 
 {NOTE}
 
+On these pages you can look up the observations, actions and rewards of Gymnasium environments: species of shipped
+worlds.
+
 ```python
 import gymnasium
-import ecs_eco.rl  # registers them
+import ecs_eco.rl  # registers the environments
 
 env = gymnasium.make("ecs_eco/Deer-v0")  # the life of one deer
 envs = gymnasium.make_vec("ecs_eco/Deer-v0", num_envs=16)  # 16 deer of one world
@@ -30,10 +34,9 @@ x, info = env.reset(seed=1)
 x, reward, terminated, truncated, info = env.step(env.action_space.sample())
 ```
 
-A species of a shipped world each; any other becomes one by `ecs_eco.rl.body(world, species)`, `slots` or
-`parallel_env` ([bring your own learner](../../how-to/bring_your_own_learner.md)). All others live as they
-do without it; those of the species that are not told what to do decide by the policy that comes with the
-world.
+To control any other species, use `ecs_eco.rl.body(world, species)`, `slots` or `parallel_env`
+([bring your own learner](../../how-to/bring_your_own_learner.md)). All other organisms, including the other
+members of the species, decide by the policies of the world.
 
 """
 
@@ -52,6 +55,7 @@ def pages() -> dict[str, str]:
                 [
                     f"# {config.title or config.name}",
                     NOTE,
+                    "On this page you can look up the observations, actions and rewards of these environments.",
                     *(_environment(name, door, config) for name, door in doors),
                 ]
             )
@@ -62,21 +66,21 @@ def pages() -> dict[str, str]:
             f"{len(door.channels)} numbers | {_actions(door)} |"
             for name, door in doors
         ]
-    head = "| environment | world | species | observes | chooses |\n|---|---|---|---|---|\n"
+    head = "| environment | world | species | observation | action |\n|---|---|---|---|---|\n"
     table = head + "\n".join(rows)
     tree = "```{toctree}\n:hidden:\n\n" + "\n".join(name.removesuffix(".md") for name in out) + "\n```\n"
     return {"index.md": f"{INDEX}{table}\n\n{tree}", **out}
 
 
 def _environment(name: str, door: External, config: WorldConfig) -> str:
-    """One environment."""
+    """Return the section of one environment."""
     species = config.species[door.species]
     happiness = species.happiness
     assert happiness is not None
     told = (
         happiness.formula
         or " + ".join(f"{w:g} × {n}" for n, w in happiness.weights.items())
-        or "a function of its own"
+        or "a custom function"
     )
     limits = [end for one in species.lethal for end in ((one.low, one.min), (one.high, one.max))]
     causes = [cause for cause, end in limits if end is not None]
@@ -97,11 +101,11 @@ def _environment(name: str, door: External, config: WorldConfig) -> str:
     )
     return f"""## ecs_eco/{name}
 
-The life of one {door.species}: `gymnasium.make("ecs_eco/{name}")`.
+This environment is the life of one {door.species}: `gymnasium.make("ecs_eco/{name}")`.
 
 **Observations**, `{type(space).__name__}({space.shape[0]},)`, float32
 
-| | channel | least | most |
+| | channel | minimum | maximum |
 |---|---|---|---|
 {observed}
 
@@ -111,11 +115,11 @@ The life of one {door.species}: `gymnasium.make("ecs_eco/{name}")`.
 |---|---|---|
 {chosen}
 
-**Reward.** The change of happiness since the last tick; happiness is `{told}`,
-at least {happiness.minimum:g}. Whoever dies falls to {happiness.minimum:g}.
+**Reward.** The reward is the change of happiness since the last tick; happiness is `{told}`,
+at least {happiness.minimum:g}. At death, happiness falls to {happiness.minimum:g}.
 
-**An episode ends** with death (terminated): {deaths or "nothing kills it"}.
-It is truncated after {STEPS:,} steps, and when its world is {config.ticks:,} ticks old.
+**An episode ends** with death (terminated): {deaths or "no cause of death"}.
+It is truncated after {STEPS:,} steps, and at tick {config.ticks:,} of its world.
 A tick is {config.dt:g} s."""
 
 
@@ -153,8 +157,7 @@ def main() -> int:
     if check:
         for name in stale:
             print(
-                f"docs/reference/environments/{name} is not what the worlds say: "
-                "python tools/make_environments.py",
+                f"docs/reference/environments/{name} is out of date: run python tools/make_environments.py",
                 file=sys.stderr,
             )
         return bool(stale)

@@ -1,19 +1,17 @@
 """Print how large the code is at one commit or more: functions, files, folders, and `Any` in signatures.
 
-    python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
+    python tools/sizes.py [COMMIT …]
 
-A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last:
-files of more than 300 lines and functions of more than 50. --out keeps it for
-docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
+Prints a Markdown table with a column for each commit (default: HEAD), then the files of more than 300 lines and
+the functions of more than 50 at the last commit.
 
-A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own: how the
-formatter wraps a statement, and empty rows, change nothing.
+A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own. Empty rows
+and the formatter's line breaks do not count.
 """
 
 import argparse
 import ast
 import io
-import json
 import statistics
 import subprocess
 import sys
@@ -27,7 +25,7 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ecs_eco"
 FILE_LIMIT, FUNCTION_LIMIT = 300, 50  # [lines of code]
-REASONS = {  # why what is above the limits stays so
+REASONS = {  # why a file or function may exceed the limits
     "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count"
 }
 LAYOUT = {tokenize.INDENT, tokenize.DEDENT, tokenize.NL, tokenize.ENDMARKER}
@@ -128,7 +126,7 @@ def sources_of(commit: str) -> dict[str, str]:
 
 
 def rows_of(size: Size) -> dict[str, str]:
-    """Return what the table says of one commit: label → value."""
+    """Return the values of one commit by label."""
     functions, files = sorted(size.functions.values()), list(size.package.values())
     p90 = functions[int(0.9 * (len(functions) - 1))]
     rows = {
@@ -153,7 +151,7 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
+    """Return the commits, their values, and the files and functions above the limits at the last commit."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     # of all commits, in one order
@@ -178,7 +176,7 @@ def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
 
 
 def exceptions(kept: dict[str, Any]) -> str:
-    """Return in words what is above the limits."""
+    """Return a sentence that lists the files and functions above the limits."""
     limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
     return (
         limits
@@ -188,15 +186,12 @@ def exceptions(kept: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """Print the table, and what is above the limits."""
+    """Print the table, and the files and functions above the limits."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
-    parser.add_argument("--out", type=Path, metavar="FILE")
     given = parser.parse_args()
     kept = summary({full(commit): measure(sources_of(commit)) for commit in given.commits})
     print(f"{table(kept, kept['rows'])}\n\n{exceptions(kept)}")
-    if given.out is not None:
-        given.out.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 0
 
 

@@ -1,7 +1,7 @@
-"""What `ecs-eco new` writes: worlds and packages of one's own to begin with.
+"""Starter worlds and packages, which `ecs-eco new` writes.
 
-Their texts are the files in the folders here, with `.template` at the end where a tool would take them for
-code of this package. Shipped worlds, which have results, belong to `ecs_eco.worlds`.
+Their texts are the files in the folders here. Names of code files end in `.template`, so that tools do not
+treat them as code of this package. Shipped worlds, which have results, belong to `ecs_eco.worlds`.
 """
 
 from ecs_eco.templates.from_raster import world_from_raster

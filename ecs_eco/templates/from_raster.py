@@ -1,4 +1,4 @@
-"""Writes a first world on the land of a raster of elevations."""
+"""Write a starter world on the land of an elevation raster."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 
 TEMPLATE = Path(__file__).parent / "land" / "land.toml"
-MOST_CELLS = 600  # along a side; of larger rasters the middle is taken
+MOST_CELLS = 600  # along a side; a larger raster is cropped to its middle
 SITES = 15_000  # of grass
 CLASS = (
-    "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # of grass\n"
-    "pace = {pace}                        # of those who walk there\n"
+    "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # factor of grass growth\n"
+    "pace = {pace}                        # factor of walking speed\n"
     'shelter = {shelter}                     # share of attacks that fail\ncolor = "{color}"\n\n'
 )
 
@@ -35,11 +35,10 @@ def world_from_raster(
     cell: float | None = None,
     crs: str | None = None,
 ) -> Path:
-    """Write a world file on the elevations of a raster, by default beside the present folder's files under
-    the raster's name; return its path.
+    """Write a world file on the elevations of a raster and return its path.
 
-    `cell` [m] is needed of rasters that do not say how large their cells are. Raises ConfigError, also where
-    the file is there already.
+    By default the file is in the current folder and has the raster's name. `cell` [m] is required if the
+    raster does not state its cell size. Raises ConfigError, also if the file exists.
     """
     try:
         own = re.match(r"[A-Za-z_]\w+:", raster)
@@ -56,7 +55,7 @@ def world_from_raster(
     name = _name(raster)
     path = Path(f"{name}.toml") if out is None else Path(out)
     if path.suffix != ".toml" or path.exists():
-        what = "is there already" if path.exists() else "is no name of a world file"
+        what = "already exists" if path.exists() else "is not the name of a world file"
         raise ConfigError([Problem((), what, str(path), "a new file ending in .toml", source="FILE")])
     side = _side(held, per, cell)
     there = raster if own else os.path.relpath(raster, path.parent)
@@ -76,7 +75,7 @@ def world_from_raster(
 
 
 def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float:
-    """The side of the cells of the height map [m]."""
+    """Return the side of the cells of the height map [m]."""
     if cell is not None:
         return cell
     if raster.dx is None or raster.dy is None:
@@ -84,8 +83,8 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
             [
                 Problem(
                     (),
-                    "is missing: the raster does not say how large its cells are",
-                    allowed="the side of its cells [m], as --cell 30",
+                    "is missing: the raster does not state its cell size",
+                    allowed="the side of its cells [m], such as --cell 30",
                     source="--cell",
                 )
             ]
@@ -96,7 +95,7 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
 def _values(
     raster: Raster, per: tuple[float, float], side: float, name: str, band: int | str | None, crs: str | None
 ) -> dict[str, Any]:
-    """What stands in the template."""
+    """Return the values of the template."""
     dx, dy = (
         (side, side) if raster.dx is None or raster.dy is None else (raster.dx * per[0], raster.dy * per[1])
     )
@@ -138,15 +137,15 @@ def _values(
 
 
 def _drainage(part: np.ndarray, size: list[float]) -> str:
-    """Sea where a part of the land lies below 0; lakes in deep hollows; streams of a hundredth of the
-    land."""
+    """Return the drainage: a sea if part of the land is below 0, lakes in deep hollows, and streams that drain
+    a hundredth of the land."""
     sea = "sea = 0.0, " if 0.01 < float((part <= 0).mean()) < 0.9 else ""
     deep = _round(max(1.0, 0.01 * float(np.ptp(part))))
     return f"{{ {sea}depth = {deep}, stream = {_round(0.01 * size[0] * size[1])} }}"
 
 
 def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
-    """Wood in the lower half of the slopes, heath above, and steep ground."""
+    """Return the classes: wood above the median elevation, heath above the 85th percentile, and steep ground."""
     land = part[part > 0] if (part > 0).any() else part
     wood, heath = (_round(float(np.percentile(land, q))) for q in (50, 85))
     steep = _round(float(np.percentile(np.hypot(*np.gradient(part, sides[1], sides[0])), 95)))
@@ -163,8 +162,10 @@ def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
 
 
 def _living(spacing: float, size: list[float]) -> dict[str, Any]:
-    """The numbers of the meadow of `ecs-eco new`, where a site is 2 m and a tick 1 s, at this scale: lengths
-    and times by the same factor, so that speeds stay."""
+    """Return the numbers of the starter meadow, where a site is 2 m and a tick 1 s, at this scale.
+
+    Lengths and times are scaled by the same factor, so speeds stay the same.
+    """
     by = spacing / 2
     sites = round(size[0] / spacing) * round(size[1] / spacing)
     lengths = {"patch": 0.3, "reach": 0.1, "radius": 6.0, "dispersal": 1.0}

@@ -1,4 +1,4 @@
-"""Writes a folder with a new world, or with a new package."""
+"""Write a folder with a new world or a new package."""
 
 from __future__ import annotations
 
@@ -16,27 +16,24 @@ from ecs_eco.worlds.policies import name_weights
 HERE = Path(__file__).parent
 ORIGINS = ("meadow", "blank", "predator-prey")
 OWN_CODE = """
-code = ["lightning.py"]           # files beside this one whose code the world may use, once allowed: --trust
-systems = ["lightning:Lightning"] # what happens in every tick besides living: your own systems
+code = ["lightning.py"]           # files next to this one with code for this world; --trust allows them
+systems = ["lightning:Lightning"] # your own systems, which run in every tick
 """
 OF_PACKAGE = """
-code = ["my_ecology.components", "my_ecology.systems"]  # installed modules; their code runs once you allow it
-systems = ["my_ecology.systems:GrowFur"]                # what happens in every tick besides living
+code = ["my_ecology.components", "my_ecology.systems"]  # installed modules; their code runs after you allow it
+systems = ["my_ecology.systems:GrowFur"]                # your own systems, which run in every tick
 """
 
 
 def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
-    """Write a world, a system of its own with a test, and a README into a new folder; return the files.
+    """Write a world, a custom system with a test, and a README into a new folder; return the files.
 
     `origin` is "meadow" (grass and rabbits), "blank" (moss) or "predator-prey" (the shipped world, with its
-    trained policies). Raises ConfigError for a name that no world can have and for a folder that is not
-    empty.
+    trained policies). Raises ConfigError if the name is invalid or the folder is not empty.
     """
     folder = Path(folder)
     if origin not in ORIGINS:
-        raise _refused(
-            "--from", "no such world to begin with", origin, listed(ORIGINS), nearest(origin, ORIGINS)
-        )
+        raise _refused("--from", "unknown starter world", origin, listed(ORIGINS), nearest(origin, ORIGINS))
     name = _name(folder)
     texts = _texts(HERE / "world", {"my-world": name})
     worlds = {path: texts.pop(f"{path}.toml") for path in ("meadow", "blank")}
@@ -61,14 +58,14 @@ def new_package(folder: str | Path) -> list[Path]:
     """Write a Python package with a component, a system, a world and their tests into a new folder; return
     the files.
 
-    The package has the folder's name, with _ for -. Raises ConfigError for a name that no package can have,
-    or that another module has, and for a folder that is not empty.
+    The package has the folder's name, with _ for -. Raises ConfigError if the name is invalid or belongs to
+    another module, and if the folder is not empty.
     """
     folder = Path(folder)
     name = _name(folder)
     module = name.replace("-", "_").lower()
     if keyword.iskeyword(module) or importlib.util.find_spec(module) is not None:
-        raise _refused("NAME", "there is a module of that name", name, "a name of its own")
+        raise _refused("NAME", "a module or a keyword has this name", name, "an unused name")
     files = _texts(HERE / "package", {"my_ecology": module, "my-ecology": name})
     meadow = (HERE / "world" / "meadow.toml").read_text(encoding="utf-8")
     head, _, rest = meadow.partition("\ncode = ")
@@ -80,22 +77,22 @@ def new_package(folder: str | Path) -> list[Path]:
 
 
 def _name(folder: Path) -> str:
-    """The name of a new folder, which is that of what is in it."""
+    """Return the name of a new folder, which is also the name of its world or package."""
     name = folder.absolute().name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", name) or not name[-1].isalnum():
         raise _refused(
             "NAME",
-            "not a name",
+            "not a valid name",
             name,
-            "a letter, then letters, digits, - or _ (at most 40), at the end a letter or a digit",
+            "a letter, then letters, digits, - or _ (at most 40), ending in a letter or a digit",
         )
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
-        raise _refused("NAME", "there is something already", str(folder), "a new folder, or an empty one")
+        raise _refused("NAME", "the folder is not empty", str(folder), "a new folder, or an empty one")
     return name
 
 
 def _texts(folder: Path, names: dict[str, str]) -> dict[str, str]:
-    """The texts of a folder of templates by the paths that they get, with other names in both."""
+    """Return the texts of a folder of templates by their new paths, with names replaced in both."""
     texts = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix != ".pyc"):
         place = path.relative_to(folder).as_posix().removesuffix(".template")

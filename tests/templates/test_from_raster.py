@@ -81,8 +81,8 @@ def test_a_large_raster_gives_its_middle():
     [
         ({"raster": "gone.tif"}, 'RASTER: "gone.tif"\n  cannot be read'),
         ({"band": 9}, "--band: 9\n  no such band"),
-        ({"out": "there.toml"}, "is there already"),
-        ({"out": "world.txt"}, "is no name of a world file"),
+        ({"out": "there.toml"}, "already exists"),
+        ({"out": "world.txt"}, "is not the name of a world file"),
         ({"cell": 400.0}, "leaves 3 × 2 cells"),
     ],
 )

@@ -142,12 +142,12 @@ def test_what_is_written_has_no_slips_and_lines_of_at_most_110_columns(how, tmp_
 @pytest.mark.parametrize(
     ("name", "how", "message"),
     [
-        ("9lives", [], "not a name"),
-        ("isle", ["--from", "medow"], "no such world to begin with"),
+        ("9lives", [], "not a valid name"),
+        ("isle", ["--from", "medow"], "unknown starter world"),
         ("isle", ["--from", "blank", "--package"], "does not go with --package"),
-        ("json", ["--package"], "there is a module of that name"),
-        ("class", ["--package"], "there is a module of that name"),
-        ("full", [], "there is something already"),
+        ("json", ["--package"], "a module or a keyword has this name"),
+        ("class", ["--package"], "a module or a keyword has this name"),
+        ("full", [], "the folder is not empty"),
     ],
 )
 def test_what_cannot_be_written_is_refused(name, how, message, tmp_path, monkeypatch):
@@ -166,5 +166,5 @@ def test_an_empty_folder_is_taken_and_the_command_says_how_to_go_on(tmp_path, mo
     done = CliRunner().invoke(app, ["new", "isle"])
     assert done.exit_code == 0
     assert "ecs-eco run isle/isle.toml --trust --out my-run" in done.output
-    with pytest.raises(ConfigError, match="there is something already"):
+    with pytest.raises(ConfigError, match="the folder is not empty"):
         new_world("isle")

@@ -1,4 +1,4 @@
-"""The page of the architecture is what import contract and docstrings say, and names only what is there."""
+"""The page of the architecture matches the import contract and docstrings, and names only what exists."""
 
 import ast
 import subprocess
@@ -39,23 +39,19 @@ def test_a_folder_says_what_belongs_there_and_what_does_not(path):
     assert len(words.splitlines()) <= 7
 
 
-def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
+def test_every_package_of_the_contract_is_in_the_table_and_in_the_picture(tool):
     stack = tool.layers()
     table, picture = tool.table(stack), tool.picture(stack)
-    for room in (room for rooms in stack for room in rooms):
-        assert f"[{room}](" in table
-        assert f">{room}</text>" in picture
+    for package in (package for packages in stack for package in packages):
+        assert f"[{package}](" in table
+        assert f">{package}</text>" in picture
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("was", "becomes", "message"),
     [
-        (
-            "| 1 | [_lazy]",
-            "| 2 | [_lazy]",
-            "page.md is not up to date: run python tools/make_architecture.py",
-        ),
+        ("| 1 | [_lazy]", "| 2 | [_lazy]", "page.md is out of date: run python tools/make_architecture.py"),
         ("`ingest`", "`gobble`", "feed.py defines no gobble"),
         ("systems/feed.py)", "systems/fed.py)", "no file ../../ecs_eco/systems/fed.py"),
     ],
