@@ -298,7 +298,7 @@ def notes(entries: Entries) -> str:
             f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
             f"with peaks of deer and wolves; median period "
             f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
-            f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'nobody'}; deer that "
+            f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'none'}; deer that "
             f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
             f"3 m of a deer {wolves:.0%}."
         )

@@ -346,8 +346,8 @@ def variance_sentence(entries: Sequence[Entry]) -> str:
         for name, x in shares.items()
         if np.isfinite(x["rest"][0])
     ]
-    words = "; ".join(parts) or "nothing varies, or there are too few seeds"
-    return f"{arm}, where the variance comes from (persisted on the linear scale of 0 and 1): {words}."
+    words = "; ".join(parts) or "no outcome varies, or there are too few seeds"
+    return f"{arm}, shares of variance (persistence as 0 and 1): {words}."
 
 
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
