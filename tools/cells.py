@@ -13,6 +13,7 @@ TYPOGRAPHY = (
     (re.compile(r"≥ "), "at least "),
     (re.compile(r">= "), "at least "),
     (re.compile(r"<= "), "at most "),
+    (re.compile(r"≤ "), "at most "),
 )
 
 

@@ -42,12 +42,14 @@ def number(place: str) -> str:
         return str(total(place))
     if words[0].startswith("bench:"):
         return cell(words[0].removeprefix("bench:").strip(), words[1], words[2])
+    if len(words) < 2:
+        raise ValueError(f"{{{place}}} names no number: write {{study | how a statement begins}}")
     return value(*words)
 
 
 def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
     """Return what was measured on the one line of a study that begins so, its goal, or words for its outcome."""
-    record = _read(RESULTS, study)
+    record = read_result(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]
     if len(found) != 1:
@@ -76,7 +78,7 @@ def share(line: dict[str, Any]) -> str:
 
 def cell(benchmark: str, where: str, column: str) -> str:
     """Return a cell of a benchmark's table: the first row with these values."""
-    rows = _read(BENCHMARKS, benchmark)["rows"]
+    rows = read_result(BENCHMARKS, benchmark)["rows"]
     wanted = dict(part.strip().split("=") for part in where.split(","))
     for row in rows:
         if all(str(row.get(key)) == given for key, given in wanted.items()):
@@ -105,7 +107,8 @@ def total(what: str) -> int:
     return goals if what == "goals" else goals - met
 
 
-def _read(folder: Path, name: str) -> dict[str, Any]:
+def read_result(folder: Path, name: str) -> dict[str, Any]:
+    """Return a stored result. Raises ValueError for one that is not there, with the nearest that is."""
     path = folder / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.json")], 1)

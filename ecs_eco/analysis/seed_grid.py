@@ -201,7 +201,7 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) -> Interval:
-    """Return share 1 − share 2 of two tables of 0 and 1, with Newcombe's interval from both `share_interval`s.
+    """Return share 1 − share 2 of two tables of 0 and 1, with Newcombe's interval from both `share_interval`.
 
     It never reaches beyond −1 or 1 (Newcombe 1998, method 10), which Student's t over seeds does.
     """
