@@ -48,29 +48,6 @@ for asked in sys.stdin:
     print(json.dumps([wall / ticks / n * 1e9, own / ticks / n * 1e9, held,
                       world.digest() if "d" in asked else ""]), flush=True)
 """
-NOTES = {
-    "tried, and dropped: the last unit of a layer computed again in place of those that are missing": "1.03 times the time of a tile for four units and single ones for the rest",
-    "tried, and dropped: which work pays on two threads measured call by call": "the same kernel serves calls of unlike size in turn, so the two samples are of unlike calls",
-    "tried, and dropped: products in bfloat16 within the kernel, where the processor has them": ".71 of the time of the networks, 10 % of a tick; logits are wrong by .005, and learning needs those "
-    "that were chosen by",
-    "tried, and dropped: diffusion of a plane without its third axis": ".85 of the time of a kernel that takes 1 % of a tick, a third of a nanosecond a cell",
-    "tried, and dropped: tanh by Newton's steps to a reciprocal, or by one division for two": "43 and 35 ns for 128 of them, with divisions 30, on a processor that divides fast",
-    "tried, and dropped: tiles of two vectors where these are two registers each, and of six units and one": "1.3 and 1 of the time of tiles of four units and one vector, which such processors have now",
-    "tried, and dropped: stretches of an index that nothing happens in copied as a whole": "1.3 times the time of going entry by entry, where a tenth of the plants are eaten in a tick",
-    "tried, and dropped: an index sorted from its order of before, on two threads too": "18 ns a row for 15 at 85,000, 31 for 25 at 510,000: two sets of arrays leave the cache",
-    "tried, and dropped: ages without branches": "1 to 1.5 times the time",
-    "tried, and dropped: each odds of a choice computed once and kept, not twice": "15.4 ns an animal for 15.6; the same bits",
-    "tried, and dropped: the last organisms of a network's rows with as many columns as there are of them": "1.02 of the time for 10,000; with tanh in loops as short 2.8",
-    "tried, and dropped: blocks of seekers that look around the torus in two halves": ".87 of the time of the two largest searches, 1.03 to 1.37 of nearly all others; the same bits",
-    "tried, and dropped: searches compiled apart for flat worlds, without a seam, or for other kinds": ".99 of the time of large searches, 1.2 to 1.4 where a species seeks its own kind",
-    "tried, and dropped: an index sorted in buckets of cells, on one thread and two; as records of 32 bytes; "
-    "row numbers first, what belongs to them afterwards": "1.4 to 2, 1.2 and 1 of the time at 85,000, .65, 1 and 1.7 at 850,000",
-    "tried, and dropped: huge pages for all arrays": "1 at 100,000, 1.05 at 1,000,000, where .64 are anyway",
-    "tried, and dropped: a decision by one loop without branches": ".75 alone, 1 within a tick",
-    "tried, and dropped: rows of organisms reordered by place": "some .8 of a tick of 1,000,000, but a row is promised to an organism for life",
-    "tried, and dropped: four times as many parts of a kernel for two threads": "1.05 of the time at 100,000, 1 at 10,000 and for 1,000 individual learners",
-    "tried, and dropped: indexes of 10,000 animals on one thread, where two take turns in Python": "1.05 of the time of a tick",
-}
 
 
 @contextmanager
@@ -180,7 +157,7 @@ def main() -> None:
                 given.name,
                 "Animals that sense, think and act, beside an earlier commit",
                 rows,
-                {"before": given.before, **NOTES},
+                {"before": given.before},
             )
 
 

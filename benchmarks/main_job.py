@@ -30,29 +30,6 @@ _bench.pin_threads()
 
 import before_after
 
-TRIED = {
-    "tried: addresses in the place of a table's arrays": "kept for births, deaths, records, limits and what is read of the own body, which take many columns; "
-    "dropped for sight and search, where 20 to 40 arguments cost 3 to 7 µs a call, about 2 % of a tick",
-    "tried: a table as a dict of its components, without slots": "dropped; an attribute of a dict is read in three times the time, wolf-sheep at 20² took 1.18 times "
-    "as long; with slots the calls of Python are saved and nothing is lost",
-    "tried: seekers one by one along 16 targets each, where few of them meet many targets": "dropped; .8 of the time of that kernel for 600 deer among 5,200 tufts, 1 for 900; the same bits",
-    "tried: seekers one by one, each in the cells that it reaches and no others": "dropped; 1.3 times the time for 600 deer that look for grass within 1.5 m, as nobody foresees which "
-    "tuft is the nearest so far",
-    "tried: comparisons in the place of divisions where a block of seekers spans the torus": "dropped; .92 of the time of that kernel, less than 1 % of the job",
-    "tried: an index sorted in the order of the tick before, so that neighbours in it are near in memory": "dropped; 1 of the time of sorting 5,000, .83 to .95 for 100,000 and more, which is 1 % of a tick",
-    "tried: systems that reach their world itself, not a weak proxy of it": "dropped; 15 ns each time, less than 1 % of the job",
-    "tried: what Sense, Decide and Feed find out in each tick kept for as long as it holds": "dropped but for meals; to ask whether it holds takes nearly as long: opaque kinds .7 µs, "
-    "defences .5, the tick's key .2",
-    "tried: systems that have nothing to do left out of a tick": "dropped; all of them take 27 µs in 2,000, and for most nothing says when they have something to do",
-    "tried: `fill` where flows begin anew": "dropped; .58 µs for .65",
-    "tried: a thread's turn kept from tick to tick": "dropped; .44 µs a tick, and hooks that wait could hang",
-    "tried: bodies of the first table copied before others are merged with them": "dropped; .9 of 16 µs",
-    "tried: numpy's own record of an array read by what calls a kernel": "dropped; .45 µs for ten arrays, .53 without references counted, .88 by numba's way; the first start "
-    "took 1.06 to 1.11 times as long",
-    "tried: bodies merged cell by cell": "dropped; 10.8 µs for 6",
-    "tried: kernels of diffusion told that their arrays do not overlap": "dropped; 1 of the time",
-    "tried: no garbage collection within a run": "dropped; it takes less than .1 % of the time",
-}
 ROOT = Path(__file__).parents[1]
 JOB = """
 import json, sys, tempfile, time
@@ -162,7 +139,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.calls:
         rows = [call_of(n) for n in (1, 5, 10, 20, 30)]
-        _bench.save("main_job_calls", "What it costs to call a kernel", rows, TRIED)
+        _bench.save("main_job_calls", "What it costs to call a kernel", rows)
         return
     with tempfile.TemporaryDirectory() as folder:
         places = {}

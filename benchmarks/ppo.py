@@ -31,15 +31,6 @@ from ecs_eco.learning.ppo_kernels import BLOCK
 from ecs_eco.learning.torch_ppo import CHUNK
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
-TRIED = {
-    "tried, and dropped: products in bfloat16, activations transposed to it and back": "torch's product of 2,048 rows takes half the time, forward and backward together .98 of it",
-    "tried, and dropped: what a minibatch takes from all over memory fetched 16 transitions ahead": "a third of the time where nothing else happens, 1 of it between products, also a block ahead, "
-    "or two of it with every fourth row of a product; in the log's order the gradient takes .86",
-    "tried, and dropped: tanh in the registers of a product's tile, before they are stored": "1.4 times the time of thinking, 1.1 of learning: the constants leave no registers to the sums",
-    "tried, and dropped: the vectors of a product in the outer loop, the rows in the inner one": "1 of the time of learning",
-    "tried, and dropped: tiles of six rows, not four, where registers have 256 bits": "1 of the time of the products of a layer of 64 by 64",
-    "tried: blocks of 32, 48, 80, 96, 128 and 256 transitions through the network at once, not 64": "dropped; 1.05, 1, 1.01, 1.01, 1.08 and 1.18 of the time of the gradient, the same bits",
-}
 
 
 def best_of(work: Callable[[], object], repeats: int, threads: int = 1) -> float:
@@ -194,7 +185,7 @@ def main() -> None:
     options = parser.parse_args()
     torch.set_num_threads(1)
     rows = [measure(n, threads) for n in options.sizes for threads in options.threads]
-    notes = breakdown() | TRIED
+    notes = breakdown()
     _bench.save(options.name, "Acting and learning of a 24-64-64-6 network", rows, notes)
     print(notes)
 

@@ -18,13 +18,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-TRIED = {
-    "tried: functions that kernels call not optimized by themselves, nor functions before all is linked": "dropped; .85 of the time of compiling, the same bits, but some kernels take 1.5 to 3 times as long",
-    "tried: no machine code of numba's own functions that kernels call": "dropped; .97 of the time of compiling",
-    "tried: models of world files built on first use (defer_build)": "dropped; 15 ms less of a start",
-    "tried: a report without matplotlib's help on its own classes": "dropped; 1 of the time of loading it",
-    "tried: ticks of an axis of a report's figures found once for each place": "dropped; .95 of the time of laying out and drawing",
-}
 
 
 def seconds(arguments: list[str], cache: Path) -> float:
@@ -68,10 +61,7 @@ def main() -> None:
             )
         compiled = len(list(cache.rglob("*.nbc")))
     _bench.save(
-        "startup",
-        "Commands as whole processes",
-        rows,
-        {"kernels compiled by the first run": compiled} | TRIED,
+        "startup", "Commands as whole processes", rows, {"kernels compiled by the first run": compiled}
     )
 
 

@@ -168,7 +168,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="archipelago",
-    claim="An archipelago ends the same for any number of workers, on any engine, and after any kill.",
+    claim="An archipelago ends with the same bytes for any number of workers, on any engine, and after any"
+    " kill.",
     config={
         "world": "reflexes",
         "ticks": 5000,

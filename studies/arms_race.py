@@ -25,6 +25,7 @@ from studies.common.registration import registration
 from studies.common.seed_grid import by_training
 from studies.common.selection import mean_interval
 from studies.common.study import Study, verdict
+from studies.common.training_seeds import share_of_lives
 
 REGISTERED = registration("arms_race")
 Entries = list[dict[str, Any]]
@@ -229,8 +230,9 @@ def summarise(entries: Entries) -> dict[str, Any]:
     if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     ticks = REGISTERED.content["ticks"]
-    share = persisting(entries, "both")
-    lines = [REGISTERED.verdict("persists", share, share >= 0.8)]
+    both = [e["case"] | e["result"] for e in entries if e["case"]["arm"] == "both"]
+    share = share_of_lives(both, "persisted")
+    lines = [REGISTERED.verdict("persists", share, persisting(entries, "both") >= 0.8)]
     for arm in ("both", "genes", "learning"):
         for of in ("hunters", "prey", "contemporary"):
             value, name = mean_interval(shifts(entries, arm, of, ticks)), f"{arm}-{of}"

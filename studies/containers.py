@@ -355,8 +355,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="containers",
-    claim="A folder of runs that was damaged, changed or put together runs no code, touches nothing outside "
-    "of it, loses nothing finished, and is refused by name.",
+    claim="A folder of runs that was damaged, changed or assembled by hand runs no code, changes nothing "
+    "outside of it, loses no finished run, and is refused by name.",
     config={"folders": 25},
     cases=[{"what": kind, "seed": seed} for seed in (1, 2, 3) for kind in KINDS],
     run=run,

@@ -1,4 +1,4 @@
-"""A continuous action is learnt in as few steps as by Stable-Baselines3: Pendulum-v1.
+"""A continuous action is learned in as few steps as by Stable-Baselines3 (Pendulum-v1).
 
     python -m studies.continuous_actions [--short]
 

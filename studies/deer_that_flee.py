@@ -21,6 +21,7 @@ from studies.common.registration import registration
 from studies.common.seed_grid import both_peaks, by_training, record
 from studies.common.selection import mean_interval
 from studies.common.study import Study, verdict
+from studies.common.training_seeds import share_gap, share_of_lives
 
 REGISTERED = registration("deer_that_flee")
 Entries = list[dict[str, Any]]
@@ -142,12 +143,17 @@ def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
     return out
 
 
-def persisting(entries: Entries, arm: str, what: str = "persisted") -> dict[int, float]:
-    """Return by training seed the share of runs that persist, or that persist and cycle."""
+def persisting(entries: Entries, arm: str) -> dict[int, float]:
+    """Return by training seed the share of runs in which all persist."""
     return {
-        seed: float(np.mean([r[what] for r in results]))
+        seed: float(np.mean([r["persisted"] for r in results]))
         for seed, results in by_training(entries, arm).items()
     }
+
+
+def lives(entries: Entries, arm: str) -> list[dict[str, Any]]:
+    """Return the runs of an arm, each with its seeds."""
+    return [e["case"] | e["result"] for e in entries if e["case"]["arm"] == arm]
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
@@ -233,8 +239,9 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
 
 def of_cycles(entries: Entries) -> list[dict[str, Any]]:
     """Lines on persistence, periods and swings."""
+    fleeing, walkers = lives(entries, "fleeing"), lives(entries, "walkers")
     kept = float(np.mean(list(persisting(entries, "fleeing").values())))
-    lines = [REGISTERED.verdict("persists", kept, kept >= 0.8)]
+    lines = [REGISTERED.verdict("persists", share_of_lives(fleeing, "persisted"), kept >= 0.8)]
     for name, arm, what in (
         ("period", "shipped", "period"),
         ("swing-deer", "shipped", "deer"),
@@ -245,7 +252,7 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
         gap = difference(mean_of(entries, "fleeing", what), mean_of(entries, arm, what))
         met = gap[2] < 0 or (gap[1] > 0 and name != "flight-swing")
         lines.append(REGISTERED.verdict(name, gap, bool(met)))
-    lasts = difference(persisting(entries, "fleeing"), persisting(entries, "walkers"))
+    lasts = share_gap(fleeing, walkers, "persisted")
     return [*lines, REGISTERED.verdict("flight-persists", lasts, lasts[1] > 0)]
 
 
@@ -291,7 +298,7 @@ def notes(entries: Entries) -> str:
             f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
             f"with peaks of deer and wolves; median period "
             f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
-            f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'nobody'}; deer that "
+            f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'none'}; deer that "
             f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
             f"3 m of a deer {wolves:.0%}."
         )

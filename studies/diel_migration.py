@@ -174,9 +174,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 NOTES = (
-    "Amplitudes are shares of the depth of the water, half of the height of the wave. "
-    "Arms live with the policies of the shipped world, the same in all, but `retrained:`, "
-    "whose policies were trained in the world that they live in, and `untrained`."
+    "Amplitudes are shares of the water's depth: half the height of the wave. All arms have the policies of the "
+    "shipped world, except `retrained:`, whose policies were trained in their own world, and `untrained`."
 )
 
 
@@ -453,8 +452,8 @@ def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[st
 
 STUDY = Study(
     name="diel_migration",
-    claim="Copepods that feel energy alone migrate with the sun, "
-    "flee what comes near and avoid the smell of krill, in one world with one policy.",
+    claim="Copepods that are rewarded for energy alone migrate with the sun, flee what approaches and "
+    "avoid the smell of krill, in one world with one policy.",
     config={
         "set": {},
         "days": 20,

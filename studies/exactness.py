@@ -95,8 +95,8 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="exactness",
-    claim="The same seed gives the same bytes: any number of threads, any order of rows, "
-    "and energy is accounted for.",
+    claim="The same seed gives the same bytes for any number of threads and any order of rows, and energy "
+    "is accounted for.",
     config={"ticks": TICKS, "times": 4},
     cases=[{"seed": s} for s in (101, 102, 103)],
     run=run,

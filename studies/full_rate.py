@@ -9,7 +9,8 @@ respawn holds numbers constant; there wolves go on learning against the frozen d
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from studies.common.registration import registration
 from studies.common.seed_grid import both_peaks, record
 from studies.common.selection import pooled
 from studies.common.study import Study, verdict
+from studies.common.training_seeds import share_of_lives
 
 REGISTERED = registration("full_rate")
 QUARTER = {
@@ -205,6 +207,12 @@ def both_move(results: Sequence[Result], least: float) -> float:
     return float(np.mean([r["persisted"] and all(pace(r, s) >= least for s in LEARNERS) for r in results]))
 
 
+def interval(cases: Sequence[Result], arm: str, share: Callable[[Sequence[Result]], float]) -> list[float]:
+    """Return a share of the runs of an arm and its 95% interval, training seeds being replicates."""
+    lives = [c["case"] | {"counts": share([c["result"]])} for c in cases if c["case"]["arm"] == arm]
+    return share_of_lives(lives, "counts")
+
+
 def gap(one: Sequence[float], other: Sequence[float]) -> list[float]:
     """Return the mean difference over pairs of training seeds, and its 95 % interval (t)."""
     estimate = pooled([a - b for a, b in zip(one, other, strict=True)])
@@ -260,12 +268,13 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
     }
     lines = [REGISTERED.verdict(name, value, value[2] < 0) for name, value in below.items()]
     wolves, answer = persisted(arms["wolves"]), float(np.mean(both(caught("answer"))) / np.mean(fresh))
-    regime, own = both_move(arms["regime"], CONFIG["nats"]), persisted(arms["individual"])
+    moving = partial(both_move, least=CONFIG["nats"])
+    regime, own = moving(arms["regime"]), persisted(arms["individual"])
     return lines + [
-        REGISTERED.verdict("wolves", wolves, wolves >= 0.8),
+        REGISTERED.verdict("wolves", interval(cases, "wolves", persisted), wolves >= 0.8),
         REGISTERED.verdict("answer", answer, answer >= 0.8),
-        REGISTERED.verdict("individual", own, own >= 0.8),
-        REGISTERED.verdict("regime", regime, regime >= 0.8),
+        REGISTERED.verdict("individual", interval(cases, "individual", persisted), own >= 0.8),
+        REGISTERED.verdict("regime", interval(cases, "regime", moving), regime >= 0.8),
     ]
 
 

@@ -89,8 +89,8 @@ def _summed(cases: list[dict[str, Any]], way: str, what: str) -> dict[str, int]:
 
 STUDY = Study(
     name="fuzz",
-    claim="Bad input never ends in a traceback, a hang or a wrong load: "
-    "it is refused with a clear error, or does no harm.",
+    claim="Bad input never causes a traceback, a hang or a wrong load: it is refused with a clear error, "
+    "or is harmless.",
     config={"files": 250},
     cases=[
         *({"what": "text", "source": world, "seed": seed} for world in WORLDS for seed in range(1, 4)),

@@ -293,7 +293,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="gene_duplication",
-    claim="A duplicated reflex gene diverges where a second reflex is of use, and not where it is of none.",
+    claim="A duplicated reflex gene diverges where a second reflex is useful, and does not where it is "
+    "useless.",
     config={"world": WORLD, "ticks": 5000, "every": 250},
     cases=[{"arm": arm, "seed": seed} for seed in SEEDS for arm in ARMS],
     run=run,

@@ -277,19 +277,19 @@ def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
         if arm in ("goats", "no red gene")
     ]
     by_age_ = (
-        "Deaths by red grass per goat and 1,000 ticks by age, "
-        f"of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+        "Deaths by red grass per goat and 1,000 ticks, by age, "
+        f"of goats born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
     )
     return f"{by_age_} {HISTORY}"
 
 
 HISTORY = (
     "The coefficient is the third estimate that was tried. The first, a slope of logits that stopped when a "
-    "gene was first lost, was changed after one early loss of yellow decided its mean; the second, the slope "
-    "over a whole run, depends on how long a gene goes on after it is fixed (red .401, .220, .122 in runs at "
-    "3,000, 6,000 and 10,400 ticks, where the likelihood says .431, .418, .383 of the same). Neutral drift "
-    "had 8 seeds first, and 16 more after yellow had come out above 0 by the second. Where genomes are "
-    "shuffled, genes come from those alive: death still selects, breeding does not."
+    "gene was first lost, was changed after one early loss of yellow decided its mean. The second, the slope "
+    "over a whole run, depends on how long the run continues after a gene is fixed (red 0.401, 0.220 and 0.122 at "
+    "3,000, 6,000 and 10,400 ticks of the same runs; the likelihood gives 0.431, 0.418 and 0.383). Neutral drift "
+    "first had 8 seeds; 16 were added after the second estimate put yellow above 0. Where genomes are "
+    "shuffled, newborns get genes of the living: death still selects, breeding does not."
 )
 SAY = {
     "goats": say_goats,
@@ -315,9 +315,8 @@ CONFIG = {
 }
 STUDY = Study(
     name="goats",
-    claim="Goats that learn need a reflex against red grass, which kills at once, "
-    "and none against yellow grass, which they learn to leave alone and tell their young, who "
-    "inherit what they have learnt.",
+    claim="Goats that learn need a reflex against red grass, which kills at once, but none against yellow "
+    "grass: they learn to avoid it, and their young inherit what they learned.",
     config=CONFIG,
     cases=[
         {"arm": arm, "seed": seed}

@@ -78,7 +78,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="goats_persist",
-    claim="A search makes of a meadow in which goats die out one in which they persist.",
+    claim="A search turns a meadow in which goats die out into one in which they persist.",
     config={"start": POOR, "ranges": RANGES, "search": SEARCH, "trials": 20, "report": True},
     cases=[{"seed": 1}],
     run=run,

@@ -364,8 +364,8 @@ def identity() -> str:
 
 STUDY = Study(
     name="happiness",
-    claim="Weights of happiness that make their owners live and breed evolve; "
-    "nobody says what a vole should want.",
+    claim="Weights of happiness evolve with which voles survive and breed, although no rule states what a "
+    "vole should want.",
     config={"world": "happiness", "identity": identity(), "ticks": 4000, "every": 200},
     cases=[{"arm": arm, "seed": s} for s in SEEDS for arm in ARMS],
     run=run,

@@ -172,8 +172,8 @@ def causes(results: list[dict[str, Any]]) -> str:
 
 STUDY = Study(
     name="inheritance",
-    claim="Goats born with a parent's learnt weights breed more often than those born with random or with "
-    "birth weights.",
+    claim="Goats that are born with a parent's learned weights breed more often than goats born with "
+    "random or with birth weights.",
     config={"world": "reflexes", "identity": identity(), "ticks": 2500, "from": SPAN, "brain": BRAIN},
     cases=[{"inherit": way, "seed": seed} for way in WAYS for seed in SEEDS],
     run=run,

@@ -231,7 +231,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="interruptions",
-    claim="A world that is interrupted within a tick, in whatever way, is whole or refuses to go on.",
+    claim="A world that is interrupted within a tick, by any means, is whole or refuses to continue.",
     config={"ticks": 40, "share": 0.1, "interruptions": 10},
     cases=[
         {"kind": kind, "world": "predator-prey", "brains": brains, "seed": 5}

@@ -92,7 +92,8 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="interventions",
-    claim="An intervention in the file and the same one in a fork of a checkpoint give the same bytes.",
+    claim="An intervention in the world file and the same intervention in a fork of a checkpoint give the "
+    "same bytes.",
     config={"at": 400, "until": 800},
     cases=[{"what": what, "seed": seed} for what in DONE for seed in (41, 42)],
     run=run,

@@ -211,8 +211,8 @@ CASES = [
 CONFIG = {"identity": config_hash(without_policies(world_of({}))), "arms": ARMS, "window": [1000, 4000]}
 STUDY = Study(
     name="island",
-    claim="An island where animals thirst, freeze and tire lives on; hills, "
-    "scavengers and thirst each do what they should, hills do not.",
+    claim="An island on which animals can die of thirst, cold and exhaustion persists; scavengers and "
+    "thirst have their expected effects, hills do not.",
     config=CONFIG,
     cases=CASES,
     run=run,

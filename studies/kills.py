@@ -115,7 +115,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="kills",
-    claim="A run that is killed at any moment resumes, and ends with the same bytes.",
+    claim="A run that is killed at any moment can be resumed, and ends with the same bytes.",
     config={"ticks": 400, "checkpoint_every": 1, "share": 0.1, "kills": 60, "longest": 0.8},
     cases=[
         {"world": world, "brains": brains, "seed": 21 + i}

@@ -308,7 +308,7 @@ def identity() -> dict[str, str]:
 
 STUDY = Study(
     name="lamb",
-    claim="Two reflexes keep newborn lambs alive while each learns for itself to breathe and to find milk.",
+    claim="Two reflexes keep newborn lambs alive while each lamb learns to breathe and to find milk.",
     config={
         "world": "lamb",
         "identity": identity(),

@@ -24,7 +24,7 @@ def in_life(deer: float, wolf: float) -> dict[str, Any]:
 
 STUDY = crossed_study(
     "learning_in_life",
-    "Grass, deer and wolves persist while deer and wolves go on learning, whatever the training seed.",
+    "Grass, deer and wolves persist while deer and wolves learn slowly in life, for almost every training seed.",
     {"learning as in training": {"learn": True}, "learning slowly, wolves less so": in_life(3e-6, 1e-4)},
     TRAINING,
     WORLDS,

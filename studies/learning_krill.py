@@ -193,8 +193,8 @@ def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 STUDY = Study(
     name="learning_krill",
-    claim="Krill learn to chase what they see while copepods learn to hide, and copepods migrate among them, "
-    "frozen and while both go on learning.",
+    claim="Krill learn to chase what they see while copepods learn to hide, and copepods migrate among "
+    "them, whether policies are frozen or continue to learn.",
     config={"set": {}, "days": 20, "days of hunting": 3, "training_ticks": None},
     cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
     run=run,

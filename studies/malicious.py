@@ -131,7 +131,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="malicious",
-    claim="Nothing that is loaded runs code: what names code is refused by name, or does no harm.",
+    claim="No file or message that is loaded runs code: whatever names code is refused by name, or is "
+    "harmless.",
     config={
         "mutations": {"world": 40, "checkpoint": 20, "manifest": 20, "journal": 10, "message": 50},
         "every": 1,

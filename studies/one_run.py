@@ -310,7 +310,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="one_run",
-    claim="A folder holds one run, whoever else wants it, and a file of another one is refused by its name.",
+    claim="A folder contains one run, even if several processes claim it, and a file of another run is "
+    "refused by name.",
     config={"ticks": 16, "checkpoint_every": 4, "pairs": 25, "longest": 0.8, "kinds": 1000},
     cases=[{"pairs": name, "seed": seed} for name in PAIRS for seed in (31, 32)]
     + [{"pairs": "foreign files"}],

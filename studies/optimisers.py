@@ -156,7 +156,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="optimisers",
-    claim="Every optimiser finds food chains that persist with fewer candidates than chance does.",
+    claim="Every optimizer finds food chains that persist with fewer candidates than random search.",
     config={"candidates": 80, "judged": [20, 40, 80], "runs": 200},
     cases=[{"optimiser": k, "seed": s} for s in range(1, 9) for k in ("tpe", "gp", "cmaes", "random")],
     run=run,

@@ -1,4 +1,4 @@
-"""Learners from outside learn as much as the built-in PPO does: deer that look for grass.
+"""Deer that search for grass learn as much from external learners as from the built-in PPO.
 
     python -m studies.outside [--short]
 

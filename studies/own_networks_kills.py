@@ -27,8 +27,8 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="own_networks_kills",
-    claim="A run with torch modules, shared and individual, with a memory and without, "
-    "is killed at any moment and ends with the same bytes.",
+    claim="A run with torch modules, shared or individual, with or without memory, can be killed at any "
+    "moment and resumed, and ends with the same bytes.",
     config={"ticks": 60, "checkpoint_every": 1, "share": 0.02, "kills": 6, "longest": 4.0},
     cases=[
         {

@@ -14,7 +14,7 @@ TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
 ARMS: dict[str, dict[str, Any]] = {"frozen": {"learn": False}}
 STUDY = crossed_study(
     "persistence",
-    "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.",
+    "Grass, deer and wolves persist and cycle with the shipped training recipe, for almost every training seed.",
     ARMS,
     TRAINING,
     WORLDS,

@@ -141,7 +141,7 @@ def _cases(worlds: tuple, machines: tuple) -> list[dict]:
 
 STUDY = Study(
     name="portable",
-    claim="The portable mode gives the same bytes on every x86-64 machine.",
+    claim="Portable mode gives the same bytes on every x86-64 machine.",
     config={
         "seed": 1,
         "ticks": 24,

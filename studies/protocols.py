@@ -125,7 +125,7 @@ def spread(values: Sequence[float] | np.ndarray) -> float:
 
 GRID: Study = crossed_study(
     "protocols",
-    "Ways of training that make outcomes depend less on the training seed.",
+    "Some protocols of training make outcomes depend less on the training seed.",
     {name: {"train": OLD | train, "life": HALF} for name, train in PROTOCOLS.items()},
     TRAINING,
     WORLDS,

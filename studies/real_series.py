@@ -166,9 +166,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 NOTES = (
-    "Lags are shares of a period, from the prey to its predator; regularity is the share of the variance "
+    "Lags are shares of a period, from prey to predator; regularity is the share of the variance "
     "that one wave explains; swings are standard deviations of log10. Sources of the series: "
-    "studies/data/SOURCES.md. The long series of lynx (1821-1934) has no prey beside it and is drawn only."
+    "studies/data/SOURCES.md. The long series of lynx (1821 to 1934) has no series of prey and is drawn only."
 )
 WORLD_SEEDS: dict[str, list[int]] = REGISTERED.content["seeds"]["world"]
 CONFIG = {"ticks": REGISTERED.content["ticks"], "block": BLOCK}

@@ -191,8 +191,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 NOTES = (
-    "Numbers within 90 % intervals are expected in 9 of 10 tries, and fewer than 8 in 7 % of such studies. "
-    "Period is log10 of years; the lag, a share of it, is of the second species behind the first; amplitudes "
+    "True values are expected within 90% intervals in 9 of 10 tries, and in fewer than 8 in 7% of such studies. "
+    "The period is log10 of years; the lag of the second species behind the first is a share of it; amplitudes "
     "are standard deviations of log10."
 )
 SEEDS = REGISTERED.content["seeds"]

@@ -83,8 +83,8 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="resume",
-    claim="A run that is stopped, saved and gone on with in a new process gives the same bytes as one that "
-    "is not stopped.",
+    claim="A run that is stopped, saved and resumed in a new process gives the same bytes as an "
+    "uninterrupted run.",
     config={"ticks": 120, "splits": 20, "share": 0.2},
     cases=[{"world": world, "brains": brains, "seed": 11 + i} for i, (world, brains) in enumerate(WORLDS)],
     run=run,

@@ -1,4 +1,4 @@
-"""Deer whose speed and turn are numbers persist in a world of their own, and not without what they learned.
+"""Deer whose speed and turn are continuous persist in a world of their own, and die out without training.
 
     python -m studies.roaming [--short]
 

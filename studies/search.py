@@ -144,7 +144,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="search",
-    claim="A search makes of a world that dies on nearly every seed one that lives.",
+    claim="A search turns a world that dies on nearly every seed into one that persists.",
     config={
         "world": hashlib.sha256(WORLD.read_bytes()).hexdigest()[:16],
         "cpu": 600.0,

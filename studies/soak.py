@@ -137,8 +137,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="soak",
-    claim="A million ticks change nothing but the world: memory is flat, the books close, ids are unique, "
-    "speed stays.",
+    claim="Over a million ticks memory stays flat, ledgers close, ids are unique, and speed does not fall.",
     config={"ticks": 1_000_000, "block": 5000, "checkpoint_every": 100_000},
     cases=[{"seed": 31}],
     run=run,

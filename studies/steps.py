@@ -431,7 +431,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="steps",
-    claim="What is solved exactly does not depend on the length of a tick; how all else does is known.",
+    claim="Processes that are solved exactly do not depend on the length of a tick; how the others do is known.",
     config={"seeds": [1, 2, 3], "steps": list(STEPS), "before": BEFORE},
     cases=[{"process": name, "code": code} for code in ("before", "now") for name in PROCESSES],
     run=run,

@@ -102,8 +102,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="swapped",
-    claim="Of four training seeds that were picked by the fate of their worlds, "
-    "those of the deer say more of that fate than those of the wolves.",
+    claim="Of four training seeds that were chosen by the fate of their worlds, those of the deer explain more "
+    "of that fate than those of the wolves.",
     config={"train": OLD, "life": HALF, "ticks": 8000, "short training": None},
     cases=[{"deer": d, "wolf": w, "seed": WORLD} for d in DIE + LIVE for w in DIE + LIVE],
     run=run,

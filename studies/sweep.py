@@ -273,7 +273,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="sweep",
-    claim="a sweep ends with the same digests on local processes, on Ray and on SLURM, whoever is killed",
+    claim="A sweep ends with the same digests on local processes, on Ray and on SLURM, after any kill.",
     config={
         "ticks": 1000,
         "seeds": 5,

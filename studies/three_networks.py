@@ -1,4 +1,4 @@
-"""Deer learn with the built-in network, with a torch Sequential and with a GRU: three networks, one world.
+"""Deer learn in one world with three networks: the built-in one, a torch Sequential and a GRU.
 
     python -m studies.three_networks [--short]
 

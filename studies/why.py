@@ -128,7 +128,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 CASES = [{"set": "test", "label": label, "seed": TEST + i} for label in CLASSES for i in range(10)]
 STUDY = Study(
     name="why",
-    claim="`ecs-eco why` names what was done to a world",
+    claim="`ecs-eco why` names the cause that was staged in a world.",
     config={"ticks": 1000},
     cases=CASES,
     run=run,

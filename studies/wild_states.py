@@ -93,7 +93,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="wild_states",
-    claim="Whatever numbers a world is given, it is refused or runs: no kernel leaves its arrays.",
+    claim="A world with any values at all is refused or runs: no kernel leaves its arrays.",
     config={"states": 200},
     cases=[{"source": source, "seed": seed} for source in WORLDS for seed in range(1, 6)],
     run=run,

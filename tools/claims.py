@@ -1,7 +1,7 @@
-"""The table that docs/results.md opens with: each claim, and the line of a study that it rests on.
+"""The tables of claims on the pages of docs/evidence/: each claim, and the line of a study that it rests on.
 
-A claim is registered where its line is that of a hypothesis in studies/registered/, else explored: seen
-first, or with goals that were set after a look; or a test of the program, where it says so.
+A claim is registered if its line is that of a hypothesis in studies/registered/; a test if it is a promise of the
+program; else exploratory: seen first, or with a goal that was set after a look.
 """
 
 import tomllib
@@ -10,9 +10,11 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from cells import shown
+
 CLAIMS = Path(__file__).parent.parent / "studies" / "claims.toml"
-HEAD = ["claim", "seen how", "training seeds × world seeds", "effect (95 %)", "goal", "verdict"]
-KEYS = ("id", "says", "study", "line", "of", "kind")
+HEAD = ["claim", "kind", "training seeds × world seeds", "effect (95% interval)", "goal", "outcome"]
+KEYS = ("id", "says", "study", "line", "of", "kind", "failed")
 
 
 def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
@@ -38,15 +40,15 @@ def rows(records: Mapping[str, Mapping[str, Any]], claims: list[dict[str, Any]])
 def row(claim: Mapping[str, Any], record: Mapping[str, Any]) -> list[Any]:
     """Return the line of one claim. Raises ValueError where its line or its cases are not in the result."""
     line = line_of(claim, record)
-    how = claim.get("kind", "registered" if "registered" in line else "explored")
-    study = claim["study"]
+    how = claim.get("kind", "registered" if "registered" in line else "exploratory")
+    note = f" {claim['failed']}" if "failed" in claim and not line["met"] else ""
     return [
-        f'<a id="claim-{claim["id"]}"></a>{claim["says"]} [{study}](#{study})',
+        f'<a id="claim-{claim["id"]}"></a>{claim["says"]}{note}',
         how,
         replicates(claim, record),
-        line["value"],
-        line["goal"],
-        "met" if line["met"] else "**not met**",
+        shown(line["value"]),
+        line["goal"] if "registered" in line else shown(line["goal"]),
+        "passed" if line["met"] else "**failed**",
     ]
 
 

@@ -7,7 +7,7 @@ import json
 import sys
 from pathlib import Path
 
-from make_results import table
+from cells import table
 
 ROOT = Path(__file__).parents[1]
 PAGE, RESULT = ROOT / "docs" / "explanation" / "steps.md", ROOT / "studies" / "results" / "steps.json"

@@ -1,23 +1,23 @@
-"""What every study of living worlds opens with: in how many of its runs all species persisted, by arm,
-and who died out."""
+"""The first lines of every study of living worlds: in how many runs all species persisted, by arm, and which
+species died out first."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-SEEDS = ("seed", "training", "ticks")  # what of a case is no arm
-NOTES = {"from_scratch": "Numbers are held constant by respawn while policies learn: nobody can die out."}
+SEEDS = ("seed", "training", "ticks")  # keys of a case that do not name its arm
+NOTES = {"from_scratch": "Respawn holds numbers constant while policies learn, so no species can die out."}
 
 
 def _persisted(result: Mapping[str, Any]) -> bool:
     return bool(result["persisted"])
 
 
-def _nobody_extinct(result: Mapping[str, Any]) -> bool:
+def _none_extinct(result: Mapping[str, Any]) -> bool:
     return result["extinct"] in (None, False)
 
 
 def _all_at_the_end(result: Mapping[str, Any]) -> bool:
-    """Those who were never there (an arm without grazers) cannot die out."""
+    """A species that was never there (an arm without grazers) cannot die out."""
     return all(n > 0 for s, n in result["end"].items() if result["numbers"][s] > 0)
 
 
@@ -27,7 +27,7 @@ def _with_interventions(result: Mapping[str, Any]) -> bool:
 
 KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], ...] = (
     (("persisted",), "All species persisted", _persisted),
-    (("extinct",), "All animals persisted", _nobody_extinct),
+    (("extinct",), "All animals persisted", _none_extinct),
     (("end", "numbers"), "All species persisted", _all_at_the_end),
     (("at the end, alone and with it",), "All species persisted", _with_interventions),
     (
@@ -37,16 +37,16 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
     ),
     (
         ("lambs", "alive"),
-        "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end",
+        "Lambs are a cohort without offspring, so all die in time. Some lived to the end",
         lambda r: r["alive"] > 0,
     ),
-)  # how it is seen from a result: the keys that it has, what is said, and whether it is so
+)  # the keys of such a result, the words for it, and the test
 
 
 def opening(record: Mapping[str, Any]) -> str:
-    """One or two sentences; "" for a study that follows no world to its end.
+    """Return one or two sentences, or "" for a study that follows no world to its end.
 
-    A study may say them itself: record["persistence"].
+    A study may give its own: record["persistence"].
     """
     if note := record.get("persistence") or NOTES.get(record["name"]):
         return str(note)

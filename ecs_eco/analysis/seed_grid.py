@@ -15,7 +15,13 @@ from ecs_eco.analysis.extinction import declines, lifetime
 from ecs_eco.analysis.palette import AXIS, ON_CELL
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
-from ecs_eco.analysis.survival import Interval, kaplan_meier, survival_function, wilson
+from ecs_eco.analysis.survival import (
+    Interval,
+    difference_of_intervals,
+    kaplan_meier,
+    survival_function,
+    wilson,
+)
 
 EFFECTS = ("training seed", "world seed", "rest")
 
@@ -192,6 +198,14 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     y = np.asarray(table, float)
     n = effective_runs(y, level)
     return wilson(float(y.mean()) * n, n, level)
+
+
+def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) -> Interval:
+    """Return share 1 − share 2 of two tables of 0 and 1, with Newcombe's interval from both `share_interval`.
+
+    It never reaches beyond −1 or 1 (Newcombe 1998, method 10), which Student's t over seeds does.
+    """
+    return difference_of_intervals(share_interval(one, level), share_interval(other, level))
 
 
 # --- tables of runs -----------------------------------------------------------------------------------------

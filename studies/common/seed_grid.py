@@ -245,14 +245,18 @@ def verdicts(
 ) -> list[dict[str, Any]]:
     """Persistence over the grid, and peaks and lags where everybody persists."""
     from ecs_eco.analysis.cycles import median_lag_interval
+    from ecs_eco.analysis.seed_grid import share_interval
 
     results = [e["result"] for e in entries]
     kept = [r for r in results if r["persisted"]]
     share, cycling = len(kept) / len(results), sum(map(both_peaks, kept))
+    table = grid(entries, lambda r: r["persisted"])
+    ends = share_interval(table) if np.isfinite(table).all() else None
+    between = f", {ends.low:.0%} to {ends.high:.0%}" if ends else ""
     out = [
         verdict(
             f"{arm}: runs in which all species persist",
-            f"{len(kept)} of {len(results)} ({share:.0%})",
+            f"{len(kept)} of {len(results)} ({share:.0%}{between})",
             f"at least {goal:.0%}",
             share >= goal,
         ),
@@ -342,8 +346,8 @@ def variance_sentence(entries: Sequence[Entry]) -> str:
         for name, x in shares.items()
         if np.isfinite(x["rest"][0])
     ]
-    words = "; ".join(parts) or "nothing varies, or there are too few seeds"
-    return f"{arm}, where the variance comes from (persisted on the linear scale of 0 and 1): {words}."
+    words = "; ".join(parts) or "no outcome varies, or there are too few seeds"
+    return f"{arm}, shares of variance (persistence as 0 and 1): {words}."
 
 
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:

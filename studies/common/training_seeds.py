@@ -1,12 +1,13 @@
-"""What studies say over training seeds: means over world seeds, intervals, contrasts,
-and how they are in_words."""
+"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and how to
+print them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.rhythm import Cosinor
+from ecs_eco.analysis.seed_grid import share_difference, share_interval
 from studies.common.study import verdict
 
 
@@ -32,6 +33,28 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
     low, high = test.confidence_interval(0.95)
     p = float(test.pvalue) / 2 if test.statistic > 0 else 1 - float(test.pvalue) / 2
     return [gap, round(float(low), 3), round(float(high), 3)], p
+
+
+def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
+    """Return an outcome of lives by training seed and world seed; NaN where there is no life."""
+    rows, columns = (sorted({life[key] for life in lives}) for key in ("training", "seed"))
+    table = np.full((len(rows), len(columns)), np.nan)
+    for life in lives:
+        table[rows.index(life["training"]), columns.index(life["seed"])] = life[outcome]
+    return table
+
+
+def share_of_lives(lives: Sequence[Mapping[str, Any]], outcome: str) -> list[float]:
+    """Return the share of lives with an outcome and its 95% interval (Wilson, on the effective number of lives):
+    both seeds are replicates."""
+    return list(share_interval(seed_table(lives, outcome)))
+
+
+def share_gap(
+    one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]], outcome: str
+) -> list[float]:
+    """Return the difference of two shares of lives and its 95% interval (Newcombe, on effective numbers)."""
+    return list(share_difference(seed_table(one, outcome), seed_table(other, outcome)))
 
 
 def in_words(interval_: list[float], n: int, p: float | None = None) -> str:

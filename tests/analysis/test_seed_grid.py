@@ -17,6 +17,7 @@ from ecs_eco.analysis.seed_grid import (
     effective_runs,
     mean_interval,
     pigeonhole,
+    share_difference,
     share_interval,
     spread_of_mean,
     survival_band,
@@ -95,6 +96,13 @@ def test_the_interval_of_a_share_covers_where_wilson_does_not() -> None:
     covered = [((x[:, 0] <= 0.8) & (x[:, 1] >= 0.8)).mean() for x in (ends, naive)]
     assert covered[0] >= 0.94
     assert covered[1] < 0.75
+
+
+def test_the_difference_of_shares_never_reaches_beyond_1() -> None:
+    full, none = np.ones((5, 4)), np.zeros((5, 4))
+    end = 1.959964**2 / (5 + 1.959964**2)  # Wilson's upper end of 0 of 5, by hand
+    assert share_difference(full, none) == pytest.approx((1, 1 - np.hypot(end, end), 1), abs=1e-6)
+    assert share_difference(none, full) == pytest.approx((-1, -1, np.hypot(end, end) - 1), abs=1e-6)
 
 
 def test_the_interval_of_a_mean_covers() -> None:

@@ -24,16 +24,18 @@ CLAIM = {"id": "red", "says": "Red spreads.", "study": "goats", "line": "red:", 
 def test_a_row_says_how_it_was_seen_over_which_seeds_and_what_came_out():
     (row,) = claims.rows({"goats": RESULT}, [CLAIM])
     assert row == [
-        '<a id="claim-red"></a>Red spreads. [goats](#goats)',
-        "explored",
+        '<a id="claim-red"></a>Red spreads.',
+        "exploratory",
         "2 × 3",
-        [0.1, 0.05, 0.2],
+        "0.1 (0.05 to 0.2)",
         "above 0",
-        "met",
+        "passed",
     ]
-    (row,) = claims.rows({"goats": RESULT}, [CLAIM | {"line": "green", "of": {"arm": "frozen"}}])
+    green = CLAIM | {"line": "green", "of": {"arm": "frozen"}, "failed": "(Green does not.)"}
+    (row,) = claims.rows({"goats": RESULT}, [green])
+    assert row[0].endswith("Red spreads. (Green does not.)")
     assert row[1:3] == ["registered", "1 × 1"]
-    assert row[-1] == "**not met**"
+    assert row[-1] == "**failed**"
 
 
 def test_lives_within_a_case_are_replicates():

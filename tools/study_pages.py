@@ -1,0 +1,175 @@
+"""The page of one study: its claim, its figure, the claims of other pages that rest on it, all that was measured,
+and where the numbers come from. `make_results.py` writes them."""
+
+import importlib
+import sys
+from pathlib import Path
+from typing import Any
+
+from cells import shown, table, typeset
+from claims import HEAD as CLAIMS_HEAD  # the files beside this one
+from claims import rows as rows_of_claims
+from persistence import opening
+
+ROOT = Path(__file__).parents[1]
+RESULTS = ROOT / "studies" / "results"
+IMAGES = ROOT / "docs" / "img"
+NOTICE = "<!-- Written by tools/make_results.py: change studies/ or tools/, not this page. -->"
+FIGURES = {  # the others are named after their study: what each shows
+    "arms_race": ("arms_race.svg", "Kills of hunters among prey of earlier and of later times, by arm"),
+    "cycle_causes": ("cycle_causes.svg", "Share of runs that persist and cycle for six kinds of deer"),
+    "cycles": ("predator_prey.png", "Numbers of grass, deer and wolves over 10,000 ticks: seven cycles"),
+    "deer_that_flee": ("deer_that_flee.svg", "Share of deer that run, by distance to the nearest wolf"),
+    "diel_migration": (
+        "diel_migration.png",
+        "Depth of copepods over twenty days: deep by day, shallow by night",
+    ),
+    "full_rate": ("full_rate.svg", "Numbers of wolves while deer, wolves or both learn"),
+    "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
+    "goats_factorial": (
+        "goats_factorial.svg",
+        "Selection coefficients of four genes, by learning and inheritance",
+    ),
+    "happiness": ("happiness_genes.png", "Weights of happiness in the genomes of voles over generations"),
+    "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
+    "outside": ("outside.png", "Intake of deer while three learners train"),
+    "real_series": (
+        "real_series.svg",
+        "Measured series of predators and prey against those of shipped worlds",
+    ),
+    "recovery": ("recovery.svg", "Posteriors of two parameters, and the series fitted to the pelts"),
+    "three_networks": ("three_networks.png", "Intake of deer while three networks train"),
+    "why": ("why.png", "Verdicts of `ecs-eco why` against what was done to the world"),
+}
+STALE = "**The world or the study has changed since: this result must be renewed.**"
+SINCE = {  # what has changed since the commits at which a study was run, as far as it touches its figures
+    "diel_migration": "Measured before krill lost their energy budget (commit `908e4ca`), which fell below 0 and "
+    "had no meaning. In three runs of 1,500 ticks copepods and phytoplankton then lived as before to the last bit, "
+    "so their figures remain valid; figures for the energy of krill belong to the earlier world. Since then only "
+    "the short form has been run.",
+    "learning_krill": "Measured before krill that hunt by the scripted reflex lost their energy budget (commit "
+    "`908e4ca`). Krill that learn still have one; the arm of the scripted reflex belongs to the earlier world, in "
+    "which sated krill did not eat. Since then only the short form has been run.",
+}
+
+
+def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
+    """Return the page of a study."""
+    name = record["name"]
+    own = [claim for claim in claims if claim["study"] == name]
+    blocks = [
+        f"# {name}",
+        NOTICE,
+        claim_of(record),
+        *([figure(name, "../img")] if name in FIGURES else []),
+        *([f"**{summary}**"] if (summary := opening(record)) else []),
+        *([STALE] if stale(record) else []),
+        *(
+            ["## Claims that rest on it", table(CLAIMS_HEAD, rows_of_claims({name: record}, own))]
+            if own
+            else []
+        ),
+        "## Measured",
+        f"{counted(record)} goals passed. Lines without a goal are reported only.",
+        table(["outcome", "statement", "measured", "goal"], [measured(line) for line in record["verdicts"]]),
+        *([table(record["table"]["head"], typed(record["table"]["rows"]))] if record.get("table") else []),
+        *([typeset(record["notes"])] if record.get("notes") else []),
+        "## Where the numbers come from",
+        *([registered(record["registration"])] if "registration" in record else []),
+        *([SINCE[name]] if name in SINCE else []),
+        origin(record),
+    ]
+    return "\n\n".join(blocks) + "\n"
+
+
+def figure(name: str, folder: str) -> str:
+    """Return the image of a study, with what it shows."""
+    file, shows = FIGURES[name]
+    return f"![{shows}]({folder}/{file})"
+
+
+def measured(line: dict[str, Any]) -> list[str]:
+    """Return the row of a line; registered words stay as they are."""
+    word = "reported" if is_reported(line) else "passed" if line["met"] else "**failed**"
+    if "registered" in line:
+        return [f"{word}, registered", line["statement"], shown(line["value"]), line["goal"]]
+    return [word, *(shown(line[key]) for key in ("statement", "value", "goal"))]
+
+
+def typed(rows: list[list[Any]]) -> list[list[Any]]:
+    """Return rows of a stored table in the typography of the pages."""
+    return [[typeset(x) if isinstance(x, str) else x for x in row] for row in rows]
+
+
+def registered(noted: dict[str, str]) -> str:
+    """Return where a study was registered."""
+    return (
+        f"Registered before the first run in [{noted['file']}](../../{noted['file']}), sha256 "
+        f"`{noted['sha256'][:12]}`, commit `{noted['commit'][:12]}`."
+    )
+
+
+def origin(record: dict[str, Any]) -> str:
+    """Return the command, cases, seeds, commits, configuration and versions of a result."""
+    commits = ", ".join(f"`{c[:12]}`" for c in record["commits"])
+    rows = [
+        ["run it again", f"`{command(record)}`"],
+        ["cases", f"{len(record['cases']):,}"],
+        *([["seeds", ranges(record["seeds"])]] if record["seeds"] else []),
+        ["computing", f"{record['seconds']:,.0f} s"],
+        ["commits", commits + " with uncommitted changes" * bool(record["dirty"])],
+        ["configuration", f"`{record['config_hash'][:12]}`"],
+        ["versions", ", ".join(f"{k} {v}" for k, v in record["versions"].items())],
+        ["all numbers", f"[{record['name']}.json](../../studies/results/{record['name']}.json)"],
+    ]
+    return table(["", ""], rows)
+
+
+def command(record: dict[str, Any]) -> str:
+    """Return the command that runs a study; older results name its file."""
+    return str(record["command"].replace("python studies/", "python -m studies.").replace(".py", ""))
+
+
+def counted(record: dict[str, Any]) -> str:
+    """Return how many goals passed, of how many."""
+    goals = [line for line in record["verdicts"] if not is_reported(line)]
+    return f"{sum(line['met'] for line in goals)} of {len(goals)}"
+
+
+def stale(record: dict[str, Any]) -> bool:
+    """Return whether a result is of another configuration than its study has today."""
+    study = study_of(record["name"])
+    return study is not None and bool(study.whole_config_hash() != record["config_hash"])
+
+
+def claim_of(record: dict[str, Any]) -> str:
+    """Return what a study claims today."""
+    study = study_of(record["name"])
+    return str(record["claim"] if study is None else study.claim)
+
+
+def study_of(name: str) -> Any:
+    """Return the study of a result as its script has it today; None where studies/ has none."""
+    return _module(name).STUDY if (ROOT / "studies" / f"{name}.py").is_file() else None
+
+
+def is_reported(line: dict[str, Any]) -> bool:
+    """Return whether a line has no goal."""
+    return bool(_module("common.study").is_reported(line))
+
+
+def _module(name: str) -> Any:
+    if str(ROOT) not in sys.path:  # run as a script
+        sys.path.insert(0, str(ROOT))
+    return importlib.import_module(f"studies.{name}")
+
+
+def ranges(numbers: list[int]) -> str:
+    """Return whole numbers with consecutive ones as a range: 1–5, 9."""
+    out: list[list[int]] = []
+    for x in sorted(numbers):
+        if out and x == out[-1][1] + 1:
+            out[-1][1] = x
+        else:
+            out.append([x, x])
+    return ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in out)
