@@ -27,7 +27,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
     ),
     "config": (
         "World files",
-        "Loading and checking; every key is in [the world file](../worlds.md).",
+        "Loading and checking; every key is in [the world file](../world/index.md).",
         (
             "ecs_eco.config:load",
             "ecs_eco.config:for_training",
