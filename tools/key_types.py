@@ -64,7 +64,11 @@ def range_of(kind: Any, metadata: Metadata) -> str:
         return " or ".join(dict.fromkeys(r for p in parts if (r := range_of(p, metadata))))
     if origin is list:
         inner, length = range_of(parts[0], ()), _length(metadata)
-        return f"{length}, each {inner}".replace("each 2 e", "each of 2 e") if inner and length else inner or length
+        return (
+            f"{length}, each {inner}".replace("each 2 e", "each of 2 e")
+            if inner and length
+            else inner or length
+        )
     if origin is dict:
         return range_of(parts[1], ())
     return "" if kind not in (int, float) else _limits(metadata)

@@ -1,4 +1,4 @@
-"""Write the reference of the world file, docs/reference/world, from the models that check it; --check: only compare.
+"""Write the reference of the world file, docs/reference/world, from its models; --check: only compare.
 
 Each section has a page with its keys, their type, range, unit, default and meaning, and an example from
 tools/world_examples. The index keeps the text above its mark, which is written by hand.
@@ -101,9 +101,17 @@ def pages() -> dict[str, str]:
     homes = {part.model: part for listed in of_page.values() for part in listed}
     texts = {f"{name}.md": _page(name, listed, homes) for name, listed in of_page.items()}
     texts["ppo.md"] = _ppo()
-    texts["formulas.md"] = "\n\n".join(
-        ["# Formulas", NOTE, f"A formula is made of {ALLOWED}. A true comparison is 1.", _example("formulas")]
-    ) + "\n"
+    texts["formulas.md"] = (
+        "\n\n".join(
+            [
+                "# Formulas",
+                NOTE,
+                f"A formula is made of {ALLOWED}. A true comparison is 1.",
+                _example("formulas"),
+            ]
+        )
+        + "\n"
+    )
     above = (PAGES / "index.md").read_text(encoding="utf-8").partition(MARK)[0]
     texts["index.md"] = above + _index(of_page)
     return texts
@@ -119,7 +127,8 @@ def _page(name: str, listed: list[Part], homes: dict[type[Section], Part]) -> st
         opening.append(sentence(outer[0].places[0].about.partition("; absent")[0]))
     if len(outer) == 1:
         opening.append(_text(outer[0].model))
-    body = [f"{'' if part is outer[0] and len(outer) == 1 else _head(part)}{_table(part, homes)}" for part in listed]
+    headless = outer[0] if len(outer) == 1 else None
+    body = [("" if part is headless else _head(part)) + _table(part, homes) for part in listed]
     return "\n\n".join([*opening, _example(name), *body]) + "\n"
 
 
@@ -205,20 +214,24 @@ def _index(of_page: dict[str, list[Part]]) -> str:
 def _ppo() -> str:
     rows = [f"| `{f.name}` | `{written(f.default)}` | {f.metadata['doc']} |" for f in dataclasses.fields(PPO)]
     table = "| key | default | meaning |\n|---|---|---|\n" + "\n".join(rows)
-    return "\n\n".join(["# `species.NAME.ppo`", NOTE, "Hyperparameters of PPO.", _example("ppo"), table]) + "\n"
+    return (
+        "\n\n".join(["# `species.NAME.ppo`", NOTE, "Hyperparameters of PPO.", _example("ppo"), table]) + "\n"
+    )
 
 
 def main() -> int:
     """Write the pages, or name those that are out of date."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where a page is not up to date")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; fail where a page is not up to date"
+    )
     check = parser.parse_args().check
     wanted = pages()
     old = {path.name: path.read_text(encoding="utf-8") for path in PAGES.glob("*.md")}
     stale = [name for name in wanted | old if wanted.get(name) != old.get(name)]
     if check:
         for name in stale:
-            print(f"docs/reference/world/{name} is out of date: run python tools/make_reference.py", file=sys.stderr)
+            print(f"{name} is out of date: run python tools/make_reference.py", file=sys.stderr)
         return bool(stale)
     for name in stale:
         if name in wanted:

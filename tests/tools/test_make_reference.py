@@ -1,5 +1,6 @@
 """The reference of the world file: a page for each section, each with an example that is valid."""
 
+import json
 import tomllib
 from typing import Any
 
@@ -38,15 +39,16 @@ def at(data: Any, keys: list[str]) -> list[Any]:
 
 def files(folder):
     """The files beside the world that examples name."""
-    (folder / "counts.csv").write_text("year,deer,wolf\n" + "".join(f"{i},{20 + i},{5 + i % 3}\n" for i in range(16)))
+    counts = [f"{year},{20 + year},{5 + year % 3}" for year in range(16)]
+    (folder / "counts.csv").write_text("\n".join(["year,deer,wolf", *counts]))
     rows = np.add.outer(np.arange(100), np.arange(100)) / 50
     head = "ncols 100\nnrows 100\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
     (folder / "dem.asc").write_text(head + "\n".join(" ".join(f"{x:.2f}" for x in row) for row in rows))
     (folder / "flock.py").write_text("")  # neither run nor checked before it is allowed
-    line = '{"type": "LineString", "coordinates": [[0, 80], [100, 80]]}'
-    (folder / "streams.geojson").write_text(
-        f'{{"type": "FeatureCollection", "features": [{{"type": "Feature", "properties": {{}}, "geometry": {line}}}]}}'
-    )
+    shape = {"type": "LineString", "coordinates": [[0, 80], [100, 80]]}
+    feature = {"type": "Feature", "properties": {}, "geometry": shape}
+    streams = {"type": "FeatureCollection", "features": [feature]}
+    (folder / "streams.geojson").write_text(json.dumps(streams))
 
 
 def test_pages_are_up_to_date():
