@@ -21,7 +21,7 @@ def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | N
                 if world.stopping:
                     break
                 world.underway, world.ticking = mark, True  # the mark stands until the tick is complete
-                world.pass_tick()
+                world._pass_tick()
                 world.tick += 1
                 world.ticking, world.underway = False, None
                 patience.over()

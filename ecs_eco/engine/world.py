@@ -188,7 +188,7 @@ class World:
                 )
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
-        return self.admit_newborn(table, values, f"spawn {table.name!r}")
+        return self._admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
         """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
@@ -251,12 +251,12 @@ class World:
         called_with("progress", progress, "done", "ticks")
         self._mine()
         require_whole(self, "run")
-        self.admit(refuse=self.debug is None)
-        self.touch()
+        self._admit(refuse=self.debug is None)
+        self._touch()
         live(self, ticks, progress, Underway("tick"))
         return self
 
-    def act(self, processors: Iterable[Processor]) -> None:
+    def _act(self, processors: Iterable[Processor]) -> None:
         """Let processors act, one after the other; in the debug mode what each of them did is checked."""
         if self.debug is None:
             for processor in processors:
@@ -265,15 +265,15 @@ class World:
             for processor in processors:
                 self.debug.act(processor)
 
-    def pass_tick(self) -> None:
+    def _pass_tick(self) -> None:
         """Let all processors act, in the way of dividing work among threads that took less time lately."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
-            self.workers.tick(lambda: self.act(processors), lambda: sum(t.n for t in self.tables.values()))
+            self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
         else:
-            self.act(processors)
+            self._act(processors)
 
-    def entered(self) -> AbstractContextManager[None]:
+    def _entered(self) -> AbstractContextManager[None]:
         """Return what a part of a tick takes place within; a world that others can look into says more."""
         return nullcontext()
 
@@ -287,27 +287,27 @@ class World:
         """Carry out the deaths, then the births asked for so far."""
         require_whole(self, "flush", within=True)
         with whole(self, f"the flush before tick {self.tick}"):
-            self.flush_deaths()
-            self.flush_births()
+            self._flush_deaths()
+            self._flush_births()
 
-    def flush_deaths(self) -> None:
+    def _flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
         if self.debug is None:
             self.turnover.bury_dying()
         else:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
-    def flush_births(self) -> None:
+    def _flush_births(self) -> None:
         """Bring the newborn that were asked for to life, table by table, in the order of their requests."""
         if self.debug is None:
             self.turnover.bear()
         else:
             self.debug.watch(Births.label, self.turnover.bear, flush=True)
 
-    def admit(self, refuse: bool = True) -> None:
+    def _admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""
 
-    def admit_newborn(
+    def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn as they may come to life."""
@@ -315,7 +315,7 @@ class World:
 
     # --- for systems ----------------------------------------------------------------------------------------
 
-    def touch(self) -> None:
+    def _touch(self) -> None:
         """Invalidate all that is derived from positions: handles may have moved something."""
         for table in self.tables.values():
             table.version += 1

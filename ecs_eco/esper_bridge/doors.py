@@ -137,7 +137,7 @@ class Dead(set[int]):
         those with a cause of death leave their rows."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
-            world.flush_deaths()
+            world._flush_deaths()
 
 
 class Cache(dict[type | tuple[type, ...], Any]):

@@ -61,18 +61,18 @@ class World(engine.World):
             with turns.turn:
                 switch_back(outside)
 
-    def pass_tick(self) -> None:
+    def _pass_tick(self) -> None:
         """Let all processors act while esper shows this world."""
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()
-            super().pass_tick()
+            super()._pass_tick()
             if self.apart:
                 esper.switch_world(outside)
         if turns.turn.waiting:
             turns.turn.leave()
 
-    def entered(self) -> AbstractContextManager[None]:
+    def _entered(self) -> AbstractContextManager[None]:
         """Return a context in which esper shows this world."""
         return self.context.inside()
 

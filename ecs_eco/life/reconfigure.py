@@ -57,13 +57,13 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
         reseed(world, new.seed)
     if new.space.cell is None and cell(new) != cell(old):
         world.space.set_cell(cell(new))
-        world.forget_neighbours()
+        world._forget_neighbours()
     for name, species in new.species.items():
         _learners(world, world.tables[name], old.species[name], species)
     for table in world.tables.values():
         register_eaters(world, table)
         register_limits(world, table)
-    world.touch()
+    world._touch()
 
 
 def reseed(world: SpatialWorld, seed: int) -> None:

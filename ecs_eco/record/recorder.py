@@ -69,7 +69,7 @@ class Recorder(System):
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names = world.listed()
+        self.names = world.species_names()
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}

@@ -68,7 +68,7 @@ class SpatialWorld(World):
         self.lock = threading.RLock()  # held while something is made that threads share
         self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
-        self._merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
+        self._kept_merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
         tables = self.tables  # `self` would make a circle
         # addresses of alive, uid, x, y and z of each table, for kernels
@@ -88,7 +88,7 @@ class SpatialWorld(World):
         true."""
         self.stopping = self.bands.stops()
 
-    def listed(self) -> list[str]:
+    def species_names(self) -> list[str]:
         """Return the names of the species, not of objects, in the order in which the world file has them: for
         all that people read. Tables are in the order of names, for the file's must not matter."""
         known = [] if self.config is None else list(self.config.species)
@@ -106,11 +106,11 @@ class SpatialWorld(World):
     def ambient(self, values: dict[str, float]) -> None:
         self.environment.ambient = values
 
-    def admit(self, refuse: bool = True) -> None:
+    def _admit(self, refuse: bool = True) -> None:
         """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
-    def admit_newborn(
+    def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn with their places brought into the space;
@@ -203,23 +203,23 @@ class SpatialWorld(World):
     def _two(self, *tables: Table | str) -> list[Index]:
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
-    def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
+    def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
         """Return the bodies of several tables in one index of a kind, as things stand now:
         those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
             version: tuple[int, ...] = ()
             for name in names:
                 version = *version, self.tables[name].version
-            kept = self._merged.get((kind, names))
+            kept = self._kept_merged.get((kind, names))
             if kept is None or kept[0] != version:
-                kept = self._merged[kind, names] = (version, build())
+                kept = self._kept_merged[kind, names] = (version, build())
             return kept[1]
 
-    def forget_neighbours(self) -> None:
+    def _forget_neighbours(self) -> None:
         """Let all indexes be made anew: the cells, or all places, are others."""
         self._indexes.clear()
-        self._merged.clear()
-        self.touch()
+        self._kept_merged.clear()
+        self._touch()
 
     def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return light, temperature [K] or pressure [Pa] at places f32[n] [m]: f32[n].

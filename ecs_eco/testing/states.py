@@ -87,7 +87,7 @@ def act(world: World, kind: type[System]) -> None:
             unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems])
         )
     with world:
-        world.act(systems[:1])
+        world._act(systems[:1])
 
 
 @contextmanager
