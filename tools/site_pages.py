@@ -9,169 +9,19 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-MEMBERS = "   :members:\n   :show-inheritance:\n"
-API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
-    "world": (
-        "World, tables and systems",
-        "What `from ecs_eco import …` gives.",
-        (
-            "ecs_eco:World",
-            "ecs_eco:Table",
-            "ecs_eco:System",
-            "ecs_eco:component",
-            "ecs_eco:njit",
-            "ecs_eco:draw",
-            "ecs_eco.nervous.external:External",
-            "ecs_eco.nervous.external:Sensed",
-        ),
-    ),
-    "config": (
-        "World files",
-        "Loading and checking; every key is in [the world file](../world/index.md).",
-        (
-            "ecs_eco.config:load",
-            "ecs_eco.config:for_training",
-            "ecs_eco.config:WorldConfig",
-            "ecs_eco.config:compile_formula",
-            "ecs_eco.worlds.build:build",
-            "ecs_eco.engine.errors:ConfigError",
-        ),
-    ),
-    "runs": (
-        "Runs and their records",
-        "Run into a folder, go on, fork; what is kept in memory.",
-        (
-            "ecs_eco.runs.run:run_to_folder",
-            "ecs_eco.runs.run:resume",
-            "ecs_eco.runs.run:fork",
-            "ecs_eco.record.recorder:Recorder",
-            "ecs_eco.analysis.runs:load_series",
-            "ecs_eco.analysis.runs:Series",
-        ),
-    ),
-    "learning": (
-        "Learning",
-        "Brains and PPO, also for plain Gymnasium environments; see "
-        "[learning](../../explanation/learning.md).",
-        ("ecs_eco.learning:*",),
-    ),
-    "rl": (
-        "Reinforcement learning from outside",
-        "Species as environments of PettingZoo and Gymnasium: "
-        '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
-        "(../../how-to/bring_your_own_learner.md).",
-        ("ecs_eco.rl:parallel_env", "ecs_eco.rl:slots", "ecs_eco.rl:body"),
-    ),
-    "search": (
-        "Searching and fitting",
-        "Numbers with which a world lives, or is like measurements; see "
-        "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
-        (
-            "ecs_eco.lab:search",
-            "ecs_eco.lab.searching.fit:Fit",
-            "ecs_eco.lab.searching.sampler:Sampler",
-            "ecs_eco.lab.searching.sampler:Population",
-            "ecs_eco.lab.searching.sampler:weighted_quantiles",
-        ),
-    ),
-    "genomes": (
-        "Genomes",
-        "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
-        ("ecs_eco.genomes:*",),
-    ),
-    "space": ("Space", "Edges, neighbours, fields and ground.", ("ecs_eco.space:*",)),
-    "systems": (
-        "Systems",
-        "What happens to everyone in a tick, in the order of "
-        "[the schedule](../../explanation/design.md#the-tick).",
-        ("ecs_eco.systems:*",),
-    ),
-    "testing": (
-        "Tests of your own parts",
-        "Checks for your own components, systems, genomes and worlds.",
-        ("ecs_eco.testing:*",),
-    ),
-}
-ANALYSIS = (
-    "cycles",
-    "extinction",
-    "lineage",
-    "pedigree",
-    "survival",
-    "spectrum",
-    "rhythm",
-    "depth",
-    "carriers",
-    "signature",
-    "against",
-    "compare",
-    "seed_grid",
-    "figures",
-)
+import api_pages  # the file beside this one
+
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
 
 def generated() -> dict[str, str]:
     """Return the text of each generated page by its place in the site."""
-    pages = {f"reference/api/{name}.md": _api(*about) for name, about in API.items()}
-    pages["reference/api/analysis.md"] = _analysis()
+    pages = {f"reference/api/{name}.md": text for name, text in api_pages.pages().items()}
     pages["reference/api/components.md"] = _components()
-    pages["reference/api/index.md"] = _index()
+    pages["reference/api/index.md"] = api_pages.index()
     pages["reference/commands.md"] = _commands()
     pages["reference/shipped/index.md"] = _shipped()
     return pages
-
-
-def _api(title: str, opening: str, names: tuple[str, ...]) -> str:
-    parts = [f"# {title}\n\n{opening}"]
-    for name in names:
-        module, _, what = name.partition(":")
-        wanted = import_module(module).__all__ if what == "*" else (what,)
-        parts += [_entry(module, one) for one in wanted]
-    return "\n\n".join(parts) + "\n"
-
-
-def _entry(module: str, name: str) -> str:
-    try:
-        thing = getattr(import_module(module), name)
-    except ModuleNotFoundError as error:  # an extra that is not here: the page says which
-        return f"`{module}.{name}`: {error}"
-    if isinstance(thing, type) and issubclass(thing, Exception):
-        return _directive("autoexception", f"{module}.{name}", "")
-    if inspect.isclass(thing):
-        inherited = "   :inherited-members: object\n" * (name == "World")
-        return _directive("autoclass", f"{module}.{name}", MEMBERS + inherited)
-    if callable(thing):
-        return _directive("autofunction", f"{module}.{name}", "")
-    return _directive("autodata", f"{module}.{name}", "   :no-value:\n")
-
-
-def _directive(kind: str, name: str, options: str) -> str:
-    return f"```{{eval-rst}}\n.. {kind}:: {name}\n{options}```"
-
-
-def _analysis() -> str:
-    parts = [
-        "# Analysis\n\nStatistics and figures of recorded runs, one phenomenon a module; see "
-        "[running](../../how-to/running.md#from-python)."
-    ]
-    for name in ANALYSIS:
-        module = f"ecs_eco.analysis.{name}"
-        head = (import_module(module).__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-        parts += [f"## {name}\n\n{head}", *(_entry(module, one) for one in _own(module))]
-    return "\n\n".join(parts) + "\n"
-
-
-def _own(module: str) -> list[str]:
-    """Public classes and functions that a module defines itself, in its order."""
-    there = vars(import_module(module))
-    return [
-        name
-        for name, thing in there.items()
-        if not name.startswith("_")
-        and (inspect.isclass(thing) or inspect.isfunction(thing))
-        and thing.__module__ == module
-    ]
 
 
 def _components() -> str:
@@ -193,14 +43,6 @@ def _components() -> str:
         table = "| field | type | default | unit, meaning |\n|---|---|---|---|\n" + "\n".join(rows)
         parts.append(f"## {name}\n\n{doc}" + (f"\n\n{table}" if rows else ""))
     return "\n\n".join(parts) + "\n"
-
-
-def _index() -> str:
-    names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
-    return (
-        "# Python\n\nThe classes and functions that users import, from their docstrings.\n\n"
-        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n"
-    )
 
 
 def _shipped() -> str:

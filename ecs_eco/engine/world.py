@@ -87,7 +87,7 @@ class World:
 
     @property
     def key(self) -> np.uint64:
-        """The key of this tick's random numbers."""
+        """Key of this tick's random numbers, for `draw` and `draw_many`."""
         return random.tick_key(self.seed, self.tick)
 
     # --- what there is --------------------------------------------------------------------------------------
@@ -104,11 +104,39 @@ class World:
         return table
 
     def add_system(self, system: Processor, phase: str | None = None, priority: int | None = None) -> Any:
-        """Add a system at the end of its phase; a plain esper.Processor goes
-        to `interact` unless `phase` says otherwise.
+        """Add a system at the end of its phase, and return it.
 
-        `priority`, in the place of a phase, is its place among all processors as esper counts, from 0 down,
-        a million for each phase.
+        Parameters
+        ----------
+        system : System or esper.Processor
+            An instance, which belongs to one world.
+        phase : str, optional
+            One of `PHASES`; default: the system's own, "interact" for a plain esper.Processor.
+        priority : int, optional
+            Place among all processors instead of a phase, as esper counts: from 0 down, a million per phase.
+
+        Returns
+        -------
+        System or esper.Processor
+            The same instance.
+
+        Raises
+        ------
+        TypeError
+            If it is not an instance of a system or processor.
+        ValueError
+            For an unknown phase, or a system that is in a world already.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Body, Position, Velocity
+        >>> from ecs_eco.systems import Move
+        >>> world = World((10.0, 10.0))
+        >>> snails = world.add_table("snail", Position, Velocity, Body)
+        >>> move = world.add_system(Move())
+        >>> move.phase
+        'move'
         """
         phase = phase or getattr(system, "phase", "interact")
         if not isinstance(system, Processor):
@@ -136,8 +164,18 @@ class World:
         return system
 
     def remove_processor(self, processor: Processor) -> None:
-        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
-        which others count on."""
+        """Take a plain esper.Processor out of the schedule again.
+
+        Parameters
+        ----------
+        processor : esper.Processor
+            An instance that `add_system` added.
+
+        Raises
+        ------
+        RuntimeError
+            For a `System`: the schedule depends on it.
+        """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
                 f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
@@ -149,22 +187,85 @@ class World:
         self.systems.remove(processor)
 
     def table(self, name: str) -> Table:
-        """Return the table of this name; KeyError names the nearest."""
+        """Return the table of a species or object type.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Table
+
+        Raises
+        ------
+        UnknownName
+            For an unknown name; a KeyError that suggests the nearest one.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey").table("wolf").n
+        250
+        """
         try:
             return self.tables[name]
         except KeyError:
             raise UnknownName(unknown_name("world", "table", name, self.tables)) from None
 
     def cause(self, name: str) -> int:
-        """Return the code of a cause of death, making it known where it is new."""
+        """Return the code of a cause of death, registering the cause if it is new.
+
+        Parameters
+        ----------
+        name : str
+            Cause such as "starved".
+
+        Returns
+        -------
+        int
+            Code for `table.cause`, at least 1.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World().cause("struck by lightning")
+        2
+        """
         return self.codes[name]
 
     def spawn(self, name: str, *components: object, n: int = 1, parent: int = 0) -> None:
-        """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
+        """Request newborn, which come to life at the end of the phase `reproduce`, or at `flush`.
 
-        They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a
-        torus is brought back around it. Raises ValueError for one outside of a world with walls, and for any
-        value beyond the limits of its field.
+        Parameters
+        ----------
+        name : str
+            Name of the table.
+        *components : object
+            Components with the values of the newborn; other fields have the table's defaults. On a torus, a
+            position beyond the edge is wrapped around.
+        n : int, default 1
+            How many to add.
+        parent : int, default 0
+            uid of the parent; 0 for none.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table or component.
+        ValueError
+            For a position outside of a world with walls, and for a value beyond the limits of its field.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism, Position
+        >>> world = World((10.0, 10.0))
+        >>> hares = world.add_table("hare", Position, Metabolism)
+        >>> world.spawn("hare", Position(x=5.0, y=5.0), Metabolism(energy=0.5), n=3)
+        >>> world.flush()
+        >>> hares.n
+        3
         """
         table = self.table(name)
         n = whole_number(f"spawn {name!r}: n", n, 1)
@@ -191,14 +292,71 @@ class World:
         return self._admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
-        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
+        """Mark an organism to die at the end of the phase `die`.
+
+        An organism that is marked already keeps its first cause.
+
+        Parameters
+        ----------
+        uid : int
+            The organism.
+        cause : str, default "culled"
+            Cause of death, which records and figures show.
+        killer : int, default 0
+            uid of the organism that killed it; 0 for none.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", n=2)
+        >>> world.flush()
+        >>> world.kill(1, cause="shot")
+        >>> world.flush()
+        >>> hares.n
+        1
+        """
         table, row = self.locate(uid)
         if not table.cause[row]:
             table.cause[row] = self.cause(cause)
             table.killer[row] = killer
 
     def locate(self, uid: int) -> tuple[Table, int]:
-        """Return the table and the row of a living entity; KeyError where there is none."""
+        """Return the table and the row of a living entity.
+
+        Parameters
+        ----------
+        uid : int
+
+        Returns
+        -------
+        table : Table
+        row : int
+            Valid until the end of the tick.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare")
+        >>> world.flush()
+        >>> world.locate(1)
+        (<Table 'hare': 1 alive, Position>, 0)
+        """
         for table in self.tables.values():
             row = np.flatnonzero(table.uid[: table.high] == uid)
             if row.size and uid > 0:
@@ -206,14 +364,65 @@ class World:
         raise KeyError(f"no living entity has the uid {uid}")
 
     def get(self, uid: int, component: type[C]) -> C:
-        """Return the handle of one living entity's component."""
+        """Return a handle of one organism's component, which reads and writes its row of the columns.
+
+        Parameters
+        ----------
+        uid : int
+        component : type
+            A component of its table.
+
+        Returns
+        -------
+        component
+            Valid until the end of the tick.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid, or its table lacks the component.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> world.spawn("hare", Metabolism(energy=0.5))
+        >>> world.flush()
+        >>> world.get(1, Metabolism).energy += 0.25
+        >>> float(hares[Metabolism].energy[0])
+        0.75
+        """
         table, row = self.locate(uid)
         found: C = self._handle(table, row, component)
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids;
-        not for those that die or are born within the loop."""
+        """Yield the uid and handles of all living entities that have these components, in the order of uids.
+
+        Entities that are born or die during the loop are left out.
+
+        Parameters
+        ----------
+        *components : type
+
+        Yields
+        ------
+        tuple
+            (uid, handle, …), a handle per component.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> world.spawn("hare", Metabolism(energy=0.5), n=2)
+        >>> world.flush()
+        >>> [(uid, metabolism.energy) for uid, metabolism in world.each(Metabolism)]
+        [(1, 0.5), (2, 0.5)]
+        """
         living = [
             (int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()
         ]
@@ -232,21 +441,29 @@ class World:
     # --- time -----------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Let one tick pass."""
+        """Advance the world by one tick.
+
+        Raises
+        ------
+        UnfinishedTick
+            If an earlier tick was interrupted.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World(dt=0.5)
+        >>> world.step()
+        >>> world.time
+        0.5
+        """
         self.run(1)
 
     def stop(self) -> None:
-        """Make `run` return after this tick, or before the next if none is under way; `stopped` is then true."""
+        """Make `run` return after this tick; `stopped` is then true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
-        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.
-
-        Returns the world. Returns early, after a whole tick, if `stop()` was called. The functions in
-        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. An error within a
-        tick, or a second Ctrl-C, leaves a world that can only be inspected: anything else raises
-        UnfinishedTick.
-        """
+        """Advance the world by a number of ticks; see `ecs_eco.World.run`."""
         ticks = whole_number("ticks", ticks)
         called_with("progress", progress, "done", "ticks")
         self._mine()
@@ -284,7 +501,24 @@ class World:
     # --- births and deaths ----------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Carry out the deaths, then the births asked for so far."""
+        """Carry out the deaths, then the births, that were requested so far.
+
+        `run` does so in every tick, at the ends of the phases `die` and `reproduce`. Call it for what you
+        request between ticks.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", n=2)
+        >>> hares.n
+        0
+        >>> world.flush()
+        >>> hares.n
+        2
+        """
         require_whole(self, "flush", within=True)
         with whole(self, f"the flush before tick {self.tick}"):
             self._flush_deaths()
