@@ -5,11 +5,13 @@ the command line itself. Used by tools/build_site.py.
 import inspect
 import re
 import tomllib
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import api_pages  # the file beside this one
+import typer
 
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
@@ -64,25 +66,41 @@ def _titles(folder: Path) -> list[tuple[str, str]]:
 
 
 def _commands() -> str:
-    from ecs_eco.cli.app import COMMANDS, loaded
+    from ecs_eco.cli.app import COMMANDS, app, loaded
 
     parts = [
-        "# Commands\n\nWhat `ecs-eco COMMAND --help` says, of all commands. How they work together: "
-        "[running](../how-to/running.md)."
+        "# Commands\n\nEvery command of `ecs-eco` with its arguments and options, as `ecs-eco COMMAND --help` "
+        "prints them. [Running](../how-to/running.md) shows how they work together."
     ]
-    parts += [_command(name, loaded(name)) for name in sorted(COMMANDS)]
+    for name in sorted(COMMANDS):
+        parts += _command(f"ecs-eco {name}", loaded(name))
+    rows = _options(typer.main.get_command(app))
+    parts.append("## Options of all commands\n\nThey come before the command.\n\n" + "\n".join(rows))
     return "\n\n".join(parts) + "\n"
 
 
-def _command(name: str, command: Any) -> str:
+def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
+    """Yield the parts of a command's page, and those of its subcommands."""
+    within = {sub: one for sub, one in getattr(command, "commands", {}).items() if not one.hidden}
+    arguments = [p for p in command.params if p.param_type_name == "argument"]
+    words = [name, *(_metavar(p) for p in arguments), "COMMAND" if within else "[OPTIONS]"]
+    yield f"{'#' * level} {name.removeprefix('ecs-eco ')}"
+    # no fence with `bash`: it is no command to copy
+    yield f"`{' '.join(words)}`\n\n{_cell(command.help or '')}"
+    if rows := _options(command):
+        yield "\n".join(rows)
+    for sub in sorted(within):
+        yield from _command(f"{name} {sub}", within[sub], level + 1)
+
+
+def _options(command: Any) -> list[str]:
+    """Return the table of a command's arguments and options; none without any."""
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
-    usage = " ".join(["ecs-eco", name, *(_metavar(p) for p in arguments), "[OPTIONS]"])
-    rows = [f"| `{_metavar(p)}` | | {_cell(p.help or '')} |" for p in arguments]
-    rows += [f"| `{_option(p)}` | {_default(p)} | {_cell(p.help or '')} |" for p in options]
-    table = "| | default | |\n|---|---|---|\n" + "\n".join(rows)
-    # no fence with `bash`: it is no command to copy
-    return f"## {name}\n\n`{usage}`\n\n{_cell(command.help or '')}" + (f"\n\n{table}" if rows else "")
+    rows = [(_metavar(p), "", p.help) for p in arguments]
+    rows += [(_option(p), _default(p), p.help) for p in options if p.name != "help"]
+    table = [f"| `{_code(word)}` | {default} | {_cell(text or '')} |" for word, default, text in rows]
+    return ["| | default | |", "|---|---|---|", *table] if table else []
 
 
 def _metavar(parameter: Any) -> str:
@@ -92,14 +110,18 @@ def _metavar(parameter: Any) -> str:
 
 def _option(parameter: Any) -> str:
     names = ", ".join(parameter.opts) + "".join(f" / {n}" for n in parameter.secondary_opts)
-    return names if parameter.is_flag else f"{names} {parameter.metavar or parameter.type.name.upper()}"
+    return names if parameter.is_flag else f"{names} {parameter.metavar or parameter.name.upper()}"
 
 
 def _default(parameter: Any) -> str:
     default = parameter.default
     absent = default in (None, False, ()) or callable(default) or "UNSET" in repr(default)
-    return "" if absent else f"`{default}`"
+    return "" if absent else f"`{_code(str(getattr(default, 'value', default)))}`"
+
+
+def _code(text: str) -> str:
+    return text.replace("|", "\\|")
 
 
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+    return _code(" ".join(text.split())).replace("<", "&lt;")

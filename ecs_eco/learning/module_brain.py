@@ -31,8 +31,29 @@ LANES = 16
 class ModuleBrain:
     """A torch module in the place of a `Brain`.
 
-    Raises ValueError where it is none that can be: with what it gave and what it should give. `device` is
-    "cpu", "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
+    Parameters
+    ----------
+    module : torch.nn.Module
+        Its `forward` takes observations f32[n, n_observations] and returns logits f32[n, sum(groups)] and
+        values f32[n]. With an attribute `memory`, the numbers that each organism keeps, it takes and returns
+        a state f32[n, memory], too.
+    n_observations : int
+    groups : tuple of int
+    device : str, default "cpu"
+        "cpu", "cuda" or "cuda:1". On the CPU results are the same bits for any number of threads.
+
+    Raises
+    ------
+    ValueError
+        If the module returns something else.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import MLP, ModuleBrain
+    >>> brain = ModuleBrain(MLP(3, (2, 4)), 3, (2, 4))
+    >>> brain.forward(np.zeros((5, 3), np.float32))[0].shape
+    (5, 6)
     """
 
     by_row = False  # torch computes a chunk of rows at once

@@ -224,11 +224,35 @@ class WorldConfig(Section):
         return self._folder
 
     def file(self, name: str) -> Path:
-        """Path of a file that the world names."""
+        """Return the path of a file that the world names.
+
+        Parameters
+        ----------
+        name : str
+            Relative to the folder of the world file.
+
+        Returns
+        -------
+        Path
+        """
         return self._folder / name
 
     def function(self, name: object) -> Any:
-        """The object of "module:name", with its parameters, or a function itself; raises CodeError."""
+        """Return the object of "module:name", with its parameters, or a function itself.
+
+        Parameters
+        ----------
+        name : str, Use or callable
+
+        Returns
+        -------
+        object
+
+        Raises
+        ------
+        CodeError
+            If it does not exist or may not run.
+        """
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
@@ -238,9 +262,18 @@ class WorldConfig(Section):
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self) -> dict[str, Any]:
-        """Every value with JSON types, defaults included; loads as a world with the same hash.
+        """Return every value with JSON types, defaults included.
 
-        `code` also lists the modules of functions that were passed; it is left out if empty.
+        Returns
+        -------
+        dict
+            Loads as a world with the same `config_hash`.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import load
+        >>> load("predator-prey").resolved()["dt"]
+        1.0
         """
         data = self.model_dump(mode="json")
         if not (code := code_of(self)):

@@ -19,7 +19,19 @@ FEWEST = 3  # candidates that are like enough to draw around
 
 
 class Population(NamedTuple):
-    """Candidates that were kept, the nearest first."""
+    """Candidates that were kept, the nearest first.
+
+    Attributes
+    ----------
+    numbers : array of int64, shape (kept,)
+        Numbers of the candidates.
+    at : array of float64, shape (kept, parameters)
+        Their places in the unit cube of the ranges.
+    weights : array of float64, shape (kept,)
+        Importance weights.
+    distances : array of float64, shape (kept,)
+        From the measurements.
+    """
 
     numbers: np.ndarray  # i64[kept], candidates
     at: np.ndarray  # f64[kept, parameters], their places in the unit cube of the ranges
@@ -33,7 +45,15 @@ class Population(NamedTuple):
 
 
 class Sampler:
-    """Proposes candidates as an optimiser does, and knows which of those in the journal are the posterior."""
+    """Approximate Bayesian computation: proposes candidates, and selects those that form the posterior.
+
+    Parameters
+    ----------
+    plan : Plan
+    kind : {"abc", "abc-smc"}
+    journal : Journal
+        Of the search.
+    """
 
     def __init__(self, plan: Plan, kind: str, journal: Journal) -> None:
         assert plan.fit is not None
@@ -91,7 +111,12 @@ class Sampler:
     # --- the posterior
 
     def posterior(self) -> Population:
-        """What is kept of all candidates so far."""
+        """Return the candidates that are kept so far.
+
+        Returns
+        -------
+        Population
+        """
         if self.kind == "abc":
             entries = self._entries()
             return _nearest(self._drawn(entries, None), max(1, round(self.keep * len(entries))))
@@ -180,8 +205,31 @@ def place_of(p: Parameter, value: float) -> float:
 
 
 def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np.ndarray:
-    """Quantiles of what weighted numbers are drawn from: the i-th of n of equal weight is that of i / (n + 1)
-    (Weibull 1939), so that a 90 % interval holds the next one in nine of ten cases."""
+    """Return quantiles of the distribution that weighted numbers were drawn from.
+
+    Parameters
+    ----------
+    x : array of float, shape (n,)
+    weights : array of float, shape (n,)
+    q : list of float
+        Probabilities, 0 to 1.
+
+    Returns
+    -------
+    array of float64, shape (len(q),)
+
+    Notes
+    -----
+    The i-th of n numbers of equal weight is the quantile of i / (n + 1) (Weibull 1939), so that a 90% interval
+    contains the next number in nine of ten cases.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.lab.searching.sampler import weighted_quantiles
+    >>> weighted_quantiles(np.array([1.0, 2.0, 3.0]), np.ones(3), [0.25, 0.5]).tolist()
+    [1.0, 2.0]
+    """
     order = np.argsort(x, kind="stable")
     w = weights[order] / weights.sum()
     n = 1 / (w**2).sum()
