@@ -85,14 +85,29 @@ class ModuleBrain:
         }
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the module's parameters and buffers by name."""
+        """Return a copy of the module's parameters and buffers.
+
+        Returns
+        -------
+        dict of str to array
+        """
         return {
             name: tensor.detach().cpu().numpy().copy() for name, tensor in self.module.state_dict().items()
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing,
-        unknown or of another shape."""
+        """Set the module's parameters and buffers.
+
+        Parameters
+        ----------
+        state : dict of str to array
+            As `state` returns it.
+
+        Raises
+        ------
+        ValueError
+            With each name that is missing, unknown or of another shape.
+        """
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -106,8 +121,19 @@ class ModuleBrain:
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations];
-        one with a memory begins without any."""
+        """Return logits and values; a network with a memory starts without any.
+
+        Parameters
+        ----------
+        observations : array of float32, shape (n, n_observations)
+        split : callable, optional
+            Unused; as for `Brain.forward`.
+
+        Returns
+        -------
+        logits : array of float32, shape (n, sum(groups))
+        values : array of float32, shape (n,)
+        """
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 

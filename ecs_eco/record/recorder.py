@@ -273,7 +273,12 @@ class Recorder(System):
                 self._events["snapshots"].append((*self._where(table, s, rows), *more))
 
     def flush(self) -> None:
-        """Pass on what has been recorded since the last time, of all ticks that are over."""
+        """Pass on what was recorded of all complete ticks to the sink, or into memory.
+
+        Returns
+        -------
+        None
+        """
         self.world.bands.collect(self)
         if self._at:
             block = self._columns(self._at)
@@ -409,19 +414,40 @@ class Recorder(System):
         return as_table(blocks or [self._columns(0)], {"species": self.names})
 
     def matter_series(self) -> Any:
-        """Return the ledger of matter of all ticks still in memory as a pyarrow.Table: a row per tick, holder
-        and substance, columns as in `ecs_eco.record.matter.LEDGER` [mol]. RuntimeError where no body has
-        substances."""
+        """Return the ledger of matter of all ticks in memory.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
+
+        Raises
+        ------
+        RuntimeError
+            If no body has substances.
+        """
         if self.matter is None:
             raise RuntimeError("this world keeps no books of matter: no body in it has substances")
         return self.matter.series()
 
     def learning_series(self) -> Any:
-        """Return the updates of policies that are still in memory as a pyarrow.Table."""
+        """Return the updates of policies in memory.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per update.
+        """
         return self.learning.series("learning")
 
     def action_series(self) -> Any:
-        """Return how many did each action, of how many that decided, still in memory, as a pyarrow.Table."""
+        """Return how often each action was taken.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per block of ticks, species and action, with the number of decisions.
+        """
         return self.learning.series("actions")
 
     def words(self, kind: str) -> dict[str, list[str]]:

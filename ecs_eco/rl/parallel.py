@@ -69,14 +69,29 @@ class Parallel(Shown, ParallelEnv):
         self.arena.cycles = whole_number("max_cycles", cycles, 1)
 
     def observation_space(self, agent: Agent) -> Any:
-        """Return the box of what an agent senses, a number for each of `channels`: one for all."""
+        """Return the Box of what an agent senses, a number for each of `channels`.
+
+        Parameters
+        ----------
+        agent : int or str
+
+        Returns
+        -------
+        gymnasium.spaces.Box
+        """
         return self.arena.observation_space
 
     def action_space(self, agent: Agent) -> Any:
         """Return the space of what an agent chooses, a number for each of `options`.
 
-        Each agent has one of its own, so that each can be seeded; until then its seed follows from that of
-        the episode.
+        Parameters
+        ----------
+        agent : int or str
+
+        Returns
+        -------
+        gymnasium.spaces.Space
+            Each agent has its own, which you can seed; by default its seed follows from the episode's.
         """
         if agent not in self._actions:
             space = self._actions[agent] = deepcopy(self.arena.action_space)
@@ -156,11 +171,21 @@ class Parallel(Shown, ParallelEnv):
         return out
 
     def state(self) -> np.ndarray:
-        """Return how many of each species are in each cell of a grid: f32[species, 16, 16]."""
+        """Return the number of organisms of each species in each cell of a grid.
+
+        Returns
+        -------
+        array of float32, shape (species, 16, 16)
+        """
         return self.arena.state()
 
     def close(self) -> None:
-        """Leave the world."""
+        """Release the world.
+
+        Returns
+        -------
+        None
+        """
         self.arena.close()
         self.agents = []
 
