@@ -32,10 +32,10 @@ from ecs_eco.config import load
 
 def bare(world: World, ticks: int) -> None:
     """Let ticks pass as if nobody could write bad numbers to the world, or interrupt it."""
-    world.touch()
+    world._touch()
     world.context.show()
     for _ in range(ticks):
-        world.pass_tick()
+        world._pass_tick()
         world.tick += 1
 
 

@@ -176,8 +176,8 @@ def profile(regime, width=20, ticks=60, repeats=40):
         "Live.process": (model.Live, "process"),
         "  the kernel": (model, "live"),
         "  Table.request": (Table, "request"),
-        "World.flush_deaths": (World, "flush_deaths"),
-        "World.flush_births": (World, "flush_births"),
+        "World.flush_deaths": (World, "_flush_deaths"),
+        "World.flush_births": (World, "_flush_births"),
         "  Table.occupy": (Table, "occupy"),
         "Collect.process": (model.Collect, "process"),
     }

@@ -4,10 +4,12 @@ import re
 from importlib.metadata import version as version_of
 from typing import Any
 
+from tools.api_pages import is_public
+
 project, author = "ecs-eco", "the ecs-eco authors"
 version = release = version_of("ecs-eco")
 project_copyright = "the ecs-eco authors, MIT licence"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_design", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "sphinx_copybutton"]
 exclude_patterns = ["_static"]
 
 myst_enable_extensions = ["colon_fence", "deflist", "attrs_inline"]
@@ -23,6 +25,9 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_class_signature = "mixed"
 python_maximum_signature_line_length = 90
+autodoc_mock_imports = ["stable_baselines3"]
+napoleon_google_docstring = False
+napoleon_use_rtype = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = "ecs-eco"
@@ -49,17 +54,29 @@ copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 
 SPAN = re.compile(r"(`[^`\n]+`)")
+EXAMPLE = re.compile(r"(^ *>>> .*?(?:\n *\n|\Z))", re.MULTILINE | re.DOTALL)
 
 
 def as_rst(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Turn a docstring, whose only mark-up is `code`, into reStructuredText."""
-    text = "\n".join(lines)
+    """Turn a docstring, whose only mark-up is `code` and examples, into reStructuredText."""
+    parts = EXAMPLE.split("\n".join(lines))
+    lines[:] = "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts)).split("\n")
+
+
+def _escaped(text: str) -> str:
     parts = SPAN.split(text)
     for i, part in enumerate(parts):
-        parts[i] = f"`{part}`" if i % 2 else re.sub(r"([*|])|(?<=\w)(_)(?!\w)", r"\\\1\2", part)
-    lines[:] = "".join(parts).split("\n")
+        parts[i] = part if i % 2 else re.sub(r"([*|])|(?<=\w)(_)(?!\w)", r"\\\1\2", part)
+    return "".join(parts)
+
+
+def skip_internal(_app: Any, what: str, _name: str, thing: Any, _skip: bool, _options: Any) -> bool | None:
+    """Leave methods out that are for the package itself."""
+    method = callable(thing) or isinstance(thing, classmethod | staticmethod)
+    return True if what == "class" and method and not is_public(thing) else None
 
 
 def setup(app: Any) -> None:
     """Read docstrings as ours are written."""
-    app.connect("autodoc-process-docstring", as_rst)
+    app.connect("autodoc-process-docstring", as_rst, priority=400)  # before napoleon
+    app.connect("autodoc-skip-member", skip_internal)

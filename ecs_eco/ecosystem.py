@@ -36,10 +36,52 @@ _above = lazy(__name__, {"plot": "ecs_eco.analysis.plot", "view": "ecs_eco.view.
 class World(SpatialWorld):
     """Organisms and objects in one space, and the systems that act on them.
 
-    `size` [m] and `edges` describe the space, `dt` [s] the length of a tick, `seed` all chance. `threads`
-    changes the speed and no result. Worlds do not mix: each has its own esper context, which `with world:`
-    enters. The tick is implemented in `ecs_eco.engine.world`; places and surroundings in
-    `ecs_eco.space.world`.
+    `World.from_config` builds a world from a file. The constructor makes an empty one, to which you add tables
+    and systems yourself.
+
+    Parameters
+    ----------
+    size : sequence of float, default (100, 100)
+        Extent along each axis [m]: two numbers for a plane, three for a volume.
+    edges : {"torus", "walls"}, default "torus"
+        Whether an organism that leaves on one side enters on the other, or stops.
+    dt : float, default 1.0
+        Length of a tick [s].
+    seed : int, default 0
+        Fixes every random draw.
+    cell : float, optional
+        Side of the cells of the neighbor index [m]; chosen by default. It affects speed, never results.
+    threads : int, default 1
+        Threads of kernels. They affect speed, never results.
+    name : str, default "world"
+        Name in messages and figures.
+
+    Attributes
+    ----------
+    tick : int
+        Number of ticks that have passed.
+    tables : dict of str to Table
+        One table per species and object type.
+    systems : list of System
+        In the order in which they were added.
+    before_tick, on_birth, on_death, on_departure, on_arrival : list of callable
+        Hooks. `before_tick` takes no arguments; `on_death` takes (table, rows) before the rows are freed;
+        `on_birth` takes (table, rows, first parents, second parents), uids u64[k] with 0 for none;
+        `on_departure` and `on_arrival` take (table, rows, numbers of islands). Hooks are not saved.
+
+    Notes
+    -----
+    Worlds do not mix: each has its own esper context, which `with world:` enters.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.components import Position
+    >>> world = World((20.0, 20.0), seed=1)
+    >>> snails = world.add_table("snail", Position)
+    >>> world.spawn("snail", Position(x=3.0, y=4.0), n=2)
+    >>> world.run(10)
+    <World 'world' at tick 10: 2 snail>
     """
 
     def __init__(
@@ -74,8 +116,71 @@ class World(SpatialWorld):
         controls: Sequence[str] = (),
         trust: bool = False,
     ) -> Self:
-        """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig;
-        see `ecs_eco.worlds.build`."""
+        """Return a new world built from a world file.
+
+        Parameters
+        ----------
+        config : str, Path, Mapping or WorldConfig
+            Name of a shipped world such as "predator-prey", path of a TOML file, its content as a dict, or a
+            configuration that `ecs_eco.config.load` returned.
+        seed : int, optional
+            Fixes every random draw; default: `seed` of the world file.
+        policies : str, Path or Mapping, default "trained"
+            Where policies come from: "trained" (the weights that the file names; fresh networks where it names
+            none), "random" (every action with equal probability), "untrained" (fresh networks), a folder of
+            `<species>.safetensors`, or a mapping from species to one of these or to a torch module.
+        threads : int, default 1
+            Threads of kernels. They affect speed, never results.
+        learn : bool or Mapping of str to bool, optional
+            Which species learn during the run: all, none, or by species; default: as the world file says.
+        training : bool, default False
+            Build the world as pre-training does: with the values of `[training.set]`, respawn and no births.
+        record : bool, default True
+            Whether to record series in memory; see `series`.
+        populate : bool, default True
+            Whether there are organisms at the start.
+        systems : sequence of System
+            Systems of your own, added to those of the file.
+        features : sequence of type
+            Classes derived from `ecs_eco.config.Feature`, added to those of the file's code.
+        reporters : Mapping of str to str or callable
+            Measurements by name, added to those of the file; see `add_reporter`.
+        controls : sequence of str
+            Treatments that remove something, such as "random-policy"; `ecs-eco compare --list` prints all.
+        trust : bool, default False
+            Whether the code that the file lists in `code` may run in this process.
+
+        Returns
+        -------
+        World
+            The world at tick 0.
+
+        Raises
+        ------
+        ConfigError
+            For any invalid value, with every problem found, and for code that may not run.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> sorted(world.tables)
+        ['deer', 'grass', 'wolf']
+        >>> world.run(5).tick
+        5
+
+        A world can also be a dict:
+
+        >>> duckweed = {
+        ...     "count": 50,
+        ...     "body": {"radius": 0.1},
+        ...     "reproduction": {"kind": "spread", "rate": 0.2, "spacing": 0.5},
+        ... }
+        >>> pond = {"format": 1, "name": "pond", "space": {"size": [20.0, 20.0]}}
+        >>> pond["species"] = {"duckweed": duckweed}
+        >>> World.from_config(pond).table("duckweed").n
+        50
+        """
         world = build(
             cls,
             config,
@@ -98,17 +203,68 @@ class World(SpatialWorld):
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
     ) -> Table:
-        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        """Declare a kind of entity with these components, and return its table.
+
+        Parameters
+        ----------
+        name : str
+            Name of the species or object type.
+        *components : type
+            Classes decorated with `component`.
+        capacity : int, default 64
+            Rows to allocate; the table grows when they are taken.
+        dims : Mapping of str to int, optional
+            Sizes that shapes of fields name, such as {"genes": 12} for `f32["genes"]`.
+
+        Returns
+        -------
+        Table
+            The empty table.
+
+        Raises
+        ------
+        ValueError
+            If a table of this name exists.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism, Position
+        >>> world = World((10.0, 10.0))
+        >>> world.add_table("hare", Position, Metabolism)
+        <Table 'hare': 0 alive, Position, Metabolism>
+        """
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
         table.species = Kind()
         return table
 
     def intervene(self, what: Any) -> None:
-        """Carry out an intervention at the start of the next tick: a dict as in a world file,
-        or a model of `config.interventions`.
+        """Request an intervention, carried out at the start of the next tick.
 
-        Raises ConfigError for one that would be wrong in a file. `intervened` lists those
-        that were carried out.
+        Parameters
+        ----------
+        what : Mapping or model
+            An intervention as in `[[interventions]]` of a world file, without `at`, or a model of
+            `ecs_eco.config.models.interventions`.
+
+        Raises
+        ------
+        ConfigError
+            For an intervention that would be invalid in a file.
+        RuntimeError
+            If no system `Intervene` is in the schedule, or the world is divided between processes.
+
+        See Also
+        --------
+        World.intervened : (tick, intervention) of those that were carried out.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.intervene({"kind": "cull", "species": "wolf", "share": 0.5, "cause": "shot"})
+        >>> world.run(1).table("wolf").n
+        125
         """
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
@@ -120,7 +276,32 @@ class World(SpatialWorld):
         system.ask(what)
 
     def reconfigure(self, config: WorldSource, learners: Iterable[str] = ()) -> None:
-        """Give this living world another configuration; see `ecs_eco.life.reconfigure`."""
+        """Give this living world another configuration, effective from the next tick.
+
+        Organisms keep the state that they were born with (energy, mass, sex, fertility, properties,
+        substances); newborn get the new values.
+
+        Parameters
+        ----------
+        config : str, Path, Mapping or WorldConfig
+            The new configuration, as for `from_config`.
+        learners : iterable of str
+            Species whose `policy.learn` follows the new configuration even if the world was built with another.
+
+        Raises
+        ------
+        ConfigError
+            Before anything changes, with each value that cannot change in a living world.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.config import load
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.reconfigure(load("predator-prey", {"species.deer.metabolism.basal": 0.005}))
+        >>> world.table("deer").species.metabolism.basal
+        0.005
+        """
         self._undivided("reconfigure")
         reconfigure(self, config, learners)
 
@@ -131,18 +312,59 @@ class World(SpatialWorld):
             )
 
     def add_reporter(self, name: str, what: Any) -> None:
-        """Measure something in every tick from now on: a column `name` of the series.
+        """Measure something at the end of every tick, as a column of the series.
 
-        `what` is a formula over components, "mean(Metabolism.energy)" (`ecs_eco.config.reporter_formula`), or
-        a function of the world that returns a number, or a dict species → number; None for none. It is called
-        at the end of each recorded tick, and changes nothing. Raises ValueError for a name that is taken, and
-        ConfigError for a formula that is wrong.
+        Parameters
+        ----------
+        name : str
+            Name of the column.
+        what : str or callable
+            A formula over components, such as "mean(Metabolism.energy)"
+            (`ecs_eco.config.reporter_formula`), or a function of the world that returns a number, or a mapping
+            from species to numbers; None stands for a missing value. The function must not change the world.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken.
+        ConfigError
+            If the formula is invalid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.add_reporter("animals", lambda world: world.table("deer").n + world.table("wolf").n)
+        >>> world.report("animals")
+        950.0
         """
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
-        """Return what a reporter says now: a number, or a dict species → number. KeyError for an unknown
-        one."""
+        """Return the present value of a reporter.
+
+        Parameters
+        ----------
+        name : str
+            Name of the reporter, from the world file or from `add_reporter`.
+
+        Returns
+        -------
+        float or dict of str to float
+            A number, or a number for each species.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown reporter; a KeyError that suggests the nearest name.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", reporters={"energy": "sum(Metabolism.energy)"})
+        >>> sorted(world.report("energy"))
+        ['deer', 'grass', 'wolf']
+        """
 
         if name not in self.reporters:
             raise UnknownName(unknown_name(f"world {self.name!r}", "reporter", name, self.reporters))
@@ -150,9 +372,26 @@ class World(SpatialWorld):
         return said_by(self, name, self.reporters[name], species)
 
     def series(self) -> Any:
-        """Return the recorded series: a row per tick and species; see `ecs_eco.record.frame.SeriesTable`.
+        """Return what was recorded so far: one row per tick and species.
 
-        It is a pyarrow.Table in all that it does, and has `to_pandas()`, `to_polars()` and `wide()`.
+        Returns
+        -------
+        SeriesTable
+            A pyarrow.Table with the methods `to_pandas`, `to_polars` and `wide`.
+
+        Raises
+        ------
+        RuntimeError
+            If the world has no recorder.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1).run(3)
+        >>> world.series().column_names[:4]
+        ['tick', 'species', 'n', 'births']
+        >>> world.series().wide()["deer"].to_pylist()[0]
+        699
         """
         if self.recorder is None:
             raise RuntimeError(
@@ -164,32 +403,154 @@ class World(SpatialWorld):
         return SeriesTable(self.recorder.series())
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
-        """Return a column of the series over time as a matplotlib Figure; see `ecs_eco.analysis.plot`."""
+        """Return a column of the series over time as a figure, one line per species.
+
+        Parameters
+        ----------
+        column : str, default "n"
+            Column of `series`; "n" is the number of organisms.
+        species : sequence of str, optional
+            Species to draw, in this order; default: all.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        RuntimeError
+            If nothing is recorded.
+        KeyError
+            For an unknown column or species.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> figure = World.from_config("predator-prey", seed=1).run(3).plot(species=["deer", "wolf"])
+        >>> figure.savefig("animals.png")
+        """
         return _above("plot")(self, column, species)
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
-        """Show this world alive: in an output cell of a notebook, else in the browser until Ctrl-C;
-        see `ecs_eco.view.watch.view`."""
+        """Show this living world: in a notebook's output cell, elsewhere in the browser until Ctrl-C.
+
+        Parameters
+        ----------
+        ticks : int, optional
+            How many ticks to run; default: without end.
+        **how
+            `speed` [ticks/s], or None for as fast as possible, and `port`; in a notebook also `playing` (bool)
+            and `height` [px].
+
+        Returns
+        -------
+        Panel or None
+            In a notebook, the panel that shows the page.
+
+        Notes
+        -----
+        The page comes from 127.0.0.1, so a notebook must run on your machine.
+        """
         return _above("view")(self, ticks, **how)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
-        """Return a copy of a species' policy as a torch module, or of one organism's; see
-        `ecs_eco.worlds.policies.policy`."""
+        """Return a copy of a policy as a torch module in evaluation mode.
+
+        Parameters
+        ----------
+        species : str
+            Species with a policy network.
+        uid : int, optional
+            Organism, required where each organism has its own network.
+
+        Returns
+        -------
+        torch.nn.Module
+
+        Raises
+        ------
+        UnknownName
+            For an unknown species.
+        ConfigError
+            If there is no network, or several and no `uid`.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> network = World.from_config("predator-prey", seed=1).policy("deer")
+        >>> sum(parameter.numel() for parameter in network.parameters()) > 1000
+        True
+        """
         return policy(self, species, uid)
 
     def external(self, species: str, partial: bool = False) -> External:
-        """Return the door through which a program beside the world decides for a species, tick by tick;
-        see `ecs_eco.nervous.external`.
+        """Return a door through which your program decides for a species, tick by tick.
 
-        `partial`: it decides for some only, and the species' own policy for the others; by chance where it
-        has no network. Raises UnknownName, ConfigError.
+        Parameters
+        ----------
+        species : str
+            Species with actions whose own policy does not learn.
+        partial : bool, default False
+            Whether you decide only for some organisms. Its own policy decides for the others; without a network
+            it draws actions at random.
+
+        Returns
+        -------
+        External
+            With the methods `observe` and `act`.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown species.
+        ConfigError
+            If decisions for this species cannot come from outside.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1, learn=False)
+        >>> deer = world.external("deer")
+        >>> sensed = deer.observe()
+        >>> deer.act(np.zeros((len(sensed.uid), len(deer.options)), int))
+        >>> world.tick
+        1
         """
         return External(self, species, partial)
 
     # --- kept on disk, copied -------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> Path:
-        """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.record.checkpoint`."""
+        """Write a checkpoint, from which the world continues bit for bit.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write. It is written completely or not at all.
+
+        Returns
+        -------
+        Path
+            The path.
+
+        Raises
+        ------
+        RuntimeError
+            Within a tick.
+        CheckpointError
+            If the world contains something that could not be restored.
+        OSError
+            If the file cannot be written.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1).run(3)
+        >>> path = world.save("meadow.ckpt")
+        >>> World.restore(path).digest() == world.digest()
+        True
+        """
         return checkpoint.save(self, path)
 
     @classmethod
@@ -204,7 +565,49 @@ class World(SpatialWorld):
         record: bool = True,
         trust: bool = False,
     ) -> Self:
-        """Return the world that a checkpoint holds; see `ecs_eco.record.checkpoint.restore`."""
+        """Return the world that a checkpoint contains.
+
+        Parameters
+        ----------
+        path : str or Path
+            A checkpoint that `save` wrote.
+        threads : int, default 1
+            May differ from before.
+        config : str, Path, Mapping or WorldConfig, optional
+            Needed if the world was built from a configuration with functions that no module names.
+        systems : sequence of System
+            New instances of those that were passed as instances.
+        prepare : callable, optional
+            Called with the world before the state is loaded, to add what you added in Python.
+        record : bool, default True
+            Whether to continue recording.
+        trust : bool, default False
+            Whether the code that the checkpoint names may run in this process.
+
+        Returns
+        -------
+        World
+            The world at the tick of the checkpoint.
+
+        Raises
+        ------
+        CheckpointError
+            If the file is damaged or does not fit.
+        ConfigError
+            For code that may not run.
+
+        Warns
+        -----
+        RuntimeWarning
+            If the checkpoint was written in the other numerical mode (`ecs-eco --portable`).
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> path = World.from_config("predator-prey", seed=1).run(3).save("meadow.ckpt")
+        >>> World.restore(path).run(2).tick
+        5
+        """
         return checkpoint.restore(
             cls,
             path,
@@ -217,7 +620,36 @@ class World(SpatialWorld):
         )
 
     def load(self, path: str | Path, *, trust: bool = False) -> None:
-        """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
+        """Bring this world, built by hand in the same way, to the state of a checkpoint.
+
+        Parameters
+        ----------
+        path : str or Path
+            A checkpoint that `save` wrote.
+        trust : bool, default False
+            Whether the code that the checkpoint names may run in this process.
+
+        Raises
+        ------
+        CheckpointError
+            If the file is damaged or belongs to a world with other tables.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> def pond():
+        ...     world = World((10.0, 10.0), seed=1)
+        ...     world.add_table("snail", Position)
+        ...     return world
+        >>> world = pond()
+        >>> world.spawn("snail", n=3)
+        >>> path = world.run(2).save("pond.ckpt")
+        >>> other = pond()
+        >>> other.load(path)
+        >>> other
+        <World 'world' at tick 2: 3 snail>
+        """
         checkpoint.load(self, path, trust=trust)
 
     def copy(
@@ -227,7 +659,36 @@ class World(SpatialWorld):
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
     ) -> Self:
-        """Return an independent copy with the same future, to the bit; see `ecs_eco.record.copying.copy`."""
+        """Return an independent copy with the same digest and the same future.
+
+        Parameters
+        ----------
+        threads : int, optional
+            Threads of the copy; default: those of this world.
+        systems : sequence of System
+            New instances of those that were passed as instances.
+        prepare : callable, optional
+            Called with the copy before the state is loaded, to add what you added in Python: systems, tables,
+            functions of the environment.
+
+        Returns
+        -------
+        World
+            With its own organisms, policies and clock. Hooks are not copied; a recorder of the copy records in
+            memory.
+
+        Raises
+        ------
+        CheckpointError
+            If the world was built by hand, or contains systems that were passed as instances.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.copy().run(3).digest() == world.run(3).digest()
+        True
+        """
         return copying.copy(self, threads=threads, systems=systems, prepare=prepare)
 
     def fork(
@@ -238,15 +699,49 @@ class World(SpatialWorld):
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
     ) -> Self:
-        """Return a copy with other random numbers from here on; see `ecs_eco.record.copying.fork`."""
+        """Return a copy with other random numbers from the next tick on.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the copy.
+        threads, systems, prepare
+            As for `copy`.
+
+        Returns
+        -------
+        World
+            With the same organisms.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1).run(3)
+        >>> futures = [world.fork(seed=seed).run(3) for seed in (1, 2)]
+        >>> futures[0].digest() == futures[1].digest()
+        False
+        """
         return copying.fork(self, seed, threads=threads, systems=systems, prepare=prepare)
 
     def digest(self) -> str:
-        """Return a hash of all that decides this world's future, pending requests included;
-        see `ecs_eco.record.digest`.
+        """Return a hash of everything that determines this world's future, pending requests included.
 
-        Equal runs have equal digests on one target: the same versions and processor, compiled
-        (docs/reference/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
+        Returns
+        -------
+        str
+            64 hexadecimal digits (SHA-256).
+
+        Notes
+        -----
+        Equal runs have equal digests with the same versions on the same kind of processor
+        (docs/reference/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests differ.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> one, two = (World.from_config("predator-prey", seed=7, record=False).run(2) for _ in range(2))
+        >>> one.digest() == two.digest()
+        True
         """
         return digest(self)
 

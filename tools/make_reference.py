@@ -1,179 +1,245 @@
-"""Write the reference of the world file into docs/reference/worlds.md, from the models that check it;
---check: only compare.
+"""Write the reference of the world file, docs/reference/world, from its models; --check: only compare.
 
-Each section becomes a table of its keys, with type, unit and default, between the two marks in the page.
+Each section has a page with its keys, their type, range, unit, default and meaning, and an example from
+tools/world_examples. The index keeps the text above its mark, which is written by hand.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 import sys
-import types
-import typing
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from pydantic.fields import FieldInfo
-from pydantic_core import PydanticUndefined
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
 
-from ecs_eco.config.formula import ALLOWED
-from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.inputs.section import Function, Section
-from ecs_eco.learning import PPO
+from pydantic.fields import FieldInfo  # noqa: E402
 
-PAGE = Path(__file__).parents[1] / "docs" / "reference" / "worlds.md"
-MARKS = ("<!-- reference: written by tools/make_reference.py -->", "<!-- end of reference -->")
-WORDS = {float: "number", int: "whole number", bool: "true or false", str: "text"}
-SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
-HEAD = "| key | takes | unit | default | |\n|---|---|---|---|---|\n"
+from ecs_eco.config.formula import ALLOWED  # noqa: E402
+from ecs_eco.config.models.world import WorldConfig  # noqa: E402
+from ecs_eco.inputs.section import Section, Use  # noqa: E402
+from ecs_eco.learning import PPO  # noqa: E402
+from tools.key_types import default_of, models_in, range_of, type_of, written  # noqa: E402
 
-
-def reference() -> str:
-    """All sections, in the order in which the file names them."""
-    paths: dict[type[Section], list[str]] = {}
-    for model, path in _sections(WorldConfig, ""):
-        paths.setdefault(model, []).append(path)
-    tables = [_table(model, keys) for model, keys in paths.items()]
-    return "\n\n".join(
-        [*tables, _ppo(), f"### Formulas\n\nA formula is made of {ALLOWED}. What is true is 1."]
-    )
+PAGES = ROOT / "docs" / "reference" / "world"
+EXAMPLES = ROOT / "tools" / "world_examples"
+MARK = "<!-- below: written by tools/make_reference.py -->"
+NOTE = "<!-- Written by tools/make_reference.py from the models of ecs_eco.config: change those, not this page. -->"
+HEAD = "| key | type | range | unit | default | meaning |\n|---|---|---|---|---|---|\n"
+TOP = "The top of the file"
+PARENTS = ("species", "objects")  # their sections have pages of their own
 
 
-def _sections(model: type[Section], path: str) -> Iterator[tuple[type[Section], str]]:
-    """A section, and those within."""
-    yield model, path
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """Where a section may be in the file."""
+
+    path: str  # dotted, with NAME for names of the user's and [] for entries of a list; "" is the top
+    about: str  # what the key that holds it means
+
+
+@dataclasses.dataclass
+class Part:
+    """A section: its model and all places where it may be."""
+
+    model: type[Section]
+    places: list[Place]
+
+    @property
+    def page(self) -> str:
+        """The name of the page that it is on."""
+        return "functions" if self.model is Use else page_of(self.places[0].path)
+
+    @property
+    def title(self) -> str:
+        """Its places, and its kind where there are several."""
+        kind = kind_of(self.model)
+        return joined(self.places) + (f', `kind = "{kind}"`' if kind else "")
+
+
+def page_of(path: str) -> str:
+    """Return the page of a path: that of its first key, or, in a species or an object, of the key there."""
+    keys = path.replace("[]", "").split(".")
+    return (keys[2] if keys[0] in PARENTS and len(keys) > 2 else keys[0]) or "file"
+
+
+def joined(places: list[Place]) -> str:
+    """Return paths as code, separated by commas."""
+    return ", ".join(dict.fromkeys(f"`{p.path}`" if p.path else TOP for p in places))
+
+
+def parts() -> list[Part]:
+    """Return all sections in the order in which the file names them."""
+    found: dict[type[Section], Part] = {}
+    for model, place in _sections(WorldConfig, Place("", "")):
+        found.setdefault(model, Part(model, [])).places.append(place)
+    return list(found.values())
+
+
+def _sections(model: type[Section], place: Place) -> Iterator[tuple[type[Section], Place]]:
+    yield model, place
     for name, info in model.model_fields.items():
-        for inner, around in _models(info.annotation):
-            yield from _sections(inner, f"{path}.{name}{around}".lstrip("."))
+        for inner, around in models_in(info.annotation):
+            path = f"{place.path}.{name}{around}".lstrip(".")
+            yield from _sections(inner, Place(path, info.description or ""))
 
 
-def _table(model: type[Section], paths: list[str]) -> str:
-    kind = _kind(model)
-    title = (
-        ", ".join(f"`{p}`" for p in paths if p) + (f', `kind = "{kind}"`' if kind else "")
-        or "The top of the file"
-    )
-    rows = [_row(n, f) for n, f in model.model_fields.items() if n != "kind" or not kind]
-    return f"### {title}\n\n{' '.join((model.__doc__ or '').split())}\n\n{HEAD}" + "\n".join(rows)
-
-
-def _kind(model: type[Section]) -> str:
+def kind_of(model: type[Section]) -> str:
+    """Return the only value of the key `kind`, "" for a section that has several or none."""
     info = model.model_fields.get("kind")
-    choices = typing.get_args(info.annotation) if info else ()
+    choices = getattr(info.annotation, "__args__", ()) if info else ()
     return choices[0] if len(choices) == 1 else ""
 
 
-def _models(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]]:
-    """The sections that a type holds, each with what stands between: .NAME in a table of them, [] in a list."""
-    if isinstance(kind, type) and issubclass(kind, Section):
-        yield kind, around
-        return
-    origin = typing.get_origin(kind)
-    between = {dict: ".NAME", list: "[]"}.get(origin, "") if isinstance(origin, type) else ""
-    for part in typing.get_args(kind):
-        yield from _models(part, around + between)
+def pages() -> dict[str, str]:
+    """Return the text of each page by the name of its file."""
+    of_page: dict[str, list[Part]] = {}
+    for part in parts():
+        of_page.setdefault(part.page, []).append(part)
+    homes = {part.model: part for listed in of_page.values() for part in listed}
+    texts = {f"{name}.md": _page(name, listed, homes) for name, listed in of_page.items()}
+    texts["ppo.md"] = _ppo()
+    texts["formulas.md"] = (
+        "\n\n".join(
+            [
+                "# Formulas",
+                NOTE,
+                f"A formula is made of {ALLOWED}. A true comparison is 1.",
+                _example("formulas"),
+            ]
+        )
+        + "\n"
+    )
+    above = (PAGES / "index.md").read_text(encoding="utf-8").partition(MARK)[0]
+    texts["index.md"] = above + _index(of_page)
+    return texts
 
 
-def _row(name: str, info: FieldInfo) -> str:
-    unit = (info.json_schema_extra or {}).get("unit", "") if isinstance(info.json_schema_extra, dict) else ""
+def _page(name: str, listed: list[Part], homes: dict[type[Section], Part]) -> str:
+    """A page: the sections of one key, the outermost first."""
+    shallowest = min(_depth(part) for part in listed)
+    outer = [part for part in listed if _depth(part) == shallowest]
+    title = outer[0].title if len(outer) == 1 else joined([p for part in outer for p in part.places])
+    opening = [f"# {title}", NOTE]
+    if len(outer) > 1:
+        opening.append(sentence(outer[0].places[0].about.partition("; absent")[0]))
+    if len(outer) == 1:
+        opening.append(_text(outer[0].model))
+    headless = outer[0] if len(outer) == 1 else None
+    body = [("" if part is headless else _head(part)) + _table(part, homes) for part in listed]
+    return "\n\n".join([*opening, _example(name), *body]) + "\n"
+
+
+def _example(name: str) -> str:
+    texts = [path.read_text(encoding="utf-8").strip() for path in examples_of(name)]
+    return "\n\n".join(f"```toml\n{text}\n```" for text in texts)
+
+
+def examples_of(page: str) -> list[Path]:
+    """Return the examples of a page: PAGE.toml, then PAGE.WORD.toml."""
+    return [EXAMPLES / f"{page}.toml", *sorted(EXAMPLES.glob(f"{page}.*.toml"))]
+
+
+def _depth(part: Part) -> int:
+    return min(place.path.count(".") for place in part.places)
+
+
+def _head(part: Part) -> str:
+    return f"## {part.title}\n\n{_text(part.model)}\n\n"
+
+
+def _text(model: type[Section]) -> str:
+    return " ".join((model.__doc__ or "").split())
+
+
+def sentence(text: str) -> str:
+    """Return a description as a sentence."""
+    return f"{text[:1].upper()}{text[1:]}".rstrip(".") + "."
+
+
+def _table(part: Part, homes: dict[type[Section], Part]) -> str:
+    kind = kind_of(part.model)
+    fields = part.model.model_fields.items()
+    return HEAD + "\n".join(_row(n, f, part, homes) for n, f in fields if n != "kind" or not kind)
+
+
+def _row(name: str, info: FieldInfo, part: Part, homes: dict[type[Section], Part]) -> str:
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    unit = str(extra.get("unit", ""))
     text = (info.description or "").removesuffix(f" [{unit}]")
-    takes = _words(info.annotation, tuple(info.metadata))
-    return f"| `{name}` | {takes} | {'' if unit == '1' else unit} | {_default(info)} | {text} |".replace(
-        "|  |", "| |"
+    inner = {model: homes[model] for model, _ in models_in(info.annotation)}
+    links = {model: _link(home, part) for model, home in inner.items()}
+    metadata = tuple(info.metadata)
+    cells = (
+        f"`{name}`",
+        type_of(info.annotation, metadata, links),
+        range_of(info.annotation, metadata),
+        "" if unit == "1" else unit,
+        default_of(info),
+        text if name != "ppo" else f"{text}; see [ppo](ppo.md)",
     )
+    row = "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    return row.replace("|  |", "| |").replace("|  |", "| |")
 
 
-def _default(info: FieldInfo) -> str:
-    if info.is_required():
-        return "needed"
-    value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
-    if value is None or value is PydanticUndefined:
-        return "absent"
-    return "" if isinstance(value, Section) else f"`{_toml(value)}`"
+def _link(home: Part, part: Part) -> str:
+    """A link to a section: to its page, or to its heading where it is on this one."""
+    if home.page != part.page:
+        return f"[section]({home.page}.md)"
+    slug = "".join(c for c in home.title.lower() if c.isalnum() or c in " _-").replace(" ", "-")
+    return f"[section](#{slug})"
 
 
-def _toml(value: Any) -> str:
-    """A value as TOML writes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        known = {math.pi: "3.14159…", -math.pi: "-3.14159…", 2 * math.pi: "6.28318…"}
-        return known.get(value, f"{value:g}")
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return {"{}": "{ }"}.get(str(value), f'"{value}"' if isinstance(value, str) else str(value))
-
-
-def _words(kind: Any, metadata: tuple[Any, ...] = ()) -> str:
-    """A type in words, with its limits."""
-    origin, parts = typing.get_origin(kind), typing.get_args(kind)
-    if kind == Function or any(m in Function.__metadata__ for m in metadata):
-        return "`module:name`"
-    if origin is typing.Annotated:
-        return _words(parts[0], parts[1:])
-    if origin is typing.Literal:
-        return ", ".join(f"`{_toml(p)}`" for p in parts)
-    if origin in (types.UnionType, typing.Union):
-        words = dict.fromkeys(_words(p, metadata) for p in parts if p is not type(None))
-        return " or ".join(words)
-    if origin is list:
-        return f"list{_length(metadata)}: {_words(parts[0])}"
-    if origin is dict:
-        return f"table: {_words(parts[1])}"
-    if isinstance(kind, type) and issubclass(kind, Section):
-        return "see below"
-    return WORDS.get(kind, "any value") + _limits(metadata)
-
-
-def _limits(metadata: tuple[Any, ...]) -> str:
-    """ " > 0" and the like; what only keeps numbers finite, and lists in memory, is left out."""
-    limits = [(sign, getattr(m, name, None)) for m in _flat(metadata) for name, sign in SIGNS.items()]
-    return ",".join(
-        f" {sign} {_toml(limit)}" for sign, limit in limits if limit is not None and abs(limit) < 1e6
-    )
-
-
-def _length(metadata: tuple[Any, ...]) -> str:
-    low, high = (
-        next((v for m in _flat(metadata) if (v := getattr(m, n, None)) is not None), None)
-        for n in ("min_length", "max_length")
-    )
-    if low is None:
-        return ""
-    return f" of {low}" if low == high else f" of {low} or more" if high is None else f" of {low} to {high}"
-
-
-def _flat(metadata: tuple[Any, ...]) -> list[Any]:
-    """What limits a type, also where pydantic wrapped it."""
-    return [inner for m in metadata for inner in getattr(m, "metadata", (m,))]
+def _index(of_page: dict[str, list[Part]]) -> str:
+    """The tree of all keys that hold sections, and the pages that Sphinx puts into its menu."""
+    lines = [f"- [{TOP}](file.md)"]
+    seen: set[str] = {""}
+    for model, place in _sections(WorldConfig, Place("", "")):
+        page = "functions" if model is Use else page_of(place.path)
+        if place.path not in seen:
+            indent = "  " * (place.path.count(".") - place.path.count("NAME") + 1)
+            about = place.about.partition("; absent")[0]
+            lines.append(f"{indent}- [`{place.path}`]({page}.md): {about}")
+            seen.add(place.path)
+            if place.path == "species.NAME.policy":
+                lines.append("    - [`species.NAME.ppo`](ppo.md): hyperparameters of PPO")
+    lines.append("- [Formulas](formulas.md)")
+    names = [*of_page, "ppo", "formulas"]
+    tree = "```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
+    return f"{MARK}\n\n" + "\n".join(lines) + f"\n\n{tree}"
 
 
 def _ppo() -> str:
-    rows = [f"| `{f.name}` | `{_toml(f.default)}` | {f.metadata['doc']} |" for f in dataclasses.fields(PPO)]
+    rows = [f"| `{f.name}` | `{written(f.default)}` | {f.metadata['doc']} |" for f in dataclasses.fields(PPO)]
+    table = "| key | default | meaning |\n|---|---|---|\n" + "\n".join(rows)
     return (
-        "### `species.NAME.ppo`\n\nHyperparameters of PPO.\n\n| key | default | |\n|---|---|---|\n"
-        + "\n".join(rows)
+        "\n\n".join(["# `species.NAME.ppo`", NOTE, "Hyperparameters of PPO.", _example("ppo"), table]) + "\n"
     )
 
 
-def main() -> None:
-    """Write the page, or say that it is stale."""
+def main() -> int:
+    """Write the pages, or name those that are out of date."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
     parser.add_argument(
-        "--check", action="store_true", help="write nothing; fail where the page is not up to date"
+        "--check", action="store_true", help="write nothing; fail where a page is not up to date"
     )
     check = parser.parse_args().check
-    old = PAGE.read_text(encoding="utf-8")
-    begin, end = (old.index(mark) for mark in MARKS)
-    new = f"{old[:begin]}{MARKS[0]}\n\n{reference()}\n\n{old[end:]}"
-    if check and new != old:
-        sys.exit(f"{PAGE} is not up to date: run python tools/make_reference.py")
-    if not check:
-        PAGE.write_text(new, encoding="utf-8")
+    wanted = pages()
+    old = {path.name: path.read_text(encoding="utf-8") for path in PAGES.glob("*.md")}
+    stale = [name for name in wanted | old if wanted.get(name) != old.get(name)]
+    if check:
+        for name in stale:
+            print(f"{name} is out of date: run python tools/make_reference.py", file=sys.stderr)
+        return bool(stale)
+    for name in stale:
+        if name in wanted:
+            (PAGES / name).write_text(wanted[name], encoding="utf-8")
+        else:
+            (PAGES / name).unlink()
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -5,173 +5,25 @@ the command line itself. Used by tools/build_site.py.
 import inspect
 import re
 import tomllib
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-MEMBERS = "   :members:\n   :show-inheritance:\n"
-API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
-    "world": (
-        "World, tables and systems",
-        "What `from ecs_eco import …` gives.",
-        (
-            "ecs_eco:World",
-            "ecs_eco:Table",
-            "ecs_eco:System",
-            "ecs_eco:component",
-            "ecs_eco:njit",
-            "ecs_eco:draw",
-            "ecs_eco.nervous.external:External",
-            "ecs_eco.nervous.external:Sensed",
-        ),
-    ),
-    "config": (
-        "World files",
-        "Loading and checking; every key is in [the world file](../worlds.md).",
-        (
-            "ecs_eco.config:load",
-            "ecs_eco.config:for_training",
-            "ecs_eco.config:WorldConfig",
-            "ecs_eco.config:compile_formula",
-            "ecs_eco.worlds.build:build",
-            "ecs_eco.engine.errors:ConfigError",
-        ),
-    ),
-    "runs": (
-        "Runs and their records",
-        "Run into a folder, go on, fork; what is kept in memory.",
-        (
-            "ecs_eco.runs.run:run_to_folder",
-            "ecs_eco.runs.run:resume",
-            "ecs_eco.runs.run:fork",
-            "ecs_eco.record.recorder:Recorder",
-            "ecs_eco.analysis.runs:load_series",
-            "ecs_eco.analysis.runs:Series",
-        ),
-    ),
-    "learning": (
-        "Learning",
-        "Brains and PPO, also for plain Gymnasium environments; see "
-        "[learning](../../explanation/learning.md).",
-        ("ecs_eco.learning:*",),
-    ),
-    "rl": (
-        "Reinforcement learning from outside",
-        "Species as environments of PettingZoo and Gymnasium: "
-        '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
-        "(../../how-to/bring_your_own_learner.md).",
-        ("ecs_eco.rl:parallel_env", "ecs_eco.rl:slots", "ecs_eco.rl:body"),
-    ),
-    "search": (
-        "Searching and fitting",
-        "Numbers with which a world lives, or is like measurements; see "
-        "[searching](../../how-to/searching.md) and [measurements](../../how-to/measurements.md).",
-        (
-            "ecs_eco.lab:search",
-            "ecs_eco.lab.searching.fit:Fit",
-            "ecs_eco.lab.searching.sampler:Sampler",
-            "ecs_eco.lab.searching.sampler:Population",
-            "ecs_eco.lab.searching.sampler:weighted_quantiles",
-        ),
-    ),
-    "genomes": (
-        "Genomes",
-        "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
-        ("ecs_eco.genomes:*",),
-    ),
-    "space": ("Space", "Edges, neighbours, fields and ground.", ("ecs_eco.space:*",)),
-    "systems": (
-        "Systems",
-        "What happens to everyone in a tick, in the order of "
-        "[the schedule](../../explanation/design.md#the-tick).",
-        ("ecs_eco.systems:*",),
-    ),
-    "testing": (
-        "Tests of your own parts",
-        "Checks for your own components, systems, genomes and worlds.",
-        ("ecs_eco.testing:*",),
-    ),
-}
-ANALYSIS = (
-    "cycles",
-    "extinction",
-    "lineage",
-    "pedigree",
-    "survival",
-    "spectrum",
-    "rhythm",
-    "depth",
-    "carriers",
-    "signature",
-    "against",
-    "compare",
-    "seed_grid",
-    "figures",
-)
+import api_pages  # the file beside this one
+import typer
+
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
 
 def generated() -> dict[str, str]:
     """Return the text of each generated page by its place in the site."""
-    pages = {f"reference/api/{name}.md": _api(*about) for name, about in API.items()}
-    pages["reference/api/analysis.md"] = _analysis()
+    pages = {f"reference/api/{name}.md": text for name, text in api_pages.pages().items()}
     pages["reference/api/components.md"] = _components()
-    pages["reference/api/index.md"] = _index()
+    pages["reference/api/index.md"] = api_pages.index()
     pages["reference/commands.md"] = _commands()
     pages["reference/shipped/index.md"] = _shipped()
     return pages
-
-
-def _api(title: str, opening: str, names: tuple[str, ...]) -> str:
-    parts = [f"# {title}\n\n{opening}"]
-    for name in names:
-        module, _, what = name.partition(":")
-        wanted = import_module(module).__all__ if what == "*" else (what,)
-        parts += [_entry(module, one) for one in wanted]
-    return "\n\n".join(parts) + "\n"
-
-
-def _entry(module: str, name: str) -> str:
-    try:
-        thing = getattr(import_module(module), name)
-    except ModuleNotFoundError as error:  # an extra that is not here: the page says which
-        return f"`{module}.{name}`: {error}"
-    if isinstance(thing, type) and issubclass(thing, Exception):
-        return _directive("autoexception", f"{module}.{name}", "")
-    if inspect.isclass(thing):
-        inherited = "   :inherited-members: object\n" * (name == "World")
-        return _directive("autoclass", f"{module}.{name}", MEMBERS + inherited)
-    if callable(thing):
-        return _directive("autofunction", f"{module}.{name}", "")
-    return _directive("autodata", f"{module}.{name}", "   :no-value:\n")
-
-
-def _directive(kind: str, name: str, options: str) -> str:
-    return f"```{{eval-rst}}\n.. {kind}:: {name}\n{options}```"
-
-
-def _analysis() -> str:
-    parts = [
-        "# Analysis\n\nStatistics and figures of recorded runs, one phenomenon a module; see "
-        "[running](../../how-to/running.md#from-python)."
-    ]
-    for name in ANALYSIS:
-        module = f"ecs_eco.analysis.{name}"
-        head = (import_module(module).__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-        parts += [f"## {name}\n\n{head}", *(_entry(module, one) for one in _own(module))]
-    return "\n\n".join(parts) + "\n"
-
-
-def _own(module: str) -> list[str]:
-    """Public classes and functions that a module defines itself, in its order."""
-    there = vars(import_module(module))
-    return [
-        name
-        for name, thing in there.items()
-        if not name.startswith("_")
-        and (inspect.isclass(thing) or inspect.isfunction(thing))
-        and thing.__module__ == module
-    ]
 
 
 def _components() -> str:
@@ -195,14 +47,6 @@ def _components() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _index() -> str:
-    names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
-    return (
-        "# Python\n\nThe classes and functions that users import, from their docstrings.\n\n"
-        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n"
-    )
-
-
 def _shipped() -> str:
     worlds = import_module("ecs_eco.worlds")
     rows, names = [], []
@@ -222,25 +66,41 @@ def _titles(folder: Path) -> list[tuple[str, str]]:
 
 
 def _commands() -> str:
-    from ecs_eco.cli.app import COMMANDS, loaded
+    from ecs_eco.cli.app import COMMANDS, app, loaded
 
     parts = [
-        "# Commands\n\nWhat `ecs-eco COMMAND --help` says, of all commands. How they work together: "
-        "[running](../how-to/running.md)."
+        "# Commands\n\nEvery command of `ecs-eco` with its arguments and options, as `ecs-eco COMMAND --help` "
+        "prints them. [Running](../how-to/running.md) shows how they work together."
     ]
-    parts += [_command(name, loaded(name)) for name in sorted(COMMANDS)]
+    for name in sorted(COMMANDS):
+        parts += _command(f"ecs-eco {name}", loaded(name))
+    rows = _options(typer.main.get_command(app))
+    parts.append("## Options of all commands\n\nThey come before the command.\n\n" + "\n".join(rows))
     return "\n\n".join(parts) + "\n"
 
 
-def _command(name: str, command: Any) -> str:
+def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
+    """Yield the parts of a command's page, and those of its subcommands."""
+    within = {sub: one for sub, one in getattr(command, "commands", {}).items() if not one.hidden}
+    arguments = [p for p in command.params if p.param_type_name == "argument"]
+    words = [name, *(_metavar(p) for p in arguments), "COMMAND" if within else "[OPTIONS]"]
+    yield f"{'#' * level} {name.removeprefix('ecs-eco ')}"
+    # no fence with `bash`: it is no command to copy
+    yield f"`{' '.join(words)}`\n\n{_cell(command.help or '')}"
+    if rows := _options(command):
+        yield "\n".join(rows)
+    for sub in sorted(within):
+        yield from _command(f"{name} {sub}", within[sub], level + 1)
+
+
+def _options(command: Any) -> list[str]:
+    """Return the table of a command's arguments and options; none without any."""
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
-    usage = " ".join(["ecs-eco", name, *(_metavar(p) for p in arguments), "[OPTIONS]"])
-    rows = [f"| `{_metavar(p)}` | | {_cell(p.help or '')} |" for p in arguments]
-    rows += [f"| `{_option(p)}` | {_default(p)} | {_cell(p.help or '')} |" for p in options]
-    table = "| | default | |\n|---|---|---|\n" + "\n".join(rows)
-    # no fence with `bash`: it is no command to copy
-    return f"## {name}\n\n`{usage}`\n\n{_cell(command.help or '')}" + (f"\n\n{table}" if rows else "")
+    rows = [(_metavar(p), "", p.help) for p in arguments]
+    rows += [(_option(p), _default(p), p.help) for p in options if p.name != "help"]
+    table = [f"| `{_code(word)}` | {default} | {_cell(text or '')} |" for word, default, text in rows]
+    return ["| | default | |", "|---|---|---|", *table] if table else []
 
 
 def _metavar(parameter: Any) -> str:
@@ -250,14 +110,18 @@ def _metavar(parameter: Any) -> str:
 
 def _option(parameter: Any) -> str:
     names = ", ".join(parameter.opts) + "".join(f" / {n}" for n in parameter.secondary_opts)
-    return names if parameter.is_flag else f"{names} {parameter.metavar or parameter.type.name.upper()}"
+    return names if parameter.is_flag else f"{names} {parameter.metavar or parameter.name.upper()}"
 
 
 def _default(parameter: Any) -> str:
     default = parameter.default
     absent = default in (None, False, ()) or callable(default) or "UNSET" in repr(default)
-    return "" if absent else f"`{default}`"
+    return "" if absent else f"`{_code(str(getattr(default, 'value', default)))}`"
+
+
+def _code(text: str) -> str:
+    return text.replace("|", "\\|")
 
 
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+    return _code(" ".join(text.split())).replace("<", "&lt;")

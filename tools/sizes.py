@@ -1,17 +1,21 @@
 """Print how large the code is at one commit or more: functions, files, folders, and `Any` in signatures.
 
-    python tools/sizes.py [COMMIT …]
+    python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
-Prints a Markdown table with a column for each commit (default: HEAD), then the files of more than 300 lines and
-the functions of more than 50 at the last commit.
+A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last:
+files of more than 300 lines and functions of more than 50. --out keeps it for
+docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
 
-A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own. Empty rows
-and the formatter's line breaks do not count.
+A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own: how the
+formatter wraps a statement, and empty rows, change nothing. The sections of a docstring (Parameters, Returns,
+Examples …) are the API reference, not code, and do not count.
 """
 
 import argparse
 import ast
 import io
+import json
+import re
 import statistics
 import subprocess
 import sys
@@ -25,9 +29,10 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ecs_eco"
 FILE_LIMIT, FUNCTION_LIMIT = 300, 50  # [lines of code]
-REASONS = {  # why a file or function may exceed the limits
+REASONS = {  # why what is above the limits stays so
     "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count"
 }
+SECTION = re.compile(r"\n\s*\n *[A-Z]\w+\n *-{3,}\n")  # the heading of a docstring's section
 LAYOUT = {tokenize.INDENT, tokenize.DEDENT, tokenize.NL, tokenize.ENDMARKER}
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -74,10 +79,17 @@ def code_lines(text: str) -> list[int]:
         if token.type == tokenize.NEWLINE:
             begun = False
         elif not begun and token.type not in LAYOUT:
-            last = token.end[0] if token.type == tokenize.STRING else token.start[0]
-            rows += range(token.start[0], last + 1)
+            rows += range(token.start[0], token.start[0] + _height(token))
             begun = token.type != tokenize.COMMENT
     return rows
+
+
+def _height(token: tokenize.TokenInfo) -> int:
+    """Return how many rows a token counts for: a string those before its first section."""
+    if token.type != tokenize.STRING:
+        return 1
+    section = SECTION.search(token.string)
+    return token.string[: section.start() if section else None].count("\n") + 1
 
 
 def within(rows: list[int], node: Function) -> int:
@@ -126,7 +138,7 @@ def sources_of(commit: str) -> dict[str, str]:
 
 
 def rows_of(size: Size) -> dict[str, str]:
-    """Return the values of one commit by label."""
+    """Return what the table says of one commit: label → value."""
     functions, files = sorted(size.functions.values()), list(size.package.values())
     p90 = functions[int(0.9 * (len(functions) - 1))]
     rows = {
@@ -151,7 +163,7 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return the commits, their values, and the files and functions above the limits at the last commit."""
+    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     # of all commits, in one order
@@ -176,7 +188,7 @@ def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
 
 
 def exceptions(kept: dict[str, Any]) -> str:
-    """Return a sentence that lists the files and functions above the limits."""
+    """Return in words what is above the limits."""
     limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
     return (
         limits
@@ -186,12 +198,15 @@ def exceptions(kept: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """Print the table, and the files and functions above the limits."""
+    """Print the table, and what is above the limits."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
+    parser.add_argument("--out", type=Path, metavar="FILE")
     given = parser.parse_args()
     kept = summary({full(commit): measure(sources_of(commit)) for commit in given.commits})
     print(f"{table(kept, kept['rows'])}\n\n{exceptions(kept)}")
+    if given.out is not None:
+        given.out.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 0
 
 

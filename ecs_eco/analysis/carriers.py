@@ -49,20 +49,50 @@ class Frequencies:
         return self.copies / np.where(total, total, np.nan)
 
     def of(self, value: str) -> np.ndarray:
-        """How many carry this value, i64[samples]; KeyError names the nearest."""
+        """Return how many organisms carry a value.
+
+        Parameters
+        ----------
+        value : str
+
+        Returns
+        -------
+        array of int64, shape (samples,)
+
+        Raises
+        ------
+        KeyError
+            For an unknown value.
+        """
         if value not in self.values:
             raise UnknownName(unknown_name(f"gene {self.gene!r}", "value", value, self.values))
         return self.count[:, self.values.index(value)]
 
 
 def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact,
-    from births and deaths.
+    """Return how many living organisms carry each value of a gene, over time.
 
-    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that
-    it lists for its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises
-    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome, and for
-    a derived trait.
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str
+    gene : str or tuple of int
+        Name of a gene of the manifest, or (first locus, letters).
+    every : int
+        Ticks from one sample to the next.
+
+    Returns
+    -------
+    Frequencies
+        Exact counts, from births and deaths. Values are in the order of codons, or the codons themselves in
+        alphabetical order.
+
+    Raises
+    ------
+    KeyError
+        For an unknown species or gene.
+    ValueError
+        For loci beyond the end of the genome, and for a derived trait.
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     if "formula" in record:
@@ -241,12 +271,27 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
-    """What a gene, given by its name or its trait, says of each organism: f64[organisms], NaN for those
-    without such a gene.
+    """Return the value of a gene in each organism.
 
-    With two strings, or several copies, it is the value that their dominance makes, as the organism has it.
-    `species` is needed where several have a gene of that name. Raises KeyError for an unknown species or
-    gene, ValueError for a gene of a whole network, and for records that do not say what codons mean.
+    Parameters
+    ----------
+    lineage : Lineage
+    gene : str
+        Its name or its trait.
+    species : str, optional
+        Required if several species have a gene of that name.
+
+    Returns
+    -------
+    array of float64, shape (organisms,)
+        After dominance; NaN for organisms without this gene.
+
+    Raises
+    ------
+    KeyError
+        For an unknown species or gene.
+    ValueError
+        For a gene of a whole network, and for records without the meaning of codons.
     """
     name, record = find_gene(lineage, gene, species)
     kept, mask = lineage.genomes[name], lineage.species == name

@@ -44,10 +44,34 @@ def compare(
     training: Mapping[str, Sequence[int]] | None = None,
     policies: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the
-    reference. `training` gives the training seed of each run of an arm with several: a crossed design with
-    the world seeds of the manifests. `policies` describes policies in words. Returns the content of
-    compare.json; with `out`, writes compare.json, compare.html and figures/ there."""
+    """Compare recorded runs of several arms; the first arm is the reference.
+
+    Parameters
+    ----------
+    arms : Mapping of str to sequence
+        For each arm its runs, one per seed: folders, tables of series or `Series`.
+    out : str or Path, optional
+        Folder for compare.json, compare.html and figures/.
+    species : sequence of str, optional
+        Default: all.
+    n_boot : int, default 499
+        Simulations of red noise.
+    seed : int, default 0
+        Fixes the simulations.
+    training : Mapping of str to sequence of int, optional
+        Training seed of each run, for arms with several: a crossed design with the world seeds.
+    policies : Mapping of str to str, optional
+        Descriptions of policies, to show.
+
+    Returns
+    -------
+    dict
+        Content of compare.json.
+
+    See Also
+    --------
+    ecs_eco.lab.compare : runs the arms, too.
+    """
     loaded, names = _load(arms, species)
     curves = {
         s: {arm: kaplan_meier(*_lifetimes(runs, s)) for arm, runs in loaded.items() if _there(runs, s)}

@@ -60,7 +60,17 @@ class CycleStatistics:
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
-        """Species with a peak beyond red noise at this level that recurs and that no slower swing dwarfs."""
+        """Return the species that cycle: with a spectral peak beyond red noise, which recurs.
+
+        Parameters
+        ----------
+        level : float, default 0.05
+            Significance level.
+
+        Returns
+        -------
+        tuple of str
+        """
         return tuple(
             s
             for s in self.species
@@ -68,7 +78,12 @@ class CycleStatistics:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Numbers and strings only; the spectra are left out."""
+        """Return the statistics as numbers and strings, without spectra.
+
+        Returns
+        -------
+        dict
+        """
         kept = ("p", "period", "n_periods", "ratio", "held", "slower", "recurs")
         peaks = {s: None if p is None else {k: getattr(p, k) for k in kept} for s, p in self.peaks.items()}
         return {
@@ -109,12 +124,38 @@ def cycle_statistics(
     seed: int = 0,
     period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards.
+    """Return peaks, periods and lags of a run.
 
-    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent,
-    among the consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows
-    back, faster than they are eaten), else among all. KeyError for a species in `period_of` that the run does
-    not have.
+    Parameters
+    ----------
+    run : str, Path, pyarrow.Table, Mapping or Series
+        As for `load_series`.
+    species : sequence of str, optional
+        From producers upwards; default: all.
+    skip : float, default 0.1
+        Share of the run to skip at the start.
+    n_boot : int, default 499
+        Simulations of red noise.
+    seed : int, default 0
+        Fixes the simulations.
+    period_of : sequence of str, optional
+        Species among whose clearest peaks the period of the lags is chosen; default: the consumers, if the
+        manifest states who eats whom, else all.
+
+    Returns
+    -------
+    CycleStatistics
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.cycles import cycle_statistics
+    >>> t = np.arange(2000)
+    >>> hares = 100 + 50 * np.sin(2 * np.pi * t / 100)
+    >>> lynx = 20 + 10 * np.sin(2 * np.pi * (t / 100 - 0.25))
+    >>> statistics = cycle_statistics({"hare": hares, "lynx": lynx}, n_boot=99)
+    >>> round(statistics.period), round(statistics.lags["hare→lynx"].share, 2)
+    (100, 0.25)
     """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)

@@ -60,9 +60,21 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Mean, spread and shares of a gene's values among the living, at the end of every `every` ticks.
+    """Return mean, spread and shares of a gene's values among the living, over time.
 
-    Raises as `Lineage.values`.
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str
+    gene : str
+    every : int
+        Ticks from one sample to the next.
+    bins : int
+        Of the shares.
+
+    Returns
+    -------
+    Course
     """
     record = gene_of(lineage, species, gene)
     require_number(record, species)
@@ -97,9 +109,20 @@ def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndar
 
 
 def generation_time(lineage: Pedigree, species: str) -> float:
-    """Mean age of parents when their offspring are born [ticks], over all births of a species that have
-    parents; NaN without any.
+    """Return the mean age of parents at the births of their offspring.
 
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str
+
+    Returns
+    -------
+    float
+        [ticks]; NaN without births that have parents.
+
+    Notes
+    -----
     The generation time T of age-structured populations (Charlesworth 1994, Evolution in age-structured
     populations, chapter 1), each parent counted once for each child.
     """
@@ -133,13 +156,34 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
 def selection(
     lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
 ) -> Selection:
-    """How strongly a value of a gene is selected from tick `since` to `until` (the last one): the
-    logit-linear regression of its allele frequency, per tick, and per generation by the mean generation time
-    of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) advises where generations
-    overlap.
+    """Return how strongly a value of a gene is selected.
 
-    It is the net change against all other values, mutation and chance included: a neutral marker in the same
-    genome shows how large these are. Raises KeyError for an unknown species, gene or value.
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str
+    gene : str
+    value : str
+    since : int, default 0
+        First tick.
+    until : int, optional
+        Last tick; default: the end of the run.
+
+    Returns
+    -------
+    Selection
+        Slope of the logit of the allele frequency, per tick and per generation.
+
+    Raises
+    ------
+    KeyError
+        For an unknown species, gene or value.
+
+    Notes
+    -----
+    Per generation by the mean generation time of the species in this lineage, as Chevin (2011, Biology
+    Letters 7, 210–213) advises where generations overlap. It is the net change against all other values,
+    mutation and drift included; a neutral marker in the same genome shows how large these are.
     """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
     counted.of(value)  # names the nearest

@@ -102,11 +102,36 @@ DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
 
 @dataclass(frozen=True)
 class Lineage(Pedigree):
-    """The pedigree of a run: reading it, gene frequencies, and export to other formats."""
+    """The pedigree of a run: parents, births, deaths, species and genomes of all organisms.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.lineage import Lineage
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=20, out="my-run", report=False)
+    >>> wolves = Lineage.read("my-run").of_species("wolf")
+    >>> len(wolves) >= 250
+    True
+    """
 
     @classmethod
     def of(cls, world: Any) -> Self:
-        """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
+        """Return the lineage of a living world.
+
+        Parameters
+        ----------
+        world : World
+            With a recorder that keeps events: `Recorder(world, keep_events=True)`.
+
+        Returns
+        -------
+        Lineage
+
+        Raises
+        ------
+        RuntimeError
+            If there is no such recorder.
+        """
         recorder = world.recorder
         if recorder is None:
             raise RuntimeError(
@@ -127,10 +152,25 @@ class Lineage(Pedigree):
 
     @classmethod
     def read(cls, folder: Path | str) -> Self:
-        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
-        file. Founders that a folder of an older version does not list are added where they died or had
-        offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
-        without parents that they left behind, and emigrants end as "emigrated"."""
+        """Return the lineage of a run folder.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Of a run or an archipelago. An archipelago has one lineage of all islands; on a single island,
+            immigrants appear at their arrival, and emigrants end as "emigrated".
+
+        Returns
+        -------
+        Lineage
+
+        Raises
+        ------
+        FileNotFoundError
+            If the folder contains no run.
+        RecordingError
+            If a file is damaged.
+        """
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
@@ -192,15 +232,36 @@ class Lineage(Pedigree):
     selection = genes.selection
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write a phylogeny in the ALife data standards format; see `write_csv`."""
+        """Write a phylogeny in the ALife data standards format (Lalejini et al. 2019).
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+        """
         return write_csv(self, Path(path))
 
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
-        """The tree along first parents in Newick format, written to `path` where given; see
-        `newick`. `living` leaves the living and their ancestors along first parents; `names` has
-        one for each organism (default: uids)."""
+        """Return the tree along first parents in Newick format.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write.
+        living : bool, default False
+            Keep only the living and their ancestors.
+        names : sequence of str, optional
+            One for each organism; default: uids.
+
+        Returns
+        -------
+        str
+        """
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)

@@ -37,11 +37,35 @@ BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the ga
 
 
 def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, Any] | None = None) -> Figure:
-    """A species' nervous system.
+    """Return a drawing of a species' nervous system.
 
-    `values`, the state of one organism, may hold readings f32[channels], y i8[actions], probabilities
-    f32[actions], decision u8[actions] and happiness. Raises ConfigError for a species without nerves,
-    UnknownName for an unknown value and ValueError for one of another length.
+    Parameters
+    ----------
+    config : WorldConfig
+    species : str
+    values : Mapping of str to array, optional
+        State of one organism: readings f32[channels], reflex i8[actions], probability f32[actions],
+        decision u8[actions] and happiness; see `ecs_eco.view.inspect.drawable`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ConfigError
+        For a species without sensors and actions.
+    UnknownName
+        For an unknown value.
+    ValueError
+        For a value of another length.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.nervous_figure import draw_nervous_system, save
+    >>> from ecs_eco.config import load
+    >>> save(draw_nervous_system(load("predator-prey"), "deer"), "deer.svg").name
+    'deer.svg'
     """
     d = diagram(config, species)
     return _figure([_Drawing(d, _checked(values or {}, d))])
@@ -63,9 +87,23 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, by its suffix, completely or not at all; the same figure gives the same file.
+    """Write a figure as PNG, SVG or PDF, completely or not at all.
 
-    An SVG follows the theme: light, and dark where the system or its page is.
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+        The suffix determines the format.
+    dpi : int, default 150
+        Dots per inch of a PNG.
+
+    Returns
+    -------
+    Path
+
+    Notes
+    -----
+    The same figure gives the same file. An SVG follows the theme of the system or page: light or dark.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -65,14 +65,33 @@ class Pedigree:
     # --- parts of it
 
     def of_species(self, name: str) -> Self:
-        """The lineage of one species; KeyError names the nearest."""
+        """Return the pedigree of one species.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Pedigree
+
+        Raises
+        ------
+        KeyError
+            For an unknown species.
+        """
         known = list(dict.fromkeys(self.species.tolist()))
         if name not in known:
             raise UnknownName(unknown_name("lineage", "species", name, known))
         return self._chosen(self.species == name)
 
     def living(self) -> Self:
-        """The living and their ancestors alone."""
+        """Return the pedigree of the living and their ancestors only.
+
+        Returns
+        -------
+        Pedigree
+        """
         return self._chosen(self._forebears(self.died == ALIVE))
 
     def _chosen(self, mask: np.ndarray) -> Self:
@@ -113,21 +132,55 @@ class Pedigree:
         return (self.parent == 0) & (self.parent2 == 0)
 
     def place(self, uid: int) -> int:
-        """Where an organism is in the arrays; KeyError where it is not."""
+        """Return the index of an organism in the arrays.
+
+        Parameters
+        ----------
+        uid : int
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        KeyError
+            If it is not in the pedigree.
+        """
         at = int(self._places(np.array([max(uid, 0)], np.uint64))[0])
         if at < 0:
             raise KeyError(f"no organism of this lineage has the uid {uid}")
         return at
 
     def alive(self, tick: int) -> np.ndarray:
-        """Whether an organism lives at the end of a tick, as the series count it: bool."""
+        """Return which organisms live at the end of a tick.
+
+        Parameters
+        ----------
+        tick : int
+
+        Returns
+        -------
+        array of bool, shape (organisms,)
+        """
         return (self.born <= tick) & ((self.died == ALIVE) | (self.died > tick))
 
     # --- questions
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
-        """The uids of parents, grandparents, … through both parents, ascending;
-        at most so many generations back."""
+        """Return the uids of parents, grandparents and so on, through both parents.
+
+        Parameters
+        ----------
+        uid : int
+        generations : int, optional
+            How far to go back; default: to the founders.
+
+        Returns
+        -------
+        array of uint64
+            Ascending.
+        """
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
@@ -139,7 +192,17 @@ class Pedigree:
         return self.uid[sorted(before)]
 
     def descendants(self, uid: int) -> np.ndarray:
-        """The uids of children, grandchildren, … through both parents, ascending."""
+        """Return the uids of children, grandchildren and so on, through both parents.
+
+        Parameters
+        ----------
+        uid : int
+
+        Returns
+        -------
+        array of uint64
+            Ascending.
+        """
         first = self.place(uid)
         below = [False] * len(self)
         below[first] = True
@@ -151,7 +214,12 @@ class Pedigree:
         return self.uid[np.array(below, bool)]
 
     def generation(self) -> np.ndarray:
-        """Generation of each organism, f64: founders are 0, others the mean of their parents' plus 1."""
+        """Return the generation of each organism: 0 for founders, else the mean of its parents' plus 1.
+
+        Returns
+        -------
+        array of float64, shape (organisms,)
+        """
         depth: list[float] = []
         for m, f in zip(self.mother.tolist(), self.father.tolist(), strict=True):
             if m >= 0 and f >= 0:
@@ -173,12 +241,32 @@ class Pedigree:
         return np.array(marked, bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
-        """The uids of the founders that live at the end of a tick (the last one) or have descendants who do."""
+        """Return the founders that live at a tick or have descendants that do.
+
+        Parameters
+        ----------
+        tick : int, optional
+            Default: the last tick.
+
+        Returns
+        -------
+        array of uint64
+            uids.
+        """
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """The youngest organism from which all of these descend along first parents,
-        or that is one of them; 0 for none."""
+        """Return the youngest organism from which all given ones descend along first parents.
+
+        Parameters
+        ----------
+        uids : iterable of int
+
+        Returns
+        -------
+        int
+            Its uid, which may be one of those given; 0 if there is none.
+        """
         lines = {self.place(uid) for uid in uids}
         if not lines:
             raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")

@@ -22,7 +22,29 @@ class Cosinor:
 
 
 def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
-    """Fit a cosine of a known period to values f64[n] at times f64[n]."""
+    """Fit a cosine of a known period by least squares.
+
+    Parameters
+    ----------
+    times : array of float, shape (n,)
+    values : array of float, shape (n,)
+    period : float
+        In the unit of the times.
+
+    Returns
+    -------
+    Cosinor
+        Mesor (mean), amplitude, and acrophase (phase of the maximum) [rad].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.rhythm import cosinor
+    >>> hours = np.arange(48.0)
+    >>> fit = cosinor(hours, 10 + 3 * np.cos(2 * np.pi * (hours - 6) / 24), period=24.0)
+    >>> round(fit.mesor, 6), round(fit.amplitude, 6)
+    (10.0, 3.0)
+    """
     angle = 2 * np.pi * np.asarray(times, float) / period
     design = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], 1)
     mesor, a, b = np.linalg.lstsq(design, np.asarray(values, float), rcond=None)[0]

@@ -20,7 +20,24 @@ DIED = "died: "
 
 @dataclass(frozen=True)
 class Series:
-    """The per-tick series of one run: `columns[name]` is a float64 array of shape (ticks, species)."""
+    """The series of one run, a value per tick and species.
+
+    Attributes
+    ----------
+    ticks : array of int64, shape (ticks,)
+    species : tuple of str
+    columns : dict of str to array of float64, shape (ticks, species)
+        "n", "births", "deaths", "energy" and more; "died: CAUSE" counts the deaths of a cause.
+    manifest : dict
+        Of the run folder; empty for a table.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
+    >>> series.n.shape, series.persisted
+    ((3, 2), False)
+    """
 
     ticks: np.ndarray
     species: tuple[str, ...]
@@ -53,7 +70,21 @@ class Series:
         return float(self.manifest.get("dt", 1.0))
 
     def index(self, species: str) -> int:
-        """Column of a species; KeyError names the known ones."""
+        """Return the column of a species.
+
+        Parameters
+        ----------
+        species : str
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        KeyError
+            For an unknown species.
+        """
         if species not in self.species:
             near = get_close_matches(species, self.species, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -61,7 +92,28 @@ class Series:
         return self.species.index(species)
 
     def of(self, species: str, column: str = "n") -> np.ndarray:
-        """One column of one species, (ticks,)."""
+        """Return one column of one species.
+
+        Parameters
+        ----------
+        species : str
+        column : str, default "n"
+
+        Returns
+        -------
+        array of float64, shape (ticks,)
+
+        Raises
+        ------
+        KeyError
+            For an unknown species or column.
+
+        Examples
+        --------
+        >>> from ecs_eco.analysis.runs import load_series
+        >>> load_series({"hare": [10, 12, 9]}).of("hare").tolist()
+        [10.0, 12.0, 9.0]
+        """
         return self.columns[column][:, self.index(species)]
 
     @cached_property
@@ -117,8 +169,34 @@ def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> 
 def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
-    """Series of a run folder, of a table with the columns of `world.series()`, or of species → numbers.
-    `species` chooses and orders, producers first. Raises RecordingError for a folder with a damaged file."""
+    """Return the series of a recorded run.
+
+    Parameters
+    ----------
+    run : str, Path, pyarrow.Table, SeriesTable, Mapping or Series
+        A run folder, a table such as `World.series` returns, or numbers by species.
+    species : sequence of str, optional
+        Species to choose, in this order, producers first; default: all.
+
+    Returns
+    -------
+    Series
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder contains no series.
+    RecordingError
+        If a file is damaged.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> world = World.from_config("predator-prey", seed=1).run(3)
+    >>> load_series(world.series(), ["deer", "wolf"]).n.shape
+    (3, 2)
+    """
     run = getattr(run, "arrow", run)  # what world.series() returns holds one
     if isinstance(run, Series):
         series = run

@@ -80,12 +80,41 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
 def variance_shares(
     table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0
 ) -> VarianceShares:
-    """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
+    """Return the shares of the variance that training seeds, world seeds and the rest have.
 
+    Parameters
+    ----------
+    table : array of float, shape (training seeds, world seeds)
+        One outcome per run.
+    n_boot : int, default 999
+        Samples of the bootstrap.
+    level : float, default 0.95
+    seed : int, default 0
+        Fixes the bootstrap.
+
+    Returns
+    -------
+    VarianceShares
+        With percentile intervals of the pigeonhole bootstrap.
+
+    Raises
+    ------
+    ValueError
+        For a table with fewer than 2 training seeds or world seeds.
+
+    Notes
+    -----
     Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
-    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are
-    wide, for six seeds say little about a variance. ValueError for a table with fewer than 2 training seeds
-    or world seeds.
+    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100%; they are
+    wide, because six seeds contain little information about a variance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import variance_shares
+    >>> table = np.array([[1.0, 1.1, 0.9], [5.0, 5.1, 4.9]])
+    >>> variance_shares(table, n_boot=99).share[0].value > 0.9
+    True
     """
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
@@ -190,10 +219,29 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
+    """Return the share of ones in a table of 0 and 1, with an interval that accounts for shared seeds.
 
-    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30
-    runs, as if they were independent, as little as 66 %.
+    Parameters
+    ----------
+    table : array, shape (training seeds, world seeds)
+    level : float, default 0.95
+
+    Returns
+    -------
+    Interval
+        Wilson's, on the effective number of runs (Korn and Graubard 1998).
+
+    Notes
+    -----
+    On simulated designs of 6 × 5 it covers 96 to 99%, whichever seed matters; Wilson's interval on all 30 runs,
+    as if they were independent, as little as 66%.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import share_interval
+    >>> share_interval(np.array([[1, 1, 0], [1, 0, 0]])).value
+    0.5
     """
     y = np.asarray(table, float)
     n = effective_runs(y, level)
@@ -221,7 +269,25 @@ class Grid:
 
     @classmethod
     def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
-        """Arrange runs with these seeds in a grid; ValueError if a cell has none or two."""
+        """Arrange runs by their seeds.
+
+        Parameters
+        ----------
+        runs : sequence of Series
+        training : sequence of int
+            Training seed of each run.
+        worlds : sequence of int
+            World seed of each run.
+
+        Returns
+        -------
+        Grid
+
+        Raises
+        ------
+        ValueError
+            If a combination of seeds has no run, or two.
+        """
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):
             if (a, b) in cells:
@@ -242,7 +308,17 @@ class Grid:
         return float(max(run.length for row in self.runs for run in row))
 
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
-        """A value of every run, (training, worlds)."""
+        """Return a value of every run.
+
+        Parameters
+        ----------
+        value : callable
+            `value(series)` returns a number.
+
+        Returns
+        -------
+        array of float64, shape (training seeds, world seeds)
+        """
         return np.array([[value(run) for run in row] for row in self.runs], float)
 
 

@@ -43,16 +43,48 @@ class SurvivalCurve:
         return float(self.time[below[0]]) if len(below) else np.nan
 
     def mean(self, until: float) -> float:
-        """Mean time lived up to `until`: the area under the curve (restricted mean)."""
+        """Return the restricted mean time lived: the area under the curve.
+
+        Parameters
+        ----------
+        until : float
+            End of the area.
+
+        Returns
+        -------
+        float
+        """
         edges = np.append(np.minimum(self.time, until), until)
         return float((np.diff(edges) * self.survival).sum())
 
 
 def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
-    """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
+    """Return the Kaplan–Meier estimate of survival.
 
-    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1
-    or 0) it is [1, 1] before the first death, [0, last upper limit] after the last.
+    Parameters
+    ----------
+    durations : sequence of float
+        Time until death or until the observation ended.
+    died : sequence of bool
+        False where the observation ended first (censored).
+    level : float, default 0.95
+        Of the interval.
+
+    Returns
+    -------
+    SurvivalCurve
+
+    Notes
+    -----
+    The interval uses Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980). Where it is
+    undefined (survival 1 or 0) it is [1, 1] before the first death, and [0, last upper limit] after the last.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.survival import kaplan_meier
+    >>> curve = kaplan_meier([2.0, 3.0, 3.0, 5.0], [True, True, False, True])
+    >>> curve.survival.tolist()
+    [1.0, 0.75, 0.5, 0.0]
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
@@ -85,7 +117,26 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966)."""
+    """Return the log-rank test of two groups (Mantel 1966).
+
+    Parameters
+    ----------
+    one, other : tuple of (durations, died)
+        As for `kaplan_meier`.
+
+    Returns
+    -------
+    chi2 : float
+        With one degree of freedom.
+    p : float
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.survival import log_rank
+    >>> chi2, p = log_rank(([1, 2, 3, 4], [True] * 4), ([5, 6, 7, 8], [True] * 4))
+    >>> p < 0.05
+    True
+    """
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
     from scipy.stats import logrank
@@ -105,9 +156,31 @@ def _censored(durations: Numbers, died: Flags) -> CensoredData:
 
 
 def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
-    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0.
+    """Return a share with Wilson's score interval (Wilson 1927).
 
-    An effective n need not be whole.
+    Parameters
+    ----------
+    successes : float
+    n : float
+        An effective number need not be an integer.
+    level : float, default 0.95
+
+    Returns
+    -------
+    Interval
+        value, low, high; [0, 1] if n is 0.
+
+    Raises
+    ------
+    ValueError
+        If successes are not between 0 and n.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.survival import wilson
+    >>> share = wilson(7, 8)
+    >>> round(share.low, 2), round(share.high, 2)
+    (0.53, 0.98)
     """
     from scipy.special import ndtri
 
@@ -122,7 +195,26 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
 
 
 def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95) -> Interval:
-    """Share 1 − share 2 with Newcombe's hybrid interval (Newcombe 1998, method 10)."""
+    """Return the difference of two shares with Newcombe's hybrid interval (Newcombe 1998, method 10).
+
+    Parameters
+    ----------
+    k1, k2 : int
+        Successes.
+    n1, n2 : int
+        Trials.
+    level : float, default 0.95
+
+    Returns
+    -------
+    Interval
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.survival import difference_of_shares
+    >>> difference_of_shares(8, 8, 2, 8).value
+    0.75
+    """
     return difference_of_intervals(wilson(k1, n1, level), wilson(k2, n2, level))
 
 

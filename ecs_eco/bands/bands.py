@@ -36,10 +36,10 @@ class Traffic:
 
 
 class Bands(OneBand):
-    """The processes of an MPI communicator, each with a band of the map.
+    """The processes of an MPI communicator, each with a band of the map; `divide` returns them.
 
-    A band is a run of whole rows of cells of the neighbour index, cut so that all have about as many
-    organisms of the species at hand; of work that has no place, such as gradients, each has an equal part.
+    A band is a run of whole rows of cells of the neighbor index, cut so that all bands have about as many
+    organisms of the species at hand. Work without a place, such as gradients, is divided into equal parts.
     """
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:

@@ -15,13 +15,34 @@ if TYPE_CHECKING:
 
 
 def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state: bool = False) -> Any:
-    """Let this process share the work of a world with those of an MPI communicator (None: all there are).
+    """Let this process share the work of a world with the other processes of an MPI communicator.
 
-    Each of them must have built the same world, from the same configuration and seed, and let the same ticks
-    pass: `digest()` is then the same in all of them, and that of one process. Species of fewer than `least`
-    organisms are the work of every process. With `state` each process goes on with its own part of the world
-    alone (`ecs_eco.bands.divided`), else all hold the whole of it. Returns the bands. Raises RuntimeError for
-    worlds that differ, ConfigError for one whose state cannot be divided, or not into so many bands.
+    Parameters
+    ----------
+    world : World
+        Each process must have built the same world, from the same configuration and seed, and run the same
+        ticks.
+    comm : mpi4py.MPI.Comm, optional
+        Default: all processes.
+    least : int, default 64
+        Species with fewer organisms are computed by every process.
+    state : bool, default False
+        Whether each process holds only its own part of the world; otherwise each holds all of it.
+
+    Returns
+    -------
+    Bands or Divided
+
+    Raises
+    ------
+    RuntimeError
+        If the worlds of the processes differ.
+    ConfigError
+        If the state of this world cannot be divided, or not into so many bands.
+
+    Notes
+    -----
+    `world.digest()` is the same in all processes, and the same as with one process.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     bands: Any = Bands(world, comm, least)

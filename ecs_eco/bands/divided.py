@@ -63,12 +63,12 @@ class Step(esper.Processor):
 
 
 class Divided(OneBand):
-    """The part of a world that this process holds: a band of whole rows of cells.
+    """The part of a world that this process holds, a band of whole rows of cells; `divide` returns it.
 
-    Before sensing it gets ghosts of all that its own organisms may sense; they alone sense, learn and decide.
-    After moving, those that crossed an edge change their process, and ghosts come of all whose meals and
-    matings could touch what is its own; what happens then happens to own and ghosts alike, and right to the
-    own. Births are told to all, and the process of the place lets them live. Ghosts go before the tick ends.
+    Before sensing, it gets ghosts: copies of everything that its own organisms may sense. After moving,
+    organisms that crossed an edge change their process, and it gets ghosts of all whose meals and matings
+    could affect its own organisms. Every process receives all births, and the process of the place adds the
+    newborn. Ghosts are removed before the tick ends.
     """
 
     divided = True

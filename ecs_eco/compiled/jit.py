@@ -26,16 +26,40 @@ if portable.on():
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noalias: bool = False) -> Any:
-    """Compile a kernel on first use, cache it on disk, release the GIL while it runs, follow IEEE on division
-    by 0.
+    """Compile a kernel on first use, and keep it on disk for later processes.
 
-    `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that read
-    numbers at computed positions become vector code only with this promise.
+    Parameters
+    ----------
+    function : callable
+        A function of arrays and numbers, as numba's nopython mode takes it. A parameter annotated with a named
+        tuple takes one (`ecs_eco.compiled.views`).
+    fastmath : bool or set of str, default False
+        As numba's; ignored in the portable mode, because its results depend on the processor.
+    noalias : bool, default False
+        Promises that no array that the kernel writes overlaps another of its arrays. Loops that look numbers up
+        at computed places are vectorized only then.
 
-    A parameter that is annotated with a named tuple takes one: see `ecs_eco.compiled.views`.
+    Returns
+    -------
+    callable
+        The kernel. It releases the GIL while it runs, and follows IEEE 754 on division by 0.
 
-    A function without a source file, such as one typed at a prompt, is compiled again in each process. The
-    portable mode ignores `fastmath`, which some processors use and others do not.
+    Notes
+    -----
+    A function without a source file, such as one typed at a prompt, is compiled again in each process.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco import njit
+    >>> @njit
+    ... def burn(energy, cost):
+    ...     for i in range(energy.size):
+    ...         energy[i] -= cost
+    >>> energy = np.array([1.0, 0.5], np.float32)
+    >>> burn(energy, np.float32(0.25))
+    >>> energy.tolist()
+    [0.75, 0.25]
     """
     return kept_kernel(function, FOLDER, False if portable.on() else fastmath, noalias)
 

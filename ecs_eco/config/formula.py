@@ -52,8 +52,9 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """A formula that is refused: the problem, its position (characters from 1), what is allowed,
-    the nearest right name."""
+    """A formula that is not valid: the problem, its position (characters from 1), what is expected and the
+    nearest valid name.
+    """
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -63,7 +64,20 @@ class FormulaError(ValueError):
 
 
 class Formula:
-    """A compiled formula: call it with arrays by name; `names` are those that it uses."""
+    """A compiled formula: call it with a mapping from names to arrays.
+
+    Attributes
+    ----------
+    text : str
+    names : frozenset of str
+        The names that it uses.
+
+    Examples
+    --------
+    >>> from ecs_eco.config import compile_formula
+    >>> compile_formula("max(0, 1 - age / 100)", ["age", "energy"]).names
+    frozenset({'age'})
+    """
 
     def __init__(self, text: str, run: Node, names: frozenset[str]) -> None:
         self.text, self.names, self._run = text, names, run
@@ -82,8 +96,34 @@ class Formula:
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
-    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all
-    that is not allowed."""
+    """Compile a formula to a function of arrays.
+
+    Parameters
+    ----------
+    text : str
+        An expression of names, numbers, + - * / **, comparisons, `and`, `or`, `not`, `a if b else c`, min, max,
+        abs, exp, log, sqrt, tanh and clip.
+    names : iterable of str
+        Names that may occur.
+
+    Returns
+    -------
+    Formula
+        Call it with a mapping from names to arrays; `names` contains those that the formula uses.
+
+    Raises
+    ------
+    FormulaError
+        For an unknown name, and for anything else that is not allowed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.config import compile_formula
+    >>> mood = compile_formula("energy - 0.3 * wolf_smell", ["energy", "wolf_smell"])
+    >>> mood({"energy": np.array([1.0, 0.5]), "wolf_smell": np.array([0.0, 1.0])}).tolist()
+    [1.0, 0.199999...]
+    """
     run, compiler = compiled(text, lambda line, lead: Compiler(line, lead, tuple(names)))
     return Formula(text, run, frozenset(compiler.used))
 

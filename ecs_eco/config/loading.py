@@ -43,12 +43,45 @@ def load(
     trust: bool = False,
     places: Sequence[Path] = (),
 ) -> WorldConfig:
-    """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
+    """Return a checked configuration.
 
-    `systems` (classes or instances), `reporters` and `features` are added to those of the world and its code.
-    `trust` allows the code that it lists in `code` to run in this process; without it, or an earlier --trust,
-    that code is neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
-    ConfigError with every problem found."""
+    Parameters
+    ----------
+    world : str, Path, Mapping or WorldConfig
+        Name of a shipped world, path of a TOML file, its content, or a configuration.
+    overrides : Mapping or sequence of str, optional
+        Dotted keys with values, or texts such as "species.deer.count=50".
+    systems : iterable
+        Classes or instances of systems, added to those of the file.
+    reporters : Mapping of str to str or callable
+        Measurements by name, added to those of the file.
+    features : sequence of type
+        Classes derived from `Feature`, added to those of the file's code.
+    trust : bool, default False
+        Whether the code that the file lists in `code` may run in this process. Code that may not run is not
+        checked either.
+    places : sequence of Path
+        Folders from which files of code are taken; default: the folder of the file.
+
+    Returns
+    -------
+    WorldConfig
+
+    Raises
+    ------
+    ConfigError
+        With every problem found.
+
+    Examples
+    --------
+    >>> from ecs_eco.config import load
+    >>> load("predator-prey", {"species.deer.count": 50}).species["deer"].count
+    50
+    >>> load("predator-prey", ["species.deer.cuont=50"])
+    Traceback (most recent call last):
+        ...
+    ecs_eco.engine.errors.ConfigError: ...
+    """
     document = read_document(world)
     document.places = document.places or tuple(places)
     document.features = document.features or tuple(features)
@@ -79,7 +112,24 @@ def load(
 
 
 def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
-    """The world with what [training] sets, and with `values` (of keys that vary from world to world)."""
+    """Return the configuration of a pre-training: with the values of `[training.set]`.
+
+    Parameters
+    ----------
+    config : WorldConfig
+    values : Mapping of str to value, optional
+        Values by dotted key that apply in addition, of keys that vary from world to world.
+
+    Returns
+    -------
+    WorldConfig
+
+    Examples
+    --------
+    >>> from ecs_eco.config import for_training, load
+    >>> for_training(load("predator-prey")).species["deer"].count
+    350
+    """
     data = config.model_dump() | {
         "interventions": [],
         "reporters": {},

@@ -90,7 +90,17 @@ class ConfigError(ValueError):
         return type(self), (self.problems, self.title)
 
     def render(self, most: int = SHOWN) -> str:
-        """Return all problems as text: at most `most` of them, then the number of the rest."""
+        """Return the problems as text.
+
+        Parameters
+        ----------
+        most : int
+            Problems to list; then follows how many more there are.
+
+        Returns
+        -------
+        str
+        """
         n = len(self.problems)
         shown = [str(p) for p in self.problems[:most]]
         rest = [f"… and {'more than ' * (n > MOST)}{min(n, MOST) - most} more"] if n > most else []

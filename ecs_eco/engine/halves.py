@@ -32,8 +32,8 @@ class Halves:
             return
         world._mine()
         require_whole(world, "begin a tick")
-        world.admit(refuse=world.debug is None)
-        world.touch()
+        world._admit(refuse=world.debug is None)
+        world._touch()
         if world.tick == 0:
             world.flush()
         self._hooks(world)
@@ -61,8 +61,8 @@ class Halves:
             if first:
                 world.underway, world.ticking = Underway("tick"), True
             try:
-                with world.entered():
-                    world.act([p for p in world.schedule if (p.priority > self.border) == first])
+                with world._entered():
+                    world._act([p for p in world.schedule if (p.priority > self.border) == first])
             except BaseException as error:
                 stopped(world, error)
                 self.begun = world.ticking = False

@@ -37,8 +37,37 @@ def bits(key, identity, purpose):
 
 @njit
 def draw(key, identity, purpose):
-    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key, identity,
-    purpose)."""
+    """Return a uniform random number in [0, 1), the same for the same arguments.
+
+    Parameters
+    ----------
+    key : uint64
+        Key of a tick, `world.key`.
+    identity : uint64
+        Distinguishes draws of one tick: an organism's uid, a site, or a number made from them.
+    purpose : int
+        Distinguishes what the number is for; use `ecs_eco.engine.random.USER` in systems of your own.
+
+    Returns
+    -------
+    float32
+        A multiple of 2**-24.
+
+    Notes
+    -----
+    A draw is a hash of its arguments (the finalizer of splitmix64: Steele, Lea & Flood 2014), so draws do not
+    depend on each other or on the order of rows. Kernels compiled by `njit` can call it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco import World, draw
+    >>> from ecs_eco.engine.random import USER
+    >>> world = World(seed=1)
+    >>> number = draw(world.key, np.uint64(7), USER)
+    >>> 0.0 <= number < 1.0, number == draw(world.key, np.uint64(7), USER)
+    (True, True)
+    """
     return np.float32(bits(key, identity, purpose) >> np.uint64(40)) * np.float32(5.9604645e-08)
 
 
@@ -77,7 +106,30 @@ def _keys(seed: int, block: int) -> list[np.uint64]:
 
 
 def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.ndarray:
-    """Return one `draw` per entry of `identity` (u64[n]) as f32[n]."""
+    """Return one `draw` for each entry of an array of identities.
+
+    Parameters
+    ----------
+    key : int or uint64
+        Key of a tick, `world.key`.
+    identity : array of uint64, shape (n,)
+        Such as `table.uid[rows]`.
+    purpose : int
+        Use `ecs_eco.engine.random.USER` in systems of your own.
+
+    Returns
+    -------
+    array of float32, shape (n,)
+        In [0, 1).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco import World
+    >>> from ecs_eco.engine.random import USER, draw_many
+    >>> draw_many(World(seed=1).key, np.arange(1, 4), USER).shape
+    (3,)
+    """
     out = np.empty(len(identity), np.float32)
     _draw_many(np.uint64(key), identity.astype(np.uint64, copy=False), purpose, out)
     return out

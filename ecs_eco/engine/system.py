@@ -16,14 +16,40 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws that decide which table com
 
 
 class System(Scheduled):
-    """A process that changes all entities with the components in `needs`, once per tick.
+    """A behavior of all entities that have the components in `needs`, carried out once per tick.
 
-    A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, which is called
-    for every table that has them all, in the order in which tables were added; if several of them compete, in
-    an order drawn in each tick. A system that joins tables overrides `process`. `acts` lists the groups of
-    actions that it carries out, beyond the built-in ones, for species to use. A world from a file includes a
-    shipped system with `asked_for` only if that is true of a table, so that other worlds run as fast as
-    without it.
+    Derive a class, set `needs` and `phase`, define `update`, and pass an instance to `World.add_system`.
+
+    Attributes
+    ----------
+    needs : tuple of type
+        Components that a table must have for `update` to be called with it.
+    phase : str
+        One of `PHASES`; default "interact".
+    acts : tuple of str
+        Groups of actions that it carries out beyond the built-in ones, so that species may declare them.
+    asked_for : static function of a table, optional
+        For systems of the schedule of world files: the system is left out if this is true of no table.
+    world : World
+        The world that it was added to.
+
+    Examples
+    --------
+    >>> from ecs_eco import System, World
+    >>> from ecs_eco.components import Metabolism
+    >>> class Fast(System):
+    ...     needs = (Metabolism,)
+    ...     phase = "metabolise"
+    ...
+    ...     def update(self, table, world):
+    ...         table[Metabolism].energy[table.alive] -= 0.1 * world.dt
+    >>> world = World(dt=0.5)
+    >>> hares = world.add_table("hare", Metabolism)
+    >>> fast = world.add_system(Fast())
+    >>> world.spawn("hare", Metabolism(energy=1.0))
+    >>> world.flush()
+    >>> round(world.run(2).get(1, Metabolism).energy, 2)
+    0.9
     """
 
     needs: tuple[type, ...] = ()
@@ -34,7 +60,14 @@ class System(Scheduled):
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
     def process(self, *_: object) -> None:
-        """Update every table that has the needed components."""
+        """Call `update` for every table that has the needed components.
+
+        Override it for a system that joins several tables.
+
+        Returns
+        -------
+        None
+        """
         world = self.world
         now = Noted.changes, self.needs, world
         if self._fitting[0] != now:
@@ -44,8 +77,19 @@ class System(Scheduled):
             self.update(table, world)
 
     def competes(self, table: Table) -> bool:
-        """Return whether a table competes with others of its kind, so that it should not always come
-        first."""
+        """Return whether members of a table compete with those of other tables in this system.
+
+        If so, the tables take turns in a drawn order, so that none has an advantage.
+
+        Parameters
+        ----------
+        table : Table
+
+        Returns
+        -------
+        bool
+            False unless you override it.
+        """
         return False
 
     def _drawn(self) -> list[Table]:
@@ -54,5 +98,17 @@ class System(Scheduled):
         return [self._fitting[1][i] for i in random.by_lot(self.world.key, names, TURN)]
 
     def update(self, table: Table, world: Any) -> None:
-        """Change one table's columns by one tick."""
+        """Change one table's columns by one tick; define it in your class.
+
+        Parameters
+        ----------
+        table : Table
+            A table that has all components in `needs`.
+        world : World
+
+        Notes
+        -----
+        It is called for each such table in the order in which tables were added; tables that compete
+        (`competes`) take turns in an order drawn in each tick.
+        """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

@@ -39,12 +39,42 @@ class Onlooker(Protocol):
 
 
 class Table(dict[type, Any]):
-    """The columns of one kind of entity: a dict of components that only the table itself changes.
+    """The columns of one kind of entity: `table[Position].x` is an array with a row per entity.
 
-    `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth;
-    `cause` u8[capacity], nonzero in the rows that die at the end of the phase `die`; `killer` u64[capacity].
-    `table[Position].x` is a column. Columns move when the table grows: never hold one across ticks. `columns`
-    are the stored components, `derived` those computed on access.
+    A table is a dict of its components, which only the table itself writes. `World.add_table` makes one.
+
+    Attributes
+    ----------
+    n : int
+        Number of living entities.
+    alive : array of bool, shape (capacity,)
+        Which rows are taken.
+    uid : array of uint64, shape (capacity,)
+        Identity of each organism for life; 0 in free rows.
+    born : array of int64, shape (capacity,)
+        Tick of birth.
+    cause : array of uint8, shape (capacity,)
+        Cause of death, from `World.cause`; a row where it is not 0 dies at the end of the phase `die`.
+    killer : array of uint64, shape (capacity,)
+        uid of the organism that killed it; 0 for none.
+    version : int
+        Changes when a position or the set of living entities does; add 1 after you move bodies.
+    species : Kind
+        What all entities of the table share; `table.species.metabolism.basal` is a value of the world file.
+
+    Notes
+    -----
+    Columns are replaced when the table grows: never hold one across ticks.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.components import Metabolism
+    >>> table = World.from_config("predator-prey", seed=1).table("deer")
+    >>> table.n
+    700
+    >>> table[Metabolism].energy[table.alive].dtype
+    dtype('float32')
     """
 
     # without these, reading an attribute of a dict takes three times as long
@@ -147,11 +177,51 @@ class Table(dict[type, Any]):
         )
 
     def has(self, components: Iterable[type]) -> bool:
-        """Return whether the table has all these components."""
+        """Return whether the table has all these components.
+
+        Parameters
+        ----------
+        components : iterable of type
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism, Position
+        >>> World().add_table("rock", Position).has([Position, Metabolism])
+        False
+        """
         return self.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Add a component to every entity, present and future; `defaults` replace the component's own."""
+        """Give a component to every entity, living or to come.
+
+        Parameters
+        ----------
+        component : type
+            A class decorated with `component`.
+        **defaults
+            Values of fields that replace the component's defaults.
+
+        Raises
+        ------
+        TypeError
+            If it is not a component.
+        UnknownName
+            For an unknown field.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism, Position
+        >>> hares = World().add_table("hare", Position)
+        >>> hares.add_component(Metabolism, energy=0.5)
+        >>> hares
+        <Table 'hare': 0 alive, Position, Metabolism>
+        """
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
             raise TypeError(
                 f"table {self.name!r}: {component!r} is not a component; declare it with @component"
@@ -180,7 +250,32 @@ class Table(dict[type, Any]):
             self.onlooker.renew(self)
 
     def set_defaults(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Set the values of a newborn of this table in these fields."""
+        """Set what the newborn of this table have in given fields.
+
+        Parameters
+        ----------
+        component : type
+            A component of the table.
+        **defaults
+            Values by field.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown field.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> hares.set_defaults(Metabolism, energy=0.25)
+        >>> world.spawn("hare")
+        >>> world.flush()
+        >>> world.get(1, Metabolism).energy
+        0.25
+        """
         for field, value in defaults.items():
             if field not in component.fields:
                 raise UnknownName(
@@ -191,15 +286,56 @@ class Table(dict[type, Any]):
             self.defaults[component][field][...] = value
 
     def field(self, component: type[Any], name: str) -> np.ndarray:
-        """Return one column: an array [capacity, …]."""
+        """Return one column.
+
+        Parameters
+        ----------
+        component : type
+        name : str
+            Name of the field.
+
+        Returns
+        -------
+        array, shape (capacity, …)
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> World().add_table("hare", Position, capacity=8).field(Position, "x").shape
+        (8,)
+        """
         return getattr(self[component], name)
 
     def rows(self) -> np.ndarray:
-        """Return the living rows, ascending: i64[n]."""
+        """Return the rows of the living entities, ascending.
+
+        Returns
+        -------
+        array of int64, shape (n,)
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey", seed=1).table("wolf").rows()[:3].tolist()
+        [0, 1, 2]
+        """
         return np.flatnonzero(self.alive[: self.high])
 
     def by_uid(self) -> np.ndarray:
-        """Return the living rows in the order of their uids: i64[n]."""
+        """Return the rows of the living entities in the order of their uids.
+
+        Returns
+        -------
+        array of int64, shape (n,)
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> wolves = World.from_config("predator-prey", seed=1).table("wolf")
+        >>> len(wolves.by_uid()) == wolves.n
+        True
+        """
         rows = self.rows()
         return rows[np.argsort(self.uid[rows], kind="stable")]
 
@@ -233,13 +369,40 @@ class Table(dict[type, Any]):
         values: Mapping[tuple[type, str], np.ndarray],
         second: np.ndarray | None = None,
     ) -> None:
-        """Request one birth per entry of `parents` (u64[k], 0 for none); the births take effect at the end of
-        `reproduce`.
+        """Request births, which take effect at the end of the phase `reproduce`.
 
-        `values[(Component, field)]` is an array [k, …] of values that differ from the table's defaults. The
-        order of requests must not depend on rows (sort them by parent uid, for example): newborn get their
-        uids in this order. Raises KeyError for a component or field that the table lacks, ValueError for a
-        wrong shape.
+        Parameters
+        ----------
+        parents : array of uint64, shape (k,)
+            uid of the first parent of each newborn; 0 for none.
+        values : Mapping of (type, str) to array, shape (k, …)
+            Columns by component and field, for what differs from the table's defaults.
+        second : array of uint64, shape (k,), optional
+            uid of the second parent.
+
+        Raises
+        ------
+        KeyError
+            For a component or field that the table lacks.
+        ValueError
+            For an array of another shape.
+
+        Notes
+        -----
+        Newborn get their uids in the order of the requests. Requests must therefore come in an order that
+        does not depend on rows, such as the order of their parents' uids.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> hares.request(np.zeros(2, np.uint64), {(Metabolism, "energy"): np.array([0.2, 0.4], np.float32)})
+        >>> world.flush()
+        >>> hares.n
+        2
         """
         n, shapes = len(parents), self.layout().shapes
         flat = (n,)
@@ -348,11 +511,28 @@ class Table(dict[type, Any]):
             self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
-        """Move the entity of row `rows[i]` to row i, for all living entities. This changes no organism's
-        fate.
+        """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's future.
 
-        Data that systems store by row moves too, if it has a method `reorder(order)`: row i then holds what
-        row `order[i]` held. Raises ValueError if `rows` are not the living rows, each once.
+        Parameters
+        ----------
+        rows : array of int, shape (n,)
+            The living rows, each once.
+
+        Raises
+        ------
+        ValueError
+            If they are not the living rows.
+
+        Notes
+        -----
+        Data that systems keep by row moves too, if it has a method `reorder(order)`: afterwards row i
+        contains what row `order[i]` contained.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> wolves = World.from_config("predator-prey", seed=1).table("wolf")
+        >>> wolves.reorder(wolves.rows()[::-1])
         """
         rows = np.asarray(rows, np.int64)
         if not np.array_equal(np.sort(rows), self.rows()):

@@ -26,7 +26,7 @@ class Deaths(_OfWorld):
 
     def process(self, *_: object) -> None:
         """Flush the deaths."""
-        self.world.flush_deaths()
+        self.world._flush_deaths()
 
 
 class Births(_OfWorld):
@@ -36,7 +36,7 @@ class Births(_OfWorld):
 
     def process(self, *_: object) -> None:
         """Flush the births."""
-        self.world.flush_births()
+        self.world._flush_births()
 
 
 class Touched(_OfWorld):
@@ -48,9 +48,9 @@ class Touched(_OfWorld):
         self.after = after
 
     def process(self, *_: object) -> None:
-        """Check the values that were written."""
-        self.world.touch()
-        self.world.admit(refuse=self.world.debug is None)
+        """Look at what was written."""
+        self.world._touch()
+        self.world._admit(refuse=self.world.debug is None)
 
 
 class Unheard:

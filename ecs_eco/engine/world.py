@@ -88,7 +88,7 @@ class World:
 
     @property
     def key(self) -> np.uint64:
-        """Return the key of this tick's random numbers."""
+        """Key of this tick's random numbers, for `draw` and `draw_many`."""
         return random.tick_key(self.seed, self.tick)
 
     # --- contents --------------------------------------------------------------------------------------------
@@ -105,11 +105,39 @@ class World:
         return table
 
     def add_system(self, system: Processor, phase: str | None = None, priority: int | None = None) -> Any:
-        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless you give a
-        `phase`.
+        """Add a system at the end of its phase, and return it.
 
-        `priority` replaces the place in a phase: a place among all processors as esper counts, from 0
-        downward, one million per phase.
+        Parameters
+        ----------
+        system : System or esper.Processor
+            An instance, which belongs to one world.
+        phase : str, optional
+            One of `PHASES`; default: the system's own, "interact" for a plain esper.Processor.
+        priority : int, optional
+            Place among all processors instead of a phase, as esper counts: from 0 down, a million per phase.
+
+        Returns
+        -------
+        System or esper.Processor
+            The same instance.
+
+        Raises
+        ------
+        TypeError
+            If it is not an instance of a system or processor.
+        ValueError
+            For an unknown phase, or a system that is in a world already.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Body, Position, Velocity
+        >>> from ecs_eco.systems import Move
+        >>> world = World((10.0, 10.0))
+        >>> snails = world.add_table("snail", Position, Velocity, Body)
+        >>> move = world.add_system(Move())
+        >>> move.phase
+        'move'
         """
         phase = phase or getattr(system, "phase", "interact")
         if not isinstance(system, Processor):
@@ -136,8 +164,18 @@ class World:
         return system
 
     def remove_processor(self, processor: Processor) -> None:
-        """Remove a plain esper.Processor from the schedule. Raises RuntimeError for a system, because
-        others depend on it."""
+        """Take a plain esper.Processor out of the schedule again.
+
+        Parameters
+        ----------
+        processor : esper.Processor
+            An instance that `add_system` added.
+
+        Raises
+        ------
+        RuntimeError
+            For a `System`: the schedule depends on it.
+        """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
                 f"world {self.name!r}: {type(processor).__name__} is part of the schedule and cannot be removed; "
@@ -148,23 +186,85 @@ class World:
         self.systems.remove(processor)
 
     def table(self, name: str) -> Table:
-        """Return the table of this name. Raises KeyError that names the nearest."""
+        """Return the table of a species or object type.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Table
+
+        Raises
+        ------
+        UnknownName
+            For an unknown name; a KeyError that suggests the nearest one.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey").table("wolf").n
+        250
+        """
         try:
             return self.tables[name]
         except KeyError:
             raise UnknownName(unknown_name("world", "table", name, self.tables)) from None
 
     def cause(self, name: str) -> int:
-        """Return the code of a cause of death, after adding it if it is new."""
+        """Return the code of a cause of death, registering the cause if it is new.
+
+        Parameters
+        ----------
+        name : str
+            Cause such as "starved".
+
+        Returns
+        -------
+        int
+            Code for `table.cause`, at least 1.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World().cause("struck by lightning")
+        2
+        """
         return self.codes[name]
 
     def spawn(self, name: str, *components: object, n: int = 1, parent: int = 0) -> None:
-        """Request `n` newborn of a kind, with these values of components (the table's defaults for the
-        others).
+        """Request newborn, which come to life at the end of the phase `reproduce`, or at `flush`.
 
-        They come to life at the end of the phase `reproduce`, or at `flush`. A position beyond the edge of a
-        torus is wrapped. Raises ValueError for a position outside a world with walls, and for any value
-        beyond the limits of its field.
+        Parameters
+        ----------
+        name : str
+            Name of the table.
+        *components : object
+            Components with the values of the newborn; other fields have the table's defaults. On a torus, a
+            position beyond the edge is wrapped around.
+        n : int, default 1
+            How many to add.
+        parent : int, default 0
+            uid of the parent; 0 for none.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table or component.
+        ValueError
+            For a position outside of a world with walls, and for a value beyond the limits of its field.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism, Position
+        >>> world = World((10.0, 10.0))
+        >>> hares = world.add_table("hare", Position, Metabolism)
+        >>> world.spawn("hare", Position(x=5.0, y=5.0), Metabolism(energy=0.5), n=3)
+        >>> world.flush()
+        >>> hares.n
+        3
         """
         table = self.table(name)
         n = whole_number(f"spawn {name!r}: n", n, 1)
@@ -187,18 +287,74 @@ class World:
                 )
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
-        return self.admit_newborn(table, values, f"spawn {table.name!r}")
+        return self._admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
-        """Mark the organism `uid` to die of a cause at the end of the phase `die`. A second call changes
-        nothing."""
+        """Mark an organism to die at the end of the phase `die`.
+
+        An organism that is marked already keeps its first cause.
+
+        Parameters
+        ----------
+        uid : int
+            The organism.
+        cause : str, default "culled"
+            Cause of death, which records and figures show.
+        killer : int, default 0
+            uid of the organism that killed it; 0 for none.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", n=2)
+        >>> world.flush()
+        >>> world.kill(1, cause="shot")
+        >>> world.flush()
+        >>> hares.n
+        1
+        """
         table, row = self.locate(uid)
         if not table.cause[row]:
             table.cause[row] = self.cause(cause)
             table.killer[row] = killer
 
     def locate(self, uid: int) -> tuple[Table, int]:
-        """Return the table and the row of a living entity. Raises KeyError if there is none."""
+        """Return the table and the row of a living entity.
+
+        Parameters
+        ----------
+        uid : int
+
+        Returns
+        -------
+        table : Table
+        row : int
+            Valid until the end of the tick.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare")
+        >>> world.flush()
+        >>> world.locate(1)
+        (<Table 'hare': 1 alive, Position>, 0)
+        """
         for table in self.tables.values():
             row = np.flatnonzero(table.uid[: table.high] == uid)
             if row.size and uid > 0:
@@ -206,14 +362,65 @@ class World:
         raise KeyError(f"no living entity has the uid {uid}")
 
     def get(self, uid: int, component: type[C]) -> C:
-        """Return the handle of one living entity's component."""
+        """Return a handle of one organism's component, which reads and writes its row of the columns.
+
+        Parameters
+        ----------
+        uid : int
+        component : type
+            A component of its table.
+
+        Returns
+        -------
+        component
+            Valid until the end of the tick.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid, or its table lacks the component.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> world.spawn("hare", Metabolism(energy=0.5))
+        >>> world.flush()
+        >>> world.get(1, Metabolism).energy += 0.25
+        >>> float(hares[Metabolism].energy[0])
+        0.75
+        """
         table, row = self.locate(uid)
         found: C = self._handle(table, row, component)
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield (uid, handle, …) of all living entities that have these components, in the order of uids;
-        entities that die or are born within the loop are skipped."""
+        """Yield the uid and handles of all living entities that have these components, in the order of uids.
+
+        Entities that are born or die during the loop are left out.
+
+        Parameters
+        ----------
+        *components : type
+
+        Yields
+        ------
+        tuple
+            (uid, handle, …), a handle per component.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Metabolism
+        >>> world = World()
+        >>> hares = world.add_table("hare", Metabolism)
+        >>> world.spawn("hare", Metabolism(energy=0.5), n=2)
+        >>> world.flush()
+        >>> [(uid, metabolism.energy) for uid, metabolism in world.each(Metabolism)]
+        [(1, 0.5), (2, 0.5)]
+        """
         living = [
             (int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()
         ]
@@ -232,33 +439,40 @@ class World:
     # --- time ------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Run one tick."""
+        """Advance the world by one tick.
+
+        Raises
+        ------
+        UnfinishedTick
+            If an earlier tick was interrupted.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World(dt=0.5)
+        >>> world.step()
+        >>> world.time
+        0.5
+        """
         self.run(1)
 
     def stop(self) -> None:
-        """Make `run` return after this tick, or before the next if none is under way; `stopped` is then
-        true."""
+        """Make `run` return after this tick; `stopped` is then true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
-        """Run `ticks` ticks; `progress(done, ticks)` is called about ten times a second.
-
-        Returns the world, early if `stop()` was called, always after a whole tick. The functions in
-        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. After an error
-        within a tick, or a second Ctrl-C, the world can only be inspected: anything else raises
-        UnfinishedTick.
-        """
+        """Advance the world by a number of ticks; see `ecs_eco.World.run`."""
         ticks = whole_number("ticks", ticks)
         called_with("progress", progress, "done", "ticks")
         self._mine()
         require_whole(self, "run")
-        self.admit(refuse=self.debug is None)
-        self.touch()
+        self._admit(refuse=self.debug is None)
+        self._touch()
         live(self, ticks, progress, Underway("tick"))
         return self
 
-    def act(self, processors: Iterable[Processor]) -> None:
-        """Run processors one after the other; in debug mode, check what each of them did."""
+    def _act(self, processors: Iterable[Processor]) -> None:
+        """Let processors act, one after the other; in the debug mode what each of them did is checked."""
         if self.debug is None:
             for processor in processors:
                 processor.process()
@@ -266,16 +480,16 @@ class World:
             for processor in processors:
                 self.debug.act(processor)
 
-    def pass_tick(self) -> None:
-        """Run all processors, with the division among threads that was faster lately."""
+    def _pass_tick(self) -> None:
+        """Let all processors act, in the way of dividing work among threads that took less time lately."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
-            self.workers.tick(lambda: self.act(processors), lambda: sum(t.n for t in self.tables.values()))
+            self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
         else:
-            self.act(processors)
+            self._act(processors)
 
-    def entered(self) -> AbstractContextManager[None]:
-        """Return the context of a part of a tick; a world that others can observe overrides it."""
+    def _entered(self) -> AbstractContextManager[None]:
+        """Return what a part of a tick takes place within; a world that others can look into says more."""
         return nullcontext()
 
     def _mine(self) -> None:
@@ -285,32 +499,47 @@ class World:
     # --- births and deaths -----------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Carry out the deaths, then the births requested so far."""
+        """Carry out the deaths, then the births, that were requested so far.
+
+        `run` does so in every tick, at the ends of the phases `die` and `reproduce`. Call it for what you
+        request between ticks.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", n=2)
+        >>> hares.n
+        0
+        >>> world.flush()
+        >>> hares.n
+        2
+        """
         require_whole(self, "flush", within=True)
         with whole(self, f"the flush before tick {self.tick}"):
-            self.flush_deaths()
-            self.flush_births()
+            self._flush_deaths()
+            self._flush_births()
 
-    def flush_deaths(self) -> None:
-        """Free the rows of all entities that have a cause of death; hooks see them first, in the order of
-        uids."""
+    def _flush_deaths(self) -> None:
+        """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
         if self.debug is None:
             self.turnover.bury_dying()
         else:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
-    def flush_births(self) -> None:
-        """Bring the requested newborn to life, table by table, in the order of requests."""
+    def _flush_births(self) -> None:
+        """Bring the newborn that were asked for to life, table by table, in the order of their requests."""
         if self.debug is None:
             self.turnover.bear()
         else:
             self.debug.watch(Births.label, self.turnover.bear, flush=True)
 
-    def admit(self, refuse: bool = True) -> None:
-        """Check the values that were written between ticks, before kernels read them; a world with a space
-        overrides it."""
+    def _admit(self, refuse: bool = True) -> None:
+        """Check what was written between ticks, before kernels read it; a world with a space does this."""
 
-    def admit_newborn(
+    def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
         """Return the checked values of newborn."""
@@ -318,7 +547,7 @@ class World:
 
     # --- for systems -----------------------------------------------------------------------------------------
 
-    def touch(self) -> None:
-        """Invalidate everything derived from positions: handles may have moved an entity."""
+    def _touch(self) -> None:
+        """Invalidate all that is derived from positions: handles may have moved something."""
         for table in self.tables.values():
             table.version += 1

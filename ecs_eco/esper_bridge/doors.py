@@ -137,7 +137,7 @@ class Dead(set[int]):
         """Free the rows of entities with a cause of death, for the end of `esper.clear_dead_entities`."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
-            world.flush_deaths()
+            world._flush_deaths()
 
 
 class Cache(dict[type | tuple[type, ...], Any]):

@@ -267,7 +267,7 @@ class Registry:
         dict.__setitem__(self.entities, number, entity)
         if not world.ticking:
             with whole(world, f"the birth of esper's entity {number}"):
-                world.flush_births()
+                world._flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
         """Return the only table that has exactly these components, or the only one that has them all.

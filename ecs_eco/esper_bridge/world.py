@@ -44,12 +44,30 @@ class World(engine.World):
         return table
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
-        """Run `ticks` ticks; `progress(done, ticks)` is called about ten times a second.
+        """Advance the world by a number of ticks.
 
-        Returns the world, early if `stop()` was called, always after a whole tick. The functions in
-        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. After an error
-        within a tick, or a second Ctrl-C, the world can only be inspected: anything else raises
-        UnfinishedTick.
+        Parameters
+        ----------
+        ticks : int
+            At least 0.
+        progress : callable, optional
+            `progress(done, ticks)`, called about ten times a second.
+
+        Returns
+        -------
+        World
+            The same world. It returns early, after a whole tick, on Ctrl-C or if `stop` was called.
+
+        Raises
+        ------
+        UnfinishedTick
+            If an error or a second Ctrl-C interrupted an earlier tick: such a world can only be inspected.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey", seed=1).run(10).tick
+        10
         """
         self._mine()
         with turns.turn:
@@ -61,36 +79,90 @@ class World(engine.World):
             with turns.turn:
                 switch_back(outside)
 
-    def pass_tick(self) -> None:
-        """Run all processors while esper shows this world."""
+    def _pass_tick(self) -> None:
+        """Let all processors act while esper shows this world."""
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()
-            super().pass_tick()
+            super()._pass_tick()
             if self.apart:
                 esper.switch_world(outside)
         if turns.turn.waiting:
             turns.turn.leave()
 
-    def entered(self) -> AbstractContextManager[None]:
+    def _entered(self) -> AbstractContextManager[None]:
         """Return a context in which esper shows this world."""
         return self.context.inside()
 
     def sync(self) -> None:
-        """Update esper's entities: one for each living organism, with a handle per component.
+        """Bring esper's entities up to date: one for each living organism, with a handle per component.
 
-        You need not call it: esper's functions do so after births and deaths. Births and deaths that you do
-        not look at cost no handles.
+        esper's functions do so by themselves after births and deaths, so you need not call it.
+
+        Examples
+        --------
+        >>> import esper
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", n=2)
+        >>> world.flush()
+        >>> world.sync()
+        >>> with world:
+        ...     len(list(esper.get_component(Position)))
+        2
         """
         self.context.registry.sync(self.tables.values())
 
     def entity(self, uid: int) -> int:
-        """Return esper's number of a living entity: local to this process, never saved."""
+        """Return esper's number of a living entity.
+
+        Parameters
+        ----------
+        uid : int
+
+        Returns
+        -------
+        int
+            Local to this process, never saved.
+
+        Raises
+        ------
+        KeyError
+            If no living entity has this uid.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare")
+        >>> world.flush()
+        >>> world.uid(world.entity(1))
+        1
+        """
         return self.context.registry.number(*self.locate(uid))
 
     def uid(self, entity: int) -> int:
-        """Return the uid of the organism with a number of esper's; 0 if it is not born yet. Raises
-        KeyError if there is none."""
+        """Return the uid of the organism behind one of esper's entities.
+
+        Parameters
+        ----------
+        entity : int
+            esper's number.
+
+        Returns
+        -------
+        int
+            0 while the organism is not born yet.
+
+        Raises
+        ------
+        KeyError
+            If esper has no such entity.
+        """
         return int(self.context.registry.entities[entity].uid)
 
     def __enter__(self) -> Self:

@@ -4,7 +4,29 @@ import numpy as np
 
 
 class Alphabet:
-    """Letters in an order of the user's choice; a locus of a genome holds the number of one of them, from 0."""
+    """Letters of a genome, in an order of your choice; a locus contains the number of one of them, from 0.
+
+    Parameters
+    ----------
+    letters : str, default "ACGT"
+        2 to 256 different letters.
+
+    Raises
+    ------
+    ValueError
+        For another number of letters, or one that occurs twice.
+
+    Notes
+    -----
+    Definition 3 of the paper; see docs/explanation/definitions.md.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Alphabet
+    >>> binary = Alphabet("01")
+    >>> binary.encode("0110").tolist(), len(binary)
+    ([0, 1, 1, 0], 2)
+    """
 
     def __init__(self, letters: str = "ACGT") -> None:
         if not 2 <= len(letters) <= 256:
@@ -22,9 +44,26 @@ class Alphabet:
         return f"Alphabet({self.letters!r})"
 
     def encode(self, text: str) -> np.ndarray:
-        """Return the numbers of a text's letters: u8[loci].
+        """Return the numbers of the letters of a text.
 
-        Raises ValueError that names the place and the letter.
+        Parameters
+        ----------
+        text : str
+
+        Returns
+        -------
+        array of uint8, shape (loci,)
+
+        Raises
+        ------
+        ValueError
+            For a letter that the alphabet lacks, with its position.
+
+        Examples
+        --------
+        >>> from ecs_eco.genomes import DNA
+        >>> DNA.encode("GATTACA").tolist()
+        [2, 0, 3, 3, 0, 1, 0]
         """
         try:
             return np.array([self._number[letter] for letter in text], np.uint8)
@@ -35,7 +74,28 @@ class Alphabet:
             ) from None
 
     def decode(self, loci: np.ndarray) -> str:
-        """Return the text of a row u8[loci]. Raises ValueError that names the place and the number."""
+        """Return the text of a row of numbers.
+
+        Parameters
+        ----------
+        loci : array of int, shape (loci,)
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        ValueError
+            For a number that is no letter's, with its position.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco.genomes import DNA
+        >>> DNA.decode(np.array([2, 0, 3], np.uint8))
+        'GAT'
+        """
         row = np.asarray(loci)
         if row.ndim != 1 or row.dtype.kind not in "ui":
             raise ValueError(

@@ -29,10 +29,34 @@ MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
 
 
 class Operators:
-    """Applies the operators of a toolbox to genomes of a layout; `chance` is that of a crossing.
+    """The operators of a DEAP toolbox, applied to all births of a tick at once.
 
-    The toolbox may change: children are made by what is registered under `mate` and `mutate` at that time.
-    With `mutation` off, nothing mutates.
+    Parameters
+    ----------
+    toolbox : deap.base.Toolbox
+        With `mate` and `mutate`; `toolbox_of` makes one. Offspring are made by what is registered at the time.
+    layout : Layout
+    chance : float, default 1.0
+        Probability of a crossover.
+    mates : bool, default True
+        Whether genomes of two parents are crossed; otherwise `mate` is not checked.
+
+    Attributes
+    ----------
+    mutation : bool
+        Set it to False to switch mutation off.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.genomes import Gene, Layout, Operators, toolbox_of
+    >>> layout = Layout([Gene(name="size", trait="size", letters=8, low=0.0, high=1.0)])
+    >>> toolbox = toolbox_of({"mutate": {"operator": "mutUniformInt", "indpb": 0.0}}, layout)
+    >>> operators = Operators(toolbox, layout)
+    >>> mothers, fathers = layout.rows(["AAAAAAAA"]), layout.rows(["CCCCCCCC"])
+    >>> child = layout.text(operators.offspring(mothers, fathers, np.arange(1, dtype=np.uint64))[0])
+    >>> set(child) <= {"A", "C"}
+    True
     """
 
     def __init__(self, toolbox: "Toolbox", layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
@@ -54,7 +78,19 @@ class Operators:
         find: Callable[[Any], Any] = handed_over,
         mates: bool = True,
     ) -> "Operators":
-        """Return the operators of a world file; `select_mate` is its rule, the rest as in `toolbox_of`."""
+        """Return the operators of the genome of a world file.
+
+        Parameters
+        ----------
+        section : GenomeSection
+        layout : Layout
+        select_mate, find, mates
+            As for `toolbox_of`.
+
+        Returns
+        -------
+        Operators
+        """
         if layout.longest is not None:
             raise ValueError(
                 "Operators.from_config: strings of this layout vary in length; "
@@ -68,13 +104,29 @@ class Operators:
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
-        """Return children u8[k, loci] of parents u8[k, loci];
-        a child depends on its parents and its key u64 alone.
+        """Return the genomes of children.
 
         With one string, two parents are crossed and the child is the first of the two results, with the
-        parents in random order; the genome of a single parent is copied. With two strings each parent gives
-        one, crossed from its two, in random order. Then the child mutates. Raises ValueError if an operator
-        returns something that is not a genome.
+        parents in random order; the genome of a single parent is copied. With two strings, each parent gives
+        one, crossed from its two. Then the child mutates.
+
+        Parameters
+        ----------
+        first : array of uint8, shape (k, row)
+            Genomes of the first parents.
+        second : array of uint8, shape (k, row), optional
+            Genomes of the second parents.
+        keys : array of uint64, shape (k,)
+            A child depends only on its parents and its key.
+
+        Returns
+        -------
+        array of uint8, shape (k, row)
+
+        Raises
+        ------
+        ValueError
+            If an operator returns something that is not a genome.
         """
         layout, n = self.layout, self.layout.length
         first, keys = layout.check(first), np.asarray(keys, np.uint64)

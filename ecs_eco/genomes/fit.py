@@ -16,10 +16,20 @@ HELD_OUT = 4096  # samples on which the error is measured
 
 @dataclass(frozen=True)
 class Fitted:
-    """A network of tanh layers, called like the function that it was fitted to: x f32[n, inputs].
+    """A network of tanh layers in the place of the function it was fitted to; call it with readings.
 
-    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 are
-    for each layer the matrix (inputs, units) by rows, then the bias; `shapes` are those of these."""
+    Attributes
+    ----------
+    kind : {"reflex", "happiness"}
+        A happiness returns float32, shape (n,); a reflex int8, shape (n, actions), the most probable of −1, 0
+        and 1.
+    sizes : tuple of int
+        Units of each layer, inputs and outputs included.
+    weights : array of float32
+        For each layer the matrix (inputs, units) by rows, then the bias.
+    error : float
+        On held-out samples: of a reflex the share of wrong answers, of a happiness the root mean square error.
+    """
 
     kind: Literal["reflex", "happiness"]
     sizes: tuple[int, ...]
@@ -36,7 +46,23 @@ class Fitted:
         return self.each(x, self.weights[None])
 
     def each(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Return the outputs of networks with weights f32[n, size], one for each row of x f32[n, inputs]."""
+        """Return the outputs of one network per row.
+
+        Parameters
+        ----------
+        x : array of float32, shape (n, inputs)
+        weights : array of float32, shape (n, size) or (1, size)
+
+        Returns
+        -------
+        array
+            As for a call of the network.
+
+        Raises
+        ------
+        ValueError
+            For arrays of other shapes.
+        """
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
             raise ValueError(f"network: readings of the shape {np.shape(x)}; allowed is (n, {self.sizes[0]})")
         if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
@@ -54,7 +80,21 @@ class Fitted:
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Self:
-        """Return a network of the same form with other weights f32[size]; raises ValueError."""
+        """Return a network of the same form with other weights.
+
+        Parameters
+        ----------
+        weights : array of float32, shape (size,)
+
+        Returns
+        -------
+        Fitted
+
+        Raises
+        ------
+        ValueError
+            For an array of another shape.
+        """
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
             raise ValueError(
@@ -74,12 +114,41 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a function of readings f32[n, n_inputs],
-    on samples drawn uniformly between `low` and `high`.
+    """Fit a network to a hand-written reflex or happiness, so that genes can code for its weights.
 
-    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n]
-    by its squared error. The error of the result is that on held-out samples. Raises ValueError if the
-    function returns values that are not finite or have another shape.
+    Parameters
+    ----------
+    function : callable
+        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which the signs count, a happiness
+        (n,).
+    n_inputs : int
+        Number of channels.
+    low, high : float or sequence of float
+        Least and greatest reading of each channel; samples are drawn uniformly between them.
+    hidden : sequence of int, default (16,)
+        Units of each hidden layer.
+    kind : {"reflex", "happiness"}
+    seed : int, default 0
+        Fixes samples and initial weights.
+    samples : int, default 8192
+    steps : int, default 2000
+        Steps of Adam.
+
+    Returns
+    -------
+    Fitted
+
+    Raises
+    ------
+    ValueError
+        If the function returns another shape, or values that are not finite.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import fit_network
+    >>> flee = fit_network(lambda x: x[:, :1] - 0.5, n_inputs=2, low=0.0, high=1.0, steps=300)
+    >>> flee.error < 0.05
+    True
     """
     if kind not in ("reflex", "happiness"):
         raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")

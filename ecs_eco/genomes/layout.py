@@ -25,10 +25,35 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string, then the second.
+    """Which loci code for which value, both ways; every row of letters decodes to valid values.
 
-    `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the
-    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError."""
+    Parameters
+    ----------
+    genes : sequence of Gene
+    alphabet : str or Alphabet, default "ACGT"
+    ploidy : {1, 2}
+        Strings of an organism. A row of loci contains the first string, then the second.
+    dominance : {"first", "mean", "greater"}
+        Of two alleles: the first string's value, the mean, or the greater one.
+    loci : int, optional
+        Length of a string; default: the length of the genes. Loci that no gene uses are neutral.
+    traits : Mapping of str to Trait, optional
+        Values that genes may code for; default: any name.
+    shapes : Mapping, optional
+        Shapes of the matrices of networks, by trait or gene.
+
+    Raises
+    ------
+    ConfigError
+        With every problem of the genes.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout
+    >>> layout = Layout([Gene(name="speed", trait="speed", letters=3, low=0.0, high=63.0)])
+    >>> layout.decode(layout.rows(["AAA", "AAC", "TTT"]))["speed"].tolist()
+    [0.0, 1.0, 63.0]
+    """
 
     longest: int | None = None
     """Letters that a string may have; None: strings keep their length."""
@@ -77,7 +102,26 @@ class Layout:
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | Shapes | None = None,
     ) -> Self:
-        """Return the layout of a genome of fixed length; `shapes` given as a list are those of policy.weights."""
+        """Return the layout of a genome of fixed length from the section of a world file.
+
+        Parameters
+        ----------
+        section : GenomeSection
+        traits : Mapping of str to Trait, optional
+        shapes : Mapping or sequence, optional
+            Shapes of networks by trait; a sequence: those of policy.weights.
+
+        Returns
+        -------
+        Layout
+
+        Raises
+        ------
+        ValueError
+            For strings of variable length, which `layout_of` takes.
+        ConfigError
+            With every problem of the genes.
+        """
         if section.longest is not None:
             raise ValueError(
                 "Layout.from_config: strings of this section vary in length; "
@@ -109,7 +153,13 @@ class Layout:
         )
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene and derived trait: gene, loci, trait, codes for, resolution."""
+        """Return a row for each gene and derived trait.
+
+        Returns
+        -------
+        list of dict
+            gene, loci, trait, what it codes for, and resolution; `print(layout)` prints them.
+        """
         out = []
         for code in self.genes:
             unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
@@ -129,30 +179,88 @@ class Layout:
         ]
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers,
-        f32[n, weights].
+        """Return the values that genomes code for.
 
-        `names` are the genes asked for; None: all.
+        Parameters
+        ----------
+        loci : array of uint8, shape (n, row)
+        names : collection of str, optional
+            Genes to decode; default: all.
+
+        Returns
+        -------
+        dict of str to array
+            By gene: float32, int32 for integers, shape (n,); (n, weights) for networks.
+
+        Raises
+        ------
+        ValueError
+            For an array of another shape or type.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco.genomes import Gene, Layout
+        >>> layout = Layout([Gene(name="size", trait="size", letters=4, low=0.2, high=0.6)])
+        >>> sizes = layout.decode(layout.random(np.arange(100, dtype=np.uint64)))["size"]
+        >>> bool((sizes >= 0.2).all() and (sizes <= 0.6).all())
+        True
         """
         loci = self.check(loci)
         wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
         return {code.name: self._expressed(code, loci).astype(code.dtype) for code in wanted}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return each string's value of one gene, before dominance: [n, ploidy, …]."""
+        """Return the value of one gene in each string, before dominance.
+
+        Parameters
+        ----------
+        loci : array of uint8, shape (n, row)
+        name : str
+            Name of the gene.
+
+        Returns
+        -------
+        array, shape (n, ploidy, …)
+
+        Raises
+        ------
+        UnknownName
+            For an unknown gene.
+        """
         code, loci = self[name], self.check(loci)
         return np.stack(
             [code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)], axis=1
         ).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both
-        strings; neutral loci are 0.
+        """Return genomes that code for given values; both strings are the same, neutral loci are 0.
 
-        Neutral markers may be left out, and are 0 then.
-        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError
-        for a value beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's;
-        ValueError for one missing.
+        Parameters
+        ----------
+        values : Mapping of str to float or array, shape (n,)
+            By gene. Neutral markers may be left out.
+        clip : bool, default False
+            Whether a value beyond a gene's range becomes the nearest valid one.
+
+        Returns
+        -------
+        array of uint8, shape (n, row)
+            `decode` returns each value within half of the gene's resolution.
+
+        Raises
+        ------
+        ValueError
+            For a value beyond a gene's range, or one that is missing.
+        UnknownName
+            For an unknown gene.
+
+        Examples
+        --------
+        >>> from ecs_eco.genomes import Gene, Layout
+        >>> layout = Layout([Gene(name="speed", trait="speed", letters=3, low=0.0, high=63.0)])
+        >>> layout.text(layout.encode({"speed": 4.0})[0])
+        'ACA'
         """
         arrays, n = self._arrays(values)
         out = np.zeros((n, self.row), np.uint8)
@@ -180,9 +288,20 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that code for the species' own values, with all other letters drawn.
+        """Return equal genomes that code for the species' own values; all other letters are drawn.
 
-        Raises ValueError if no codon of a gene means the species' own value.
+        Parameters
+        ----------
+        n : int, default 1
+
+        Returns
+        -------
+        array of uint8, shape (n, row)
+
+        Raises
+        ------
+        ValueError
+            If no codon of a gene means the species' own value.
         """
         out = self.random(np.zeros(n, np.uint64))
         for code, begins in self._of_values():
@@ -218,7 +337,17 @@ class Layout:
         return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""
+        """Return genomes of letters drawn uniformly.
+
+        Parameters
+        ----------
+        keys : array of uint64, shape (n,)
+            Equal keys give equal genomes.
+
+        Returns
+        -------
+        array of uint8, shape (n, row)
+        """
         out = np.empty((len(keys), self.row), np.uint8)
         kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), out)
         return out
@@ -232,11 +361,34 @@ class Layout:
         return out
 
     def text(self, row: np.ndarray) -> str:
-        """Return one genome u8[loci] as text."""
+        """Return one genome as text.
+
+        Parameters
+        ----------
+        row : array of uint8, shape (row,)
+
+        Returns
+        -------
+        str
+        """
         return self.alphabet.decode(row)
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
-        """Return the rows u8[n, loci] of texts; raises ValueError for one of another length or letters."""
+        """Return genomes from texts.
+
+        Parameters
+        ----------
+        texts : sequence of str
+
+        Returns
+        -------
+        array of uint8, shape (n, row)
+
+        Raises
+        ------
+        ValueError
+            For a text of another length, or with other letters.
+        """
         return self.check(
             np.stack([self.alphabet.encode(text) for text in texts])
             if texts
@@ -244,8 +396,23 @@ class Layout:
         )
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[loci], in order:
-        its genes and what is neutral between them."""
+        """Return the pieces of one genome in order: its genes, and what is neutral between them.
+
+        Parameters
+        ----------
+        genome : str or array of uint8, shape (row,)
+
+        Returns
+        -------
+        list of Piece
+
+        Examples
+        --------
+        >>> from ecs_eco.genomes import Gene, Layout
+        >>> layout = Layout([Gene(name="speed", trait="speed", letters=2, low=0.0, high=1.0)], loci=4)
+        >>> [(piece.gene, piece.letters) for piece in layout.mark("ACGT")]
+        [('speed', 'AC'), ('', 'GT')]
+        """
         text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
         self.check(self.alphabet.encode(text)[None])
         pieces = []

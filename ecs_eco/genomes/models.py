@@ -46,7 +46,7 @@ class Gene(Section, own=LETTERS):
     low: Real | None = quantity("the value of the first codon", "unit of the trait", None)
     high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
     code: Literal["positional", "gray", "additive"] = about(
-        "positional: digits of a number; gray: so that neighbouring values differ in one letter; additive: "
+        "positional: digits of a number; gray: so that neighboring values differ in one letter; additive: "
         "codons add up",
         "positional",
     )

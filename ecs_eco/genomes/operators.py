@@ -67,12 +67,44 @@ def toolbox_of(
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
 ) -> "Toolbox":
-    """Return a DEAP toolbox with `mate` and `mutate` of a section or dict, and a rule as `select_mate`.
+    """Return a DEAP toolbox with `mate`, `mutate` and `select_mate`.
 
-    mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
-    `WorldConfig.function` does; without it a user's function must be passed itself. Of a species that never
-    `mates` the operator that crosses is not checked. Raises ValueError for an operator that cannot work on
-    these genomes, UnknownName for one that DEAP does not have.
+    Parameters
+    ----------
+    section : GenomeSection or Mapping
+        A section `genome` of a world file, or a dict with `mate` and `mutate`, such as
+        {"mutate": {"operator": "mutUniformInt", "indpb": 0.01}}.
+    layout : Layout
+    select_mate : {"nearest", "random", "richest", "oldest"}
+        Rule of mate choice.
+    find : callable, optional
+        Returns the function of "module:name", as `WorldConfig.function` does; default: pass functions.
+    mates : bool, default True
+        Whether `mate` is used, and therefore checked.
+
+    Returns
+    -------
+    deap.base.Toolbox
+
+    Raises
+    ------
+    ValueError
+        For an operator that cannot work on these genomes, with the reason.
+    UnknownName
+        For an operator that DEAP does not have.
+
+    Notes
+    -----
+    Operators of DEAP that have a kernel here (cxOnePoint, cxTwoPoint, cxUniform, mutUniformInt …) run as that
+    kernel for all births at once; other functions are called for each birth with lists of integers.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout, toolbox_of
+    >>> layout = Layout([Gene(name="size", trait="size", letters=8, low=0.0, high=1.0)])
+    >>> toolbox = toolbox_of({"mutate": {"operator": "mutUniformInt", "indpb": 1.0}}, layout)
+    >>> len(toolbox.mutate([0] * 8)[0])
+    8
     """
     from deap.base import Toolbox
 

@@ -24,7 +24,29 @@ def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def own_value(table: Table, key: str, shared: Any) -> Any:
-    """Return the value of one key as it is given, or where a gene codes for it an array [table.high]."""
+    """Return the value of a key of the world file for each organism.
+
+    Parameters
+    ----------
+    table : Table
+    key : str
+        Dotted key within the species' section, such as "metabolism.basal".
+    shared : float
+        The value that all share, where no gene codes for the key.
+
+    Returns
+    -------
+    float or array, shape (table.high,)
+        `shared` itself, or each organism's own value by row.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.genomes.own_values import own_value
+    >>> deer = World.from_config("predator-prey", seed=1).table("deer")
+    >>> own_value(deer, "metabolism.basal", deer.species.metabolism.basal)
+    0.004
+    """
     return own_values(table, {key: shared})[0] if table.species.traits else shared
 
 

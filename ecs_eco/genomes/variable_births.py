@@ -156,6 +156,27 @@ def operators_of(
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
 ) -> Operators:
-    """Return the operators of a world file's genome; arguments as `Operators.from_config`."""
+    """Return the operators of the genome of a world file, for strings of fixed or of variable length.
+
+    Parameters
+    ----------
+    section : GenomeSection
+    layout : Layout
+        As `layout_of` returns it.
+    select_mate, find, mates
+        As for `toolbox_of`.
+
+    Returns
+    -------
+    Operators
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, layout_of, operators_of
+    >>> from ecs_eco.genomes.models import GenomeSection
+    >>> section = GenomeSection(genes=[Gene(name="size", letters=4, low=0.2, high=0.6)])
+    >>> operators_of(section, layout_of(section)).mutation
+    True
+    """
     kind = VariableOperators if isinstance(layout, VariableLayout) else Operators
     return kind.from_config(section, layout, select_mate, find, mates)

@@ -279,7 +279,33 @@ def layout_of(
     traits: Mapping[str, Trait] | None = None,
     shapes: Mapping[str, Shapes] | Shapes | None = None,
 ) -> Layout:
-    """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
+    """Return the layout of the genome of a world file, of fixed or of variable length.
+
+    Parameters
+    ----------
+    section : GenomeSection
+    traits : Mapping of str to Trait, optional
+        Values that genes may code for; default: any name.
+    shapes : Mapping or sequence, optional
+        Shapes of networks by trait; a sequence: those of policy.weights.
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    ConfigError
+        With every problem of the genes.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, layout_of
+    >>> from ecs_eco.genomes.models import GenomeSection
+    >>> section = GenomeSection(genes=[Gene(name="size", letters=4, low=0.2, high=0.6)], ploidy=2)
+    >>> layout_of(section).row
+    8
+    """
     if section.longest is None:
         return Layout.from_config(section, traits, shapes)
     return VariableLayout(section, traits, by_trait(shapes))

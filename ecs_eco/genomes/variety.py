@@ -9,9 +9,24 @@ from ecs_eco.genomes.variable_layout import VariableLayout
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
-    """Return for each gene the share of strings with each value, by value; u8[n, loci].
+    """Return the allele frequencies of each gene: the share of strings with each value.
 
-    Genes of whole networks are left out.
+    Parameters
+    ----------
+    layout : Layout
+    loci : array of uint8, shape (n, row)
+
+    Returns
+    -------
+    dict of str to dict of float to float
+        By gene, then by value. Genes of whole networks are left out.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout, frequencies
+    >>> layout = Layout([Gene(name="horns", trait="horns", letters=1, values=[0.0, 1.0, 2.0, 3.0])])
+    >>> frequencies(layout, layout.rows(["A", "A", "A", "C"]))
+    {'horns': {0.0: 0.75, 1.0: 0.25}}
     """
     out = {}
     for code in layout.genes:
@@ -22,10 +37,32 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
 
 
 def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
-    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p²,
-    p the shares of letters (Nei 1973).
+    """Return the expected heterozygosity of each locus.
 
-    Raises ValueError for strings of variable length, which have no loci in common.
+    Parameters
+    ----------
+    layout : Layout
+    loci : array of uint8, shape (n, row)
+
+    Returns
+    -------
+    array of float64, shape (length,)
+
+    Raises
+    ------
+    ValueError
+        For strings of variable length, which have no loci in common.
+
+    Notes
+    -----
+    1 − Σ p², where p are the shares of the letters (Nei 1973).
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout, diversity
+    >>> layout = Layout([Gene(name="horns", trait="horns", letters=1, low=0.0, high=1.0)])
+    >>> diversity(layout, layout.rows(["A", "A", "C", "C"])).tolist()
+    [0.5]
     """
     if layout.longest is not None:
         raise ValueError(
@@ -63,7 +100,24 @@ class GenomeStatistics(tools.MultiStatistics):
 
 
 def statistics(layout: Layout) -> GenomeStatistics:
-    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics."""
+    """Return DEAP statistics of genomes, with mean, std, min and max of each gene and of diversity.
+
+    Parameters
+    ----------
+    layout : Layout
+
+    Returns
+    -------
+    GenomeStatistics
+        A `deap.tools.MultiStatistics`: register more functions, and call `compile(loci)`.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout, statistics
+    >>> layout = Layout([Gene(name="horns", trait="horns", letters=1, values=[0.0, 1.0, 2.0, 3.0])])
+    >>> float(statistics(layout).compile(layout.rows(["A", "C"]))["horns"]["mean"])
+    0.5
+    """
     per_gene = GenomeStatistics(layout)
     for name, function in {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}.items():
         per_gene.register(name, function)

@@ -84,10 +84,20 @@ class Own:
 
 
 class Section(BaseModel):
-    """A section of the file: it refuses unknown keys and booleans as numbers, and is immutable after loading.
+    """A section of a world file: a strict pydantic model, in which unknown keys are refused and nothing changes
+    after loading.
 
-    `change` and `own` of a subclass apply to fields that declare none. Without `change`, fields follow the
-    field that contains the section.
+    Notes
+    -----
+    Two keywords of a subclass, `change` and `own`, are those of `about` for all of its fields.
+
+    Examples
+    --------
+    >>> from ecs_eco.config import FREE, NonNegative, Section, quantity
+    >>> class Cough(Section, change=FREE):
+    ...     rate: NonNegative = quantity("coughs per second", "1/s", 0.1)
+    >>> Cough(rate=0.5).rate
+    0.5
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
@@ -119,7 +129,35 @@ def quantity(
     own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
-    """Return a field of a section with its description and its unit ("1": a pure number)."""
+    """Declare a key that is a quantity with a unit.
+
+    Parameters
+    ----------
+    text : str
+        Description, shown in the reference and by editors.
+    unit : str
+        Such as "m/s"; "1" for a pure number.
+    default : object, optional
+        Default value; required without one.
+    change : str, optional
+        As in `about`.
+    own : bool or str, optional
+        As in `about`.
+    **limits
+        Arguments of `pydantic.Field`.
+
+    Returns
+    -------
+    pydantic.fields.FieldInfo
+
+    Examples
+    --------
+    >>> from ecs_eco.config import Positive, Section, quantity
+    >>> class Song(Section):
+    ...     pitch: Positive = quantity("fundamental frequency", "Hz", 440.0)
+    >>> Song.model_fields["pitch"].description
+    'fundamental frequency [Hz]'
+    """
     return about(
         f"{text} [{unit}]", default, change=change, own=own, json_schema_extra={"unit": unit}, **limits
     )
@@ -134,7 +172,36 @@ def about(
     own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
-    """Return a field of a section without unit: a name, a choice, a table."""
+    """Declare a key without a unit: a name, a choice, a table.
+
+    Parameters
+    ----------
+    text : str
+        Description, shown in the reference and by editors.
+    default : object, optional
+        Default value; required without one.
+    change : str, optional
+        `FREE` if the value may change in a living world, else what to do instead, such as `ANEW`; default: as
+        the key that contains the section.
+    entries : str, optional
+        The same for the entries of a table, if it differs.
+    own : bool or str, optional
+        True if a gene may code for the number, else the reason why not.
+    **limits
+        Arguments of `pydantic.Field`.
+
+    Returns
+    -------
+    pydantic.fields.FieldInfo
+
+    Examples
+    --------
+    >>> from ecs_eco.config import Section, about
+    >>> class Song(Section):
+    ...     dialect: str = about("name of the dialect", "northern")
+    >>> Song().dialect
+    'northern'
+    """
     field = Field(default, description=text, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))

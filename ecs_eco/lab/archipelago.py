@@ -31,9 +31,39 @@ MOST_LOSSES = 100  # of an island's worker between two barriers, before the run 
 
 
 class Archipelago:
-    """Islands in a folder: `islands` are their run folders by name, `tick` is the tick that all of them
-    have reached. `from_config` creates the folder, `Archipelago(folder)` opens one; `world(name)` restores
-    one world."""
+    """Islands that exchange migrants: one world each, in a folder.
+
+    `from_config` makes the folder; `Archipelago(folder)` opens one.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of an archipelago.
+
+    Attributes
+    ----------
+    islands : dict of str to Path
+        Run folders by name.
+    manifest : dict
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import Archipelago
+    >>> moth = {
+    ...     "count": 30,
+    ...     "body": {"radius": 0.1},
+    ...     "locomotion": {"speed": {"fly": 0.5}},
+    ...     "actions": {"speed": ["fly"]},
+    ...     "automatic": ["fly"],
+    ... }
+    >>> plan = {"islands": 2, "every": 5, "emigration": {"moth": 0.2}}
+    >>> pair = {"format": 1, "name": "pair", "space": {"size": [20.0, 20.0]}, "species": {"moth": moth}}
+    >>> moths = Archipelago.from_config(pair | {"archipelago": plan}, seed=1, ticks=10, out="moths")
+    >>> moths.run(report=False)["finished"], moths.tick
+    (True, 10)
+    >>> sum(moths.world(name).table("moth").n for name in moths.islands)
+    60
+    """
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
@@ -57,8 +87,36 @@ class Archipelago:
         command: str | None = None,
         trust: bool = False,
     ) -> Self:
-        """Create the folder of an archipelago, at tick 0; arguments as for `run_to_folder`. Raises
-        ConfigError for a world without islands, FileExistsError if `out` is not empty."""
+        """Make the folder of an archipelago, at tick 0.
+
+        Parameters
+        ----------
+        config : str, Path, Mapping or WorldConfig
+            A world with a section `archipelago`.
+        seed : int, optional
+            Default: `seed` of the world file. The seed of each island follows from it.
+        ticks : int, optional
+            Planned length; default: `ticks` of the world file.
+        out : str or Path, default "archipelago"
+            The folder, which must be new or empty.
+        policies : str or Mapping, default "trained"
+            As for `World.from_config`.
+        learn : bool or Mapping of str to bool, optional
+            Which species learn; default: as the world file says.
+        snapshot_every, record, command, trust
+            As for `run_to_folder`.
+
+        Returns
+        -------
+        Archipelago
+
+        Raises
+        ------
+        ConfigError
+            For a world without islands.
+        FileExistsError
+            If `out` is not empty.
+        """
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
             raise ConfigError(
@@ -109,7 +167,19 @@ class Archipelago:
         return digest
 
     def world(self, name: str, trust: bool = False) -> Any:
-        """Return the world of one island from its checkpoint of this tick."""
+        """Return the world of one island at the present tick.
+
+        Parameters
+        ----------
+        name : str
+            Name of the island.
+        trust : bool, default False
+            Whether the code that the world lists may run in this process.
+
+        Returns
+        -------
+        World
+        """
         return World.restore(
             self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
         )
@@ -126,12 +196,37 @@ class Archipelago:
         trust: bool = False,
         claim: Claim | None = None,
     ) -> dict[str, Any]:
-        """Run the islands until a tick (None: the planned end); return the manifest.
+        """Run all islands, with migration at each barrier, and return the manifest.
 
-        Between barriers islands are run by `workers` on an engine, "local" or "ray", or on any executor of
-        concurrent.futures whose workers see the folder under the same name. If a process is killed, its work
-        is repeated, with the same result. `progress(done, total)` counts ticks of islands. Ctrl-C raises
-        Stopped; `run` continues from the last barrier. Raises RecordingError if `until` is before that.
+        Parameters
+        ----------
+        until : int, optional
+            Last tick; default: the planned end.
+        workers : int, optional
+            Number of processes, default 1.
+        on : str or Executor, default "local"
+            "local", "ray", or an executor whose workers see the folder under the same name.
+        progress : callable, optional
+            `progress(done, total)`, which counts ticks of islands.
+        threads : int, default 1
+            Threads of each island.
+        report : bool, default True
+            Whether to write reports at the end.
+        trust : bool, default False
+            Whether the code that the world lists may run.
+        claim : Claim, optional
+            The lock on the folder, if you hold it already.
+
+        Returns
+        -------
+        dict
+
+        Raises
+        ------
+        Stopped
+            A KeyboardInterrupt: after Ctrl-C; `run` continues from the last barrier.
+        RecordingError
+            If `until` lies before the present tick.
         """
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until

@@ -290,12 +290,52 @@ def compare(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a world unchanged and under treatments with the same seeds into a folder, or continue there; return
-    the content of its compare.json.
+    """Run a world as it is and under treatments with the same seeds, and compare the outcomes.
 
-    `executor` is "local", "ray", or one of your own, whose workers see the folder under its absolute path.
-    Raises ConfigError, ForeignFile if the folder contains another comparison, and the exception of the first
-    failed run, after the others are done.
+    Parameters
+    ----------
+    world : str
+        Name of a shipped world, or path of a TOML file.
+    treatments : sequence of str, default ("random-policy",)
+        Names of treatments, or texts such as "species.deer.metabolism.basal=0.008".
+    out : str or Path
+        Folder for all runs. A comparison that is there already continues.
+    changes : sequence of str
+        Values that all arms have, such as "species.deer.count=300".
+    seeds : int, default 8
+        Number of world seeds, from 1 on.
+    ticks : int, optional
+        Length of a run; default: `ticks` of the world file.
+    training_seeds : int, optional
+        Number of trainings, each with all world seeds; default: the policies of the world file.
+    retrain : bool, default False
+        Whether arms with other values train policies of their own.
+    executor : str or Executor, default "local"
+        "local" (`workers` processes), "ray", or an executor whose workers see the folder under its absolute
+        path.
+    workers : int, optional
+        Number of processes.
+    progress : callable, optional
+        `progress(done, total)`, called after each run.
+
+    Returns
+    -------
+    dict
+        Content of compare.json: for each arm persistence, cycles and differences with intervals.
+
+    Raises
+    ------
+    ConfigError
+        For an invalid world or treatment.
+    ForeignFile
+        If the folder contains another comparison.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import compare
+    >>> result = compare("predator-prey", out="compared", seeds=2, ticks=20, workers=1)
+    >>> sorted(result["arms"])
+    ['random-policy', 'world']
     """
     called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)

@@ -31,10 +31,30 @@ UNFINISHED = 75  # exit code of a process that was asked to stop and left a chec
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do a job of a sweep, whatever is done of it already; return the content of its done.json. A stopped
-    job continues from its last checkpoint; a required training comes first. `allowed` are hashes of code
-    that may run. Raises the exceptions of a run, which failed.json then contains, and FolderInUse if
-    another process has the job."""
+    """Do one job of a sweep, and return the content of its done.json.
+
+    A job that was stopped continues from its last checkpoint, and first trains the policies that it needs.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the sweep.
+    number : int
+        Number of the job.
+    allowed : collection of str
+        Hashes of code that may run.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    FolderInUse
+        If another process does the job.
+    Exception
+        Any error of the run, which failed.json then describes.
+    """
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))
     job = sweep.jobs[number]

@@ -34,14 +34,40 @@ def pretrain(
     points: int = 30,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Train the policies of all species of a world that have one; return the curves, and the networks under
-    "policies".
+    """Train the policies of all species of a world that have one.
 
-    `ticks` is the duration of each of the `training.worlds`. Per species and point of the curve: intake per
-    animal and second, deaths per animal and second, mean happiness, over all worlds. `out` receives
-    <species>.safetensors and training.json. "learning" has each update, and "actions" the frequency of each
-    action, by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run
-    in this process.
+    Parameters
+    ----------
+    config : str, Path, Mapping or WorldConfig
+        The world; its section `training` plans the training.
+    seed : int, optional
+        Default: `seed` of the world file.
+    ticks : int, optional
+        Ticks of each training world; default: `training.ticks`.
+    out : str or Path, optional
+        Folder for `<species>.safetensors` and training.json.
+    progress : callable, optional
+        `progress(done, ticks)`.
+    threads : int, default 1
+        Threads of kernels. They affect speed, never results.
+    points : int, default 30
+        Points of each curve.
+    trust : bool, default False
+        Whether the code that the world lists may run in this process.
+
+    Returns
+    -------
+    dict
+        "policies": weights by species; "curves": by species and point, intake per animal and second, deaths per
+        animal and second, and mean happiness, over all training worlds; "learning": each update; "actions": how
+        often each action is taken.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import pretrain
+    >>> result = pretrain("predator-prey", seed=1, ticks=4, out="policies")
+    >>> sorted(result["policies"])
+    ['deer', 'wolf']
     """
     called_with("progress", progress, "done", "ticks")
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)

@@ -42,12 +42,47 @@ def run_sweep(
     progress: Callable[[Outcome], None] | None = None,
     trust: bool = False,
 ) -> Outcome:
-    """Do all jobs of a plan, a file or a dict, into a folder, or continue there.
+    """Do all jobs of a plan into a folder, or continue them there.
 
-    `executor` is "local", which means `workers` processes, "ray", or any `concurrent.futures.Executor` of
-    processes that see the folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`. A failing job
-    does not stop the others. `trust` allows the code that the world lists to run. Raises ConfigError for a
-    refused plan, ForeignFile if the folder contains the sweep of another plan.
+    Parameters
+    ----------
+    plan : str, Path or Mapping
+        A TOML file or its content; see docs/how-to/clusters.md.
+    folder : str or Path
+    executor : str or Executor, default "local"
+        "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` of processes that see the
+        folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`.
+    workers : int, optional
+        Number of processes.
+    progress : callable, optional
+        Called with the outcome after each job.
+    trust : bool, default False
+        Whether the code that the world lists may run.
+
+    Returns
+    -------
+    Outcome
+        Which jobs are done and which failed: a job that fails stops no other.
+
+    Raises
+    ------
+    ConfigError
+        For an invalid plan.
+    ForeignFile
+        If the folder contains another sweep.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import run_sweep
+    >>> plan = {
+    ...     "world": "predator-prey",
+    ...     "ticks": 10,
+    ...     "world_seeds": 2,
+    ...     "grid": {"species.deer.metabolism.basal": [0.004, 0.008]},
+    ... }
+    >>> outcome = run_sweep(plan, "swept", workers=1)
+    >>> len(outcome.done)
+    4
     """
     called_with("progress", progress, "the outcome")
     sweep = begin(Path(folder), design_of(read_plan(plan), trust=trust))

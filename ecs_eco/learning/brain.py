@@ -101,13 +101,33 @@ class PlainNetwork:
 
 
 class Brain(PlainNetwork):
-    """A policy with a choice per action group, and a value, over the same observations.
+    """The built-in actor-critic network: a choice in each group of actions, and a value.
 
-    `groups` are the numbers of options of the categorical ones, then CONTINUOUS for each continuous one.
+    Parameters
+    ----------
+    n_observations : int
+    groups : tuple of int
+        Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
+    hidden : tuple of int, default (64, 64)
+        Units of each hidden layer.
+    seed : int, default 0
+        Fixes the initial weights.
+    trunk : {"shared", "separate"}
+        Whether policy and value share the hidden layers.
 
-    `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
-    Weights are orthogonal, drawn from Philox keyed by (seed, layer), with gain sqrt(2); 0.01 for the policy's
-    head and 1 for the value's.
+    Notes
+    -----
+    Weights are orthogonal (Saxe et al. 2014), drawn from Philox keyed by (seed, layer), with gain sqrt(2), 0.01
+    for the policy's head and 1 for the value's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import Brain
+    >>> brain = Brain(3, groups=(2, 4), seed=1)
+    >>> logits, values = brain.forward(np.zeros((5, 3), np.float32))
+    >>> logits.shape, values.shape
+    ((5, 6), (5,))
     """
 
     def __init__(
@@ -125,16 +145,37 @@ class Brain(PlainNetwork):
         self._draw(seed)
 
     def named(self) -> dict[str, np.ndarray]:
-        """Return views of the weights by name, in torch's convention: weight (out, in), bias (out)."""
+        """Return views of the weights by name.
+
+        Returns
+        -------
+        dict of str to array of float32
+            As torch has them: weight (out, in), bias (out).
+        """
         return self.named_views(self.weights)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the weights by name."""
+        """Return a copy of the weights by name.
+
+        Returns
+        -------
+        dict of str to array of float32
+        """
         return {name: np.array(weights, order="C") for name, weights in self.named().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
-        shapes."""
+        """Set the weights.
+
+        Parameters
+        ----------
+        state : dict of str to array
+            As `state` returns it.
+
+        Raises
+        ------
+        ValueError
+            With each name that is missing, unknown or of another shape.
+        """
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -149,10 +190,22 @@ class Brain(PlainNetwork):
             weights[...] = state[name]
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations].
+        """Return logits and values.
 
-        The bits of a row depend neither on the other rows, nor on its position, nor on the threads of
-        `split`.
+        Parameters
+        ----------
+        observations : array of float32, shape (n, n_observations)
+        split : callable, optional
+            `world.split`, to use the threads of a world.
+
+        Returns
+        -------
+        logits : array of float32, shape (n, sum(groups))
+        values : array of float32, shape (n,)
+
+        Notes
+        -----
+        The bits of a row depend neither on other rows nor on the number of threads.
         """
         n = len(observations)
         shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)

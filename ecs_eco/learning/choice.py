@@ -11,10 +11,19 @@ BLOCK = 128  # rows that are transposed at once
 
 @lone_fused_njit
 def choose(logits, offsets, uniforms, choice, log_probability):
-    """Draw each row's choice int[n, G], and its log-probability f32[n], at the uniforms f32[n, G].
+    """Draw a choice in each group for each row, and write its log-probability.
 
-    `offsets` are the brain's; uniforms are in [0, 1). Rows are transposed in blocks, so that loops along them
-    become vector code.
+    Parameters
+    ----------
+    logits : array of float32, shape (n, sum(groups))
+    offsets : array of int
+        First column of each group, and the end: `brain.offsets`.
+    uniforms : array of float32, shape (n, groups)
+        Random numbers in [0, 1).
+    choice : array of int, shape (n, groups)
+        Receives the options, from 0.
+    log_probability : array of float32, shape (n,)
+        Receives the sum over groups.
     """
     n, width = logits.shape
     side, total = np.zeros((width, BLOCK), np.float32), np.empty(BLOCK, np.float32)
@@ -74,7 +83,16 @@ def _draw(side, low, high, rest, total, taken, number):
 
 @fused_njit
 def choose_best(logits, offsets, choice):
-    """Write each row's most probable choice of every group into int[n, G]; the first of equals."""
+    """Write the most probable choice in each group for each row; the first of equal ones.
+
+    Parameters
+    ----------
+    logits : array of float32, shape (n, sum(groups))
+    offsets : array of int
+        First column of each group, and the end: `brain.offsets`.
+    choice : array of int, shape (n, groups)
+        Receives the options, from 0.
+    """
     for i in range(logits.shape[0]):
         for g in range(len(offsets) - 1):
             choice[i, g] = _highest(logits, i, offsets[g], offsets[g + 1]) - offsets[g]

@@ -29,12 +29,22 @@ WEIGHTS = 170  # used, both ways in learning, in the 30 ns that `split` counts p
 
 
 class Individuals(PlainNetwork):
-    """The networks of all individuals of a species: a shared trunk of tanh layers, heads for policy and
-    value, and PPO.
+    """The networks of all individuals of a species, and PPO for each of them.
 
-    `policy` and `experience` are the columns of these components. Rows come in canonical order; the decisions
-    and the learning of an animal do not depend, to the bit, on its row, on the others, or on threads. A tick
-    is: sense; credit; learn, for those that are `due`; forward; choose; store.
+    Each has a trunk of tanh layers, shared by the heads of policy and value. What an animal decides and learns
+    depends, bit for bit, neither on its row, nor on other animals, nor on threads. `policy.kind = "individual"`
+    in a world file uses it.
+
+    Parameters
+    ----------
+    n_observations : int
+    groups : tuple of int
+        Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
+    hidden : tuple of int
+        Units of each hidden layer.
+    ppo : PPO
+    seed : int
+        Fixes initial weights and the order of minibatches.
     """
 
     def __init__(

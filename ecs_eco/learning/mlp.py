@@ -13,10 +13,30 @@ from ecs_eco.learning.continuous import spreads
 
 
 class MLP(nn.Module):
-    """An actor-critic of small tanh layers, with the weights' names and shapes of `Brain`.
+    """An actor-critic network of tanh layers as a torch module, with the weights' names and shapes of `Brain`.
 
-    `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
-    Weights are orthogonal with gain sqrt(2); 0.01 for the policy's head and 1 for the value's.
+    Parameters
+    ----------
+    n_observations : int
+    groups : tuple of int
+        Number of options of each group of actions.
+    hidden : tuple of int, default (64, 64)
+        Units of each hidden layer.
+    trunk : {"shared", "separate"}
+        Whether policy and value share the hidden layers.
+
+    Notes
+    -----
+    Weights are orthogonal (Saxe et al. 2014) with gain sqrt(2), 0.01 for the policy's head and 1 for the
+    value's.
+
+    Examples
+    --------
+    >>> import torch
+    >>> from ecs_eco.learning import MLP
+    >>> logits, values = MLP(3, groups=(2, 4))(torch.zeros(5, 3))
+    >>> tuple(logits.shape), tuple(values.shape)
+    ((5, 6), (5,))
     """
 
     def __init__(
@@ -53,7 +73,17 @@ class MLP(nn.Module):
         self.hidden, self.shared = tuple(hidden), shared
 
     def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations]."""
+        """Return logits and values.
+
+        Parameters
+        ----------
+        observations : tensor of float32, shape (n, n_observations)
+
+        Returns
+        -------
+        logits : tensor of float32, shape (n, sum(groups))
+        values : tensor of float32, shape (n,)
+        """
         above = [observations]
         for name in ("trunk",) if self.shared else ("policy", "value"):
             h = observations
@@ -136,10 +166,28 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
 
 
 def from_torch(module: nn.Module) -> nn.Module:
-    """Return a plain Sequential of Linear and Tanh, trained elsewhere, for `policies={"deer": …}` of a world.
+    """Return a network that was trained elsewhere, checked, for `policies={"deer": …}` of a world.
 
-    Its last layer has an output for each option of the species' action groups, and may have one more for the
-    value. Raises ValueError for other layers.
+    Parameters
+    ----------
+    module : torch.nn.Sequential
+        Layers Linear and Tanh in turn. The last layer has an output for each option of the species' groups of
+        actions, and may have one more for the value.
+
+    Returns
+    -------
+    torch.nn.Module
+
+    Raises
+    ------
+    ValueError
+        For other layers.
+
+    Examples
+    --------
+    >>> from torch import nn
+    >>> from ecs_eco.learning import from_torch
+    >>> network = from_torch(nn.Sequential(nn.Linear(9, 32), nn.Tanh(), nn.Linear(32, 7)))
     """
     if type(module) is not nn.Sequential:
         raise ValueError(

@@ -31,8 +31,29 @@ LANES = 16
 class ModuleBrain:
     """A torch module in the place of a `Brain`.
 
-    Raises ValueError if the module is unsuitable, with its output and the expected one. `device` is "cpu",
-    "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
+    Parameters
+    ----------
+    module : torch.nn.Module
+        Its `forward` takes observations f32[n, n_observations] and returns logits f32[n, sum(groups)] and
+        values f32[n]. With an attribute `memory`, the numbers that each organism keeps, it takes and returns
+        a state f32[n, memory], too.
+    n_observations : int
+    groups : tuple of int
+    device : str, default "cpu"
+        "cpu", "cuda" or "cuda:1". On the CPU results are the same bits for any number of threads.
+
+    Raises
+    ------
+    ValueError
+        If the module returns something else.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import MLP, ModuleBrain
+    >>> brain = ModuleBrain(MLP(3, (2, 4)), 3, (2, 4))
+    >>> brain.forward(np.zeros((5, 3), np.float32))[0].shape
+    (5, 6)
     """
 
     by_row = False  # torch computes a chunk of rows at once
@@ -64,14 +85,29 @@ class ModuleBrain:
         }
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the module's parameters and buffers by name."""
+        """Return a copy of the module's parameters and buffers.
+
+        Returns
+        -------
+        dict of str to array
+        """
         return {
             name: tensor.detach().cpu().numpy().copy() for name, tensor in self.module.state_dict().items()
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
-        shapes."""
+        """Set the module's parameters and buffers.
+
+        Parameters
+        ----------
+        state : dict of str to array
+            As `state` returns it.
+
+        Raises
+        ------
+        ValueError
+            With each name that is missing, unknown or of another shape.
+        """
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
             raise ValueError(
@@ -85,8 +121,19 @@ class ModuleBrain:
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations]; a module with a
-        memory starts with an empty one."""
+        """Return logits and values; a network with a memory starts without any.
+
+        Parameters
+        ----------
+        observations : array of float32, shape (n, n_observations)
+        split : callable, optional
+            Unused; as for `Brain.forward`.
+
+        Returns
+        -------
+        logits : array of float32, shape (n, sum(groups))
+        values : array of float32, shape (n,)
+        """
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 

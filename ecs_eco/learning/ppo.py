@@ -21,11 +21,27 @@ from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
 
 
 class Learner(TorchLearner):
-    """A learner that trains a brain on the population's transitions; `store`, `credit`, `end`, `cut` are
-    those of `rollout`.
+    """PPO for the built-in network, over a population whose members are born and die in mid-rollout.
 
-    A tick is: sense; credit, end, cut; if `full`, update with the values of the current observations; decide;
-    store. Results are the same bits for any number of `workers` (threads).
+    Parameters
+    ----------
+    brain : Brain
+    ppo : PPO
+    seed : int
+        Fixes the order of minibatches.
+    workers : int, default 1
+        Threads. They affect speed, never results.
+
+    Notes
+    -----
+    The steps of a tick are those of `TorchLearner`.
+
+    Examples
+    --------
+    >>> from ecs_eco.learning import PPO, Brain, Learner
+    >>> learner = Learner(Brain(3, groups=(2,)), PPO(horizon=8), seed=1)
+    >>> learner.full
+    False
     """
 
     brain: Brain

@@ -22,10 +22,35 @@ _FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
-    """An append-only log; the outcome of an action is added to the row's last record when it becomes known.
+    """A log of transitions of a population whose members are born and die; consequences are added when known.
 
-    A tick is: credit, end and cut for the last actions; then store the new ones. Results are independent of
-    rows only if transitions are stored in an order that is.
+    Parameters
+    ----------
+    n_observations : int
+    n_groups : int
+        Number of categorical groups of actions.
+    discount : float
+        Per tick.
+    memory : int, default 0
+        Numbers that each organism's network keeps.
+    n_numbers : int, default 0
+        Number of continuous groups.
+
+    Notes
+    -----
+    In each tick, first `credit`, `end` and `cut` what the last actions led to, then `store` the new ones. Store
+    transitions in an order that does not depend on rows if results must not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import Rollout
+    >>> rollout = Rollout(n_observations=3, n_groups=1, discount=0.99)
+    >>> rows, zeros = np.array([4, 7]), np.zeros(2, np.float32)
+    >>> rollout.store(rows, np.zeros((2, 3), np.float32), np.zeros((2, 1), np.int16), zeros, zeros)
+    >>> rollout.credit(rows, np.ones(2, np.float32))
+    >>> rollout.n
+    2
     """
 
     def __init__(
@@ -67,8 +92,19 @@ class Rollout:
         memory: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
     ) -> None:
-        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n],
-        f32[n, memory], f32[n, n_numbers]."""
+        """Append the transitions of one tick.
+
+        Parameters
+        ----------
+        rows : array of int64, shape (n,)
+            Rows of the organisms that act.
+        observations : array of float32, shape (n, n_observations)
+        choices : array of int, shape (n, n_groups)
+        log_probabilities : array of float32, shape (n,)
+        values : array of float32, shape (n,)
+        memory : array of float32, shape (n, memory), optional
+        numbers : array of float32, shape (n, n_numbers), optional
+        """
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
             self._grow(stop)
@@ -88,18 +124,37 @@ class Rollout:
         self.ticks += 1
 
     def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are skipped."""
+        """Add rewards to the last transitions of rows; rows without one, such as newborn, are skipped.
+
+        Parameters
+        ----------
+        rows : array of int64, shape (n,)
+        rewards : array of float32, shape (n,)
+        """
         self._cover(rows)
         _credit(self._steps, self.last, rows, rewards)
 
     def end(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add the last rewards f32[n] of rows that died, and close their records: nothing follows."""
+        """Add the last rewards of rows that died; nothing follows.
+
+        Parameters
+        ----------
+        rows : array of int64, shape (n,)
+        rewards : array of float32, shape (n,)
+        """
         self._cover(rows)
         _end(self._steps, self._ended, self.last, rows, rewards)
 
     def cut(self, rows: np.ndarray, rewards: np.ndarray, values: np.ndarray) -> None:
-        """Add the last rewards f32[n] of rows that a time limit removes; values f32[n] estimate their
-        future."""
+        """Add the last rewards of rows that a time limit ends.
+
+        Parameters
+        ----------
+        rows : array of int64, shape (n,)
+        rewards : array of float32, shape (n,)
+        values : array of float32, shape (n,)
+            Estimates of what would have followed.
+        """
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:

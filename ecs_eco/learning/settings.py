@@ -21,10 +21,24 @@ def _setting(
 
 @dataclass(frozen=True)
 class PPO:
-    """Hyperparameters of PPO (Schulman et al. 2017); `fields(PPO)[i].metadata["doc"]` documents each.
+    """Hyperparameters of PPO (Schulman et al. 2017).
 
-    Names of other libraries (gamma, lr, batch_size …, see `ecs_eco.learning.aliases`) are accepted with a
-    warning that gives ours. Raises ValueError that names the field, the value and the expected range.
+    The reference of the world file, `species.NAME.ppo`, lists each with its default; so does
+    `fields(PPO)[i].metadata["doc"]`. Names of other libraries (gamma, lr, batch_size …) are accepted with a
+    warning that prints ours.
+
+    Raises
+    ------
+    ValueError
+        For a value out of range.
+    TypeError
+        For an unknown name.
+
+    Examples
+    --------
+    >>> from ecs_eco.learning import PPO
+    >>> PPO(learning_rate=1e-3, discount=0.98).gae_lambda
+    0.95
     """
 
     horizon: int = _setting(

@@ -29,11 +29,21 @@ TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
 class TorchLearner:
-    """A learner that trains a brain on the population's transitions; `store`, `credit`, `end`, `cut` are
-    those of `rollout`.
+    """PPO for a torch module, over a population whose members are born and die in mid-rollout.
 
-    A tick is: sense; credit, end, cut; if `full`, update with the values of the current observations; decide;
-    store. Results on the CPU are the same bits for any number of `workers` (threads).
+    Parameters
+    ----------
+    brain : ModuleBrain
+    ppo : PPO
+    seed : int
+        Fixes the order of minibatches.
+    workers : int, default 1
+        Threads. On the CPU they affect speed, never results.
+
+    Notes
+    -----
+    The steps of a tick are: sense; `rollout.credit`, `end` and `cut` what the last actions led to; if `full`,
+    `update` with the values of what is sensed; decide; `rollout.store`.
     """
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
@@ -52,12 +62,19 @@ class TorchLearner:
         return self.rollout.ticks >= self.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Learn from the rollout and clear it; `values` f32[n] estimate the future of the living `rows`
-        i64[n].
+        """Learn from the rollout, and clear it.
 
-        Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat],
-        clip_fraction, gradient_norm; and explained_variance, reward (per transition), learning_rate,
-        n_transitions.
+        Parameters
+        ----------
+        rows : array of int64, shape (n,)
+            The living.
+        values : array of float32, shape (n,)
+            Values of what they sense now, from which the rest of their lives is estimated.
+
+        Returns
+        -------
+        dict of str to float or None
+            Losses, entropy, clipped share and more; None if there was nothing to learn from.
         """
         self.rollout.advantages(rows, values, self.ppo.gae_lambda)
         return self.fit()

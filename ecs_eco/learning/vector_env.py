@@ -26,8 +26,27 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """The result of a training: the brain, the return of each finished episode, and the steps taken by its
-    end."""
+    """The result of `train`: the network, and what happened while it trained.
+
+    Attributes
+    ----------
+    brain : PolicyNetwork
+    returns : list of float
+        Return of each finished episode.
+    steps : list of int
+        Steps of all environments by the end of each episode.
+    reports : list of dict
+        Losses, entropy and more of each update.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> from ecs_eco.learning import PPO, train
+    >>> envs = gymnasium.make_vec("CartPole-v1", num_envs=4)
+    >>> training = train(envs, PPO(horizon=32), total_steps=512, seed=1)
+    >>> training.predict([0.0, 0.0, 0.1, 0.0]) in (0, 1)
+    True
+    """
 
     brain: PolicyNetwork
     returns: list[float] = field(default_factory=list)
@@ -37,9 +56,17 @@ class Training:
     actions: Actions | None = None
 
     def predict(self, observations: ArrayLike) -> np.ndarray:
-        """Return the most probable actions for n observations, or for one, as the environment takes them.
+        """Return the most probable action for each observation, as the environment takes it.
 
-        A brain with a memory decides as at birth.
+        Parameters
+        ----------
+        observations : array
+            One observation, or n of them.
+
+        Returns
+        -------
+        array
+            One action, or n. A network with a memory decides as at birth.
         """
         assert self.observations is not None
         assert self.actions is not None
@@ -50,12 +77,35 @@ class Training:
         return sent[0] if alone else sent
 
     def save(self, path: str | Path) -> Path:
-        """Write the brain's weights as safetensors with a seal, completely or not at all. Raises OSError."""
+        """Write the weights as a safetensors file, completely or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
         return weights.save(path, self.brain.state())
 
     def load(self, path: str | Path) -> None:
-        """Load weights that `save` wrote. Raises ValueError if they are damaged or belong to another
-        brain."""
+        """Read weights that `save` wrote.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Raises
+        ------
+        ValueError
+            If they are damaged or belong to another network.
+        """
         self.brain.load(weights.load(path))
 
     def finish(self, score: np.ndarray, over: np.ndarray, step: int) -> None:
@@ -65,8 +115,18 @@ class Training:
         score[over] = 0
 
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
-        """Return the environment steps at which the mean return of the last `episodes` first reached the
-        threshold."""
+        """Return the step at which the mean return of the last episodes first reached a threshold.
+
+        Parameters
+        ----------
+        threshold : float
+        episodes : int, default 100
+
+        Returns
+        -------
+        int or None
+            Steps of all environments; None if it was not reached.
+        """
         if len(self.returns) < episodes:
             return None
         sums = np.cumsum([0.0, *self.returns])
@@ -86,14 +146,54 @@ def train(
     network: Callable[..., Any] | None = None,
     device: str = "cpu",
 ) -> Training:
-    """Train a new brain for `total_steps` steps of all environments, or until an update after which `stop` is
-    true.
+    """Train a new network on Gymnasium environments with PPO.
 
-    It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
-    A single environment is a vector of one. Supports Discrete, MultiDiscrete or bounded Box actions (of one
-    axis; each number is a continuous group), observations that are arrays or integers (one-hot), and
-    autoreset in the next or in the same step. A time limit is not a death: the value of the final observation
-    estimates the missing future. Steps that only reset count, too. Raises ValueError.
+    Parameters
+    ----------
+    envs : gymnasium.vector.VectorEnv or gymnasium.Env
+        Actions: Discrete, MultiDiscrete, or a bounded Box with one axis, whose numbers are continuous groups.
+        Observations: arrays, or integers, which get an input per value.
+    ppo : PPO
+        Hyperparameters.
+    total_steps : int
+        Steps of all environments together.
+    seed : int
+        Fixes every random draw.
+    hidden : tuple of int, default (64, 64)
+        Units of each hidden layer of the built-in network.
+    trunk : {"separate", "shared"}
+        Whether policy and value share the hidden layers.
+    workers : int, default 1
+        Threads. They affect speed, never results.
+    stop : callable, optional
+        `stop(training)`, called after each update; training ends if it returns true.
+    network : callable, optional
+        `network(n_observations, groups)` returns a torch module; default: the built-in network.
+    device : str, default "cpu"
+        "cpu" or "cuda"; for torch modules.
+
+    Returns
+    -------
+    Training
+
+    Raises
+    ------
+    ValueError
+        For spaces that are not supported.
+
+    Notes
+    -----
+    PPO follows Schulman et al. (2017), advantages Schulman et al. (2016). A time limit does not count as
+    termination: the value of the final observation estimates the rest. Steps that only reset an environment
+    count, too.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> from ecs_eco.learning import PPO, train
+    >>> training = train(gymnasium.make_vec("CartPole-v1", num_envs=4), PPO(horizon=32), 512, seed=1)
+    >>> len(training.reports)
+    3
     """
     envs = as_vector(envs)
     actions, observations, resets_itself = Actions.of(envs), Observations.of(envs), resets_in_same_step(envs)

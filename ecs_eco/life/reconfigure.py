@@ -24,13 +24,35 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
-    """Give a living world another configuration: from now on it behaves as if built with it.
+    """Give a living world another configuration, effective from the next tick.
 
     Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
-    newborn get the new values. A species that stops learning discards the experience not yet learnt from; one
-    that begins starts with none. `learners` are species whose `learn` follows the new configuration even if
-    the world was built with another. Raises ConfigError that names each value that cannot change in a living
-    world, before anything changes.
+    newborn get the new values. A species that stops learning discards the experience that it has not learned
+    from; one that begins starts with none.
+
+    Parameters
+    ----------
+    world : World
+        A world that was built from a configuration.
+    config : str, Path, Mapping or WorldConfig
+        The new configuration.
+    learners : iterable of str
+        Species whose `policy.learn` follows the new configuration even if the world was built with another.
+
+    Raises
+    ------
+    ConfigError
+        Before anything changes, with each value that cannot change in a living world.
+    RuntimeError
+        For a world built by hand.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.config import load
+    >>> from ecs_eco.life.reconfigure import reconfigure
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> reconfigure(world, load("predator-prey", {"species.wolf.locomotion.speed.run": 1.5}))
     """
     require_whole(world, "change values", within=True)
     if world.config is None:
@@ -57,13 +79,13 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
         reseed(world, new.seed)
     if new.space.cell is None and cell(new) != cell(old):
         world.space.set_cell(cell(new))
-        world.forget_neighbours()
+        world._forget_neighbours()
     for name, species in new.species.items():
         _learners(world, world.tables[name], old.species[name], species)
     for table in world.tables.values():
         register_eaters(world, table)
         register_limits(world, table)
-    world.touch()
+    world._touch()
 
 
 def reseed(world: SpatialWorld, seed: int) -> None:

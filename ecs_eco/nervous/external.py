@@ -28,8 +28,21 @@ if TYPE_CHECKING:
 class Sensed(NamedTuple):
     """The observations of the members of a species in a tick, and the outcome of their last choices.
 
-    `x` is the world's own matrix, overwritten in the next tick. The dead are those that have chosen and did
-    not live to sense again.
+    Attributes
+    ----------
+    x : array of float32, shape (n, channels)
+        Readings of those that sense. The world overwrites this array in the next tick.
+    uid : array of uint64, shape (n,)
+        The organism of each row.
+    reward : array of float32, shape (n,)
+        Reward for the last choice; 0 for newborn.
+    dead : array of uint64, shape (k,)
+        uids of those that chose in the last tick and died.
+    dead_x : array of float32, shape (k, channels)
+        What they sensed last.
+    dead_reward : array of float32, shape (k,)
+        The least happiness minus the happiness that they felt last.
+    dead_cause : tuple of str, length k
     """
 
     x: np.ndarray  # f32[n, channels]
@@ -94,12 +107,33 @@ class Pending(Outside):
 
 
 class External:
-    """External control of a species: call `observe`, then `act`, once per tick.
+    """The door to a species for which your program decides: `observe`, then `act`, once per tick.
 
-    `channels` are the names of its observations, `options` the groups of actions and the names of their
-    options; continuous groups have none and are between `low` and `high`. If several species are controlled
-    externally, the tick continues when the last of them acts. Between `observe` and `act` a tick is under
-    way: save and copy the world after `act`.
+    `World.external` opens one. If several species have doors, the tick continues when the last of them acts.
+    Between `observe` and `act` a tick is under way: save and copy the world after `act`.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Names of the readings, columns of `Sensed.x`.
+    options : dict of str to tuple of str
+        Names of the options of each group of actions; none for a continuous group.
+    low, high : array of float32, shape (groups,)
+        Least and greatest choice of each group.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco import World
+    >>> world = World.from_config("predator-prey", seed=1, learn=False)
+    >>> deer = world.external("deer")
+    >>> deer.options["speed"]
+    ('still', 'walk', 'run')
+    >>> for tick in range(3):
+    ...     sensed = deer.observe()
+    ...     deer.act(np.full((len(sensed.uid), len(deer.options)), 1))
+    >>> world.tick
+    3
     """
 
     def __init__(self, world: Any, species: str, partial: bool = False) -> None:
@@ -121,7 +155,12 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Begin the tick, and return the observations of the species; return the same until `act`."""
+        """Start the tick and return what the species senses; the same until `act`.
+
+        Returns
+        -------
+        Sensed
+        """
         self._open()
         self._awaited.begin(self.world)
         nerves, pending = self._nerves, self._pending
@@ -138,12 +177,20 @@ class External:
         )
 
     def act(self, actions: ArrayLike, uid: ArrayLike | None = None) -> None:
-        """Set the choices of those that sense in this tick; the tick continues once all waiting species have
-        chosen.
+        """Set the actions of the organisms that sense in this tick, and finish the tick.
 
-        `actions` [n, groups]: numbers of options, or numbers within the range of a continuous group; rows in
-        the order of `observe`, or in that of `uid` u64[n]. Raises ConfigError, and changes nothing, if an
-        action is missing, given twice, impossible, or given for an organism that does not sense.
+        Parameters
+        ----------
+        actions : array, shape (n, groups)
+            For each group the number of an option, or a number within the range of a continuous group.
+        uid : array of uint64, shape (n,), optional
+            The organism of each row; default: the rows of `observe`.
+
+        Raises
+        ------
+        ConfigError
+            Before anything changes, if an action is missing, given twice, impossible, or for an organism
+            that does not sense.
         """
         self._open()
         if not self._awaited.halves.begun:
@@ -160,14 +207,30 @@ class External:
         self._awaited.finish(self.world)
 
     def save(self, path: str | Path) -> str | Path:
-        """Write a checkpoint now, or at the end of the tick under way; return its path."""
+        """Write a checkpoint, as soon as the tick under way is over.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        str or Path
+            The path.
+        """
         if not self._awaited.halves.begun:
             return self.world.save(path)
         self._awaited.saves.append(path)
         return path
 
     def close(self) -> None:
-        """Give control back to the former policy; not between `observe` and `act`."""
+        """Return the decisions to the species' own policy; not between `observe` and `act`.
+
+        Raises
+        ------
+        RuntimeError
+            While a tick is under way.
+        """
         if self._awaited.halves.begun:
             raise RuntimeError(f'world.external("{self.species}"): a tick is under way; `act` first')
         if self._nerves.outside is self._pending:

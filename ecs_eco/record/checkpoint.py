@@ -70,11 +70,10 @@ MIGRATIONS = {1: _from_1, 2: _from_2}
 
 
 def save(world: SpatialWorld, path: str | Path) -> Path:
-    """Write a checkpoint of a world between two ticks, completely or not at all. Returns its path.
+    """Write a checkpoint of a world between two ticks, completely or not at all. Return its path.
 
-    Of a world whose state is divided between processes (`ecs_eco.bands`) process 0 writes the whole. Raises
-    RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where
-    nothing can be written.
+    Errors are those of `ecs_eco.World.save`. If the state of the world is divided between processes
+    (`ecs_eco.bands`), process 0 writes the whole.
     """
     path = Path(path)
     meta, arrays = frozen.freeze(world)
@@ -94,14 +93,7 @@ def restore(
     record: bool = True,
     trust: bool = False,
 ) -> Any:
-    """Return the world that a checkpoint holds; `threads` may differ from before.
-
-    `config` is needed if the world was built from one with functions that no module names, `systems` if
-    systems were passed as instances: both as they were. `prepare(world)` is called before the state is
-    loaded, to add again what was added by hand. `trust` allows the code that it names to run in this process,
-    as it is now. Warns where it was written in the other mode (`compiled.portable`). Raises CheckpointError;
-    ConfigError for code that nobody allowed.
-    """
+    """Return the world that a checkpoint contains; arguments and errors as of `ecs_eco.World.restore`."""
     meta, arrays = read(path)
     if why := portable.other_mode(meta):
         warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
@@ -115,10 +107,7 @@ def restore(
 
 
 def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
-    """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`.
-
-    Raises CheckpointError.
-    """
+    """Bring a world built in the same way to the state of a checkpoint; see `ecs_eco.World.load`."""
     meta, arrays = read(path)
     if why := portable.other_mode(meta):
         warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)

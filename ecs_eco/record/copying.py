@@ -24,13 +24,9 @@ def copy(
     systems: Sequence[Any] = (),
     prepare: Callable[[Any], None] | None = None,
 ) -> Any:
-    """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
+    """Return a world that has its own organisms, policies and clock, the same digest, and the same future.
 
-    `threads` defaults to that of the world. `systems` are new instances of those that were passed as
-    instances; `prepare(copy)` is called before the state is loaded, to add again what was added by hand
-    (systems, tables, functions of the environment). Not copied: hooks, and where a recorder writes to; a
-    recorder of the copy keeps its records in memory. Raises CheckpointError, before anything is made, if a
-    world cannot be copied so.
+    Arguments and errors are those of `ecs_eco.World.copy`.
     """
     where = f"copy of the world {world.name!r}"
     meta, arrays = frozen.freeze(world)
@@ -62,8 +58,7 @@ def copy(
 
 
 def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
-    """Return a copy with another seed: the same organisms, with other random numbers
-    from the next tick on; arguments as of `copy`."""
+    """Return a copy with another seed; arguments and errors as of `ecs_eco.World.fork`."""
     seed = seed_number(seed)
     made = copy(world, **how)
     reseed(made, seed)

@@ -80,7 +80,9 @@ class Details:
 
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
         self.most, self.sink = most, sink
-        self.species = [name for name in world.listed() if world.tables[name].species.nerves is not None]
+        self.species = [
+            name for name in world.species_names() if world.tables[name].species.nerves is not None
+        ]
         self.focal = {
             name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species
         }

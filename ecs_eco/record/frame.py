@@ -26,29 +26,83 @@ ENDS = 4  # rows shown of the beginning and of the end
 
 
 class SeriesTable:
-    """A pyarrow.Table, `arrow`, with all its methods, and ways out of it.
+    """A pyarrow.Table of series, with methods for pandas and polars.
 
-    What pyarrow's own functions take, as those that write a file, is `series.arrow`; polars, pandas and
-    DuckDB take the series as it is.
+    All methods of pyarrow.Table work on it. Functions of pyarrow, such as those that write files, take
+    `series.arrow`; polars, pandas and DuckDB take the series itself.
+
+    Attributes
+    ----------
+    arrow : pyarrow.Table
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> series = World.from_config("predator-prey", seed=1).run(3).series()
+    >>> series.num_rows
+    9
     """
 
     def __init__(self, arrow: Any) -> None:
         self.arrow = arrow
 
     def to_pandas(self, **options: Any) -> Any:
-        """Return a pandas.DataFrame; `options` are those of pyarrow. ModuleNotFoundError without pandas."""
+        """Return a pandas.DataFrame.
+
+        Parameters
+        ----------
+        **options
+            Passed to `pyarrow.Table.to_pandas`.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+        """
         _needed("pandas")
         return self.arrow.to_pandas(**options)
 
     def to_polars(self) -> Any:
-        """Return a polars.DataFrame. ModuleNotFoundError without polars."""
+        """Return a polars.DataFrame.
+
+        Returns
+        -------
+        polars.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If polars is not installed.
+        """
         return _needed("polars").from_arrow(self.arrow)
 
     def wide(self, *columns: str) -> SeriesTable:
-        """Return a row per tick and a column per species: of "n", or of the columns named.
+        """Return a table with one row per tick and one column per species.
 
-        With several columns their names stand before the species: "n deer". What is missing is NaN. Raises
-        KeyError for an unknown column.
+        Parameters
+        ----------
+        *columns : str
+            Columns of the series; default: "n". With several, their names precede the species: "n deer".
+
+        Returns
+        -------
+        SeriesTable
+            Missing values are NaN.
+
+        Raises
+        ------
+        KeyError
+            For an unknown column.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey", seed=1).run(3).series().wide().column_names
+        ['tick', 'grass', 'deer', 'wolf']
         """
         import pyarrow as pa
 

@@ -213,7 +213,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
         world.matter.turn(stocks(world, world.matter))
     if world.recorder is not None and "recorder" in meta:
         _load_part(InOrderOf(world, meta["recorder"], list(meta["tables"])), "recorder", arrays, where)
-    world.forget_neighbours()
+    world._forget_neighbours()
     load_plain(world, meta["plain"], arrays, where, code)
 
 

@@ -185,8 +185,34 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
-    """Return all parts of a folder as one table, columns that a part lacks filled with null; without any
-    column where there are no parts."""
+    """Return all parts of a folder of a run as one table.
+
+    Parameters
+    ----------
+    folder : Path
+        Such as `my-run/births`.
+    columns : sequence of str, optional
+        Columns to read; default: all.
+
+    Returns
+    -------
+    pyarrow.Table
+        Without columns if there are no parts; a column that a part lacks is null there.
+
+    Raises
+    ------
+    RecordingError
+        If a part is damaged or missing.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from ecs_eco.record.parquet import read_parts
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
+    >>> read_parts(Path("my-run/births"), ["tick", "species", "uid"]).num_columns
+    3
+    """
     run, needed = folder.parent, seal.has_seals(folder.parent)
     parts = belonging.parts(run, folder.name, seal.read_manifest(run)) if needed else belonging.listed(folder)
     tables = [read_part(p, columns, needed) for p in parts] or [pa.table({})]

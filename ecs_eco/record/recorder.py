@@ -34,15 +34,37 @@ MOST_SPECIES = 128  # their numbers are written as i8
 
 
 class Recorder(System):
-    """Counts and adds up, at the end of every tick, what happened to each species.
+    """Records what happens to each species in every tick.
 
-    The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of
-    float64. `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots";
-    without one the series stay in memory, and so do single events with `keep_events`: see `events`. Organisms
-    that live when the recording begins are births too, of parent 0 and at the tick of their birth. `record`
-    adds details of single organisms, "focal=N" or "full": see `ecs_eco.record.details`. What the world's
-    reporters say has columns of its own: see `ecs_eco.record.reports`. Single events have the fields that the
-    world's key `record` lists: see `ecs_eco.record.fields`.
+    Parameters
+    ----------
+    world : World
+    sink : callable, optional
+        `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; default:
+        series stay in memory.
+    block : int, default 1000
+        Ticks of a block.
+    snapshot_every : int, default 0
+        Ticks from one snapshot of all organisms to the next; 0: none.
+    keep_events : bool, default False
+        Whether to keep births and deaths in memory, for `events`.
+    record : str, optional
+        Details of single organisms for the sink: "focal=N" or "full" (`ecs_eco.record.details`).
+
+    Notes
+    -----
+    The energy ledger closes: stock after = stock before + endowed + taken in − burned − given − lost, in sums
+    of float64. Organisms that live when the recording begins are recorded as births at the tick of their birth,
+    with parent 0.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.record import Recorder
+    >>> world = World.from_config("predator-prey", seed=1, record=False)
+    >>> recorder = Recorder(world)
+    >>> world.run(3).series().num_rows
+    9
     """
 
     phase = "record"
@@ -69,7 +91,7 @@ class Recorder(System):
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names = world.listed()
+        self.names = world.species_names()
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
@@ -251,7 +273,12 @@ class Recorder(System):
                 self._events["snapshots"].append((*self._where(table, s, rows), *more))
 
     def flush(self) -> None:
-        """Pass on what has been recorded since the last time, of all ticks that are over."""
+        """Pass on what was recorded of all complete ticks to the sink, or into memory.
+
+        Returns
+        -------
+        None
+        """
         self.world.bands.collect(self)
         if self._at:
             block = self._columns(self._at)
@@ -319,10 +346,32 @@ class Recorder(System):
         self._blocks = [series] if series else []
 
     def events(self, kind: str) -> dict[str, np.ndarray]:
-        """Return the "births" or "deaths" kept in memory, a row each in the order in which they happened.
+        """Return births or deaths that were kept in memory, in the order in which they happened.
 
-        `species` and `cause` hold indices into `names` and, from 1,
-        `world.causes`; a recorded field is 0 where a species lacks it. RuntimeError without `keep_events`.
+        Parameters
+        ----------
+        kind : {"births", "deaths"}
+
+        Returns
+        -------
+        dict of str to array
+            A row per event. `species` is an index into `names`, `cause` from 1 on an index into
+            `world.causes`; a recorded field is 0 where a species lacks it.
+
+        Raises
+        ------
+        RuntimeError
+            If the recorder was made without `keep_events=True`.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.record import Recorder
+        >>> world = World.from_config("predator-prey", seed=1, record=False)
+        >>> recorder = Recorder(world, keep_events=True)
+        >>> deaths = world.run(5).recorder.events("deaths")
+        >>> len(deaths["uid"]) > 0
+        True
         """
         if self.sink is not None or not self.keeps:
             raise RuntimeError(
@@ -347,24 +396,58 @@ class Recorder(System):
         }
 
     def series(self) -> Any:
-        """Return all ticks that are still in memory as a pyarrow.Table."""
+        """Return all ticks that are in memory.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per tick and species.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1).run(3)
+        >>> world.recorder.series().num_rows
+        9
+        """
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         return as_table(blocks or [self._columns(0)], {"species": self.names})
 
     def matter_series(self) -> Any:
-        """Return the ledger of matter of all ticks still in memory as a pyarrow.Table: a row per tick, holder
-        and substance, columns as in `ecs_eco.record.matter.LEDGER` [mol]. RuntimeError where no body has
-        substances."""
+        """Return the ledger of matter of all ticks in memory.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
+
+        Raises
+        ------
+        RuntimeError
+            If no body has substances.
+        """
         if self.matter is None:
             raise RuntimeError("this world keeps no books of matter: no body in it has substances")
         return self.matter.series()
 
     def learning_series(self) -> Any:
-        """Return the updates of policies that are still in memory as a pyarrow.Table."""
+        """Return the updates of policies in memory.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per update.
+        """
         return self.learning.series("learning")
 
     def action_series(self) -> Any:
-        """Return how many did each action, of how many that decided, still in memory, as a pyarrow.Table."""
+        """Return how often each action was taken.
+
+        Returns
+        -------
+        pyarrow.Table
+            A row per block of ticks, species and action, with the number of decisions.
+        """
         return self.learning.series("actions")
 
     def words(self, kind: str) -> dict[str, list[str]]:

@@ -31,12 +31,13 @@ Step = tuple[
 
 
 class Parallel(Shown, ParallelEnv):
-    """All members of a species, each an agent under its uid.
+    """All members of a species as a PettingZoo ParallelEnv, each an agent under its uid.
 
-    A newborn is in all five dicts of the step in which it first senses, with a reward of 0, unless that step
-    ends the episode: it could not act any more. The dead have a last entry: what they sensed last, their last
-    reward, `terminated`, and the cause of death in `info`; they never return. After `max_cycles` ticks all
-    are truncated, and where the species is extinct `agents` is empty.
+    Notes
+    -----
+    A newborn appears in all five dicts of the step in which it first senses, with a reward of 0. An agent that
+    died has a last entry: its last reading and reward, `terminated`, and the cause of death in `info`. After
+    `max_cycles` ticks all agents are truncated; `agents` is empty once the species is extinct.
     """
 
     def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
@@ -68,14 +69,29 @@ class Parallel(Shown, ParallelEnv):
         self.arena.cycles = whole_number("max_cycles", cycles, 1)
 
     def observation_space(self, agent: Agent) -> Any:
-        """Return the box of what an agent senses, a number for each of `channels`: one for all."""
+        """Return the Box of what an agent senses, a number for each of `channels`.
+
+        Parameters
+        ----------
+        agent : int or str
+
+        Returns
+        -------
+        gymnasium.spaces.Box
+        """
         return self.arena.observation_space
 
     def action_space(self, agent: Agent) -> Any:
         """Return the space of what an agent chooses, a number for each of `options`.
 
-        Each agent has one of its own, so that each can be seeded; until then its seed follows from that of
-        the episode.
+        Parameters
+        ----------
+        agent : int or str
+
+        Returns
+        -------
+        gymnasium.spaces.Space
+            Each agent has its own, which you can seed; by default its seed follows from the episode's.
         """
         if agent not in self._actions:
             space = self._actions[agent] = deepcopy(self.arena.action_space)
@@ -84,7 +100,19 @@ class Parallel(Shown, ParallelEnv):
         return self._actions[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Begin an episode in a new world; return observations and infos by agent."""
+        """Start an episode in a new world.
+
+        Parameters
+        ----------
+        seed : int, optional
+        options : dict, optional
+            Ignored.
+
+        Returns
+        -------
+        observations : dict of agent to array of float32, shape (channels,)
+        infos : dict of agent to dict
+        """
         sensed = self.arena.begin(seed)
         self._named, self._actions = {}, {}
         x, late = self._see(sensed, {})
@@ -103,7 +131,22 @@ class Parallel(Shown, ParallelEnv):
         return dict(zip(self.agents, x, strict=True)), self._infos(())
 
     def step(self, actions: dict[Agent, Any]) -> Step:
-        """Let a tick pass; raises ConfigError for missing actions, and for those of the dead or of others."""
+        """Advance the world by one tick.
+
+        Parameters
+        ----------
+        actions : dict of agent to action
+            One for each of `agents`.
+
+        Returns
+        -------
+        observations, rewards, terminations, truncations, infos : dict by agent
+
+        Raises
+        ------
+        ConfigError
+            If an action is missing, invalid, or of an agent that is not alive.
+        """
         if not self.agents:
             return {}, {}, {}, {}, {}
         chosen = self._chosen(actions)
@@ -128,11 +171,21 @@ class Parallel(Shown, ParallelEnv):
         return out
 
     def state(self) -> np.ndarray:
-        """Return how many of each species are in each cell of a grid: f32[species, 16, 16]."""
+        """Return the number of organisms of each species in each cell of a grid.
+
+        Returns
+        -------
+        array of float32, shape (species, 16, 16)
+        """
         return self.arena.state()
 
     def close(self) -> None:
-        """Leave the world."""
+        """Release the world.
+
+        Returns
+        -------
+        None
+        """
         self.arena.close()
         self.agents = []
 
@@ -209,12 +262,40 @@ def parallel_env(
     render_mode: str | None = None,
     **build: Any,
 ) -> Parallel:
-    """Return a species of a world as a ParallelEnv of PettingZoo.
+    """Return a species as a PettingZoo ParallelEnv, in which each member is an agent.
 
-    `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or
-    a living World, of which each episode begins with a copy. Agents are uids. With a `pool`, as libraries
-    need that ask for `possible_agents`, they are that many names, given in the order of birth; an episode is
-    truncated where they are used up. `max_cycles`: ticks of an episode; absent: those of the world. Raises
-    ConfigError.
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    pool : int, optional
+        Number of names of agents, for libraries that need `possible_agents`: they are given in the order of
+        birth, and the episode is truncated when they are used up. Default: agents are uids.
+    max_cycles : int, optional
+        Ticks of an episode; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    **build
+        Other arguments of `World.from_config`, such as `policies` and `threads`.
+
+    Returns
+    -------
+    Parallel
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import parallel_env
+    >>> env = parallel_env("predator-prey", "wolf", max_cycles=50)
+    >>> observations, infos = env.reset(seed=1)
+    >>> actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    >>> rewards = env.step(actions)[1]
+    >>> len(rewards) >= 250
+    True
+    >>> env.close()
     """
     return Parallel(Arena(world, species, max_cycles, False, render_mode, build), pool, render_mode)

@@ -76,5 +76,16 @@ class SlotsVecEnv(VecEnv):
 
 
 def vec_env(envs: Slots) -> SlotsVecEnv:
-    """Return slots as a VecEnv, for `stable_baselines3.PPO("MlpPolicy", vec_env(slots(…)))`."""
+    """Return slots as a VecEnv of Stable-Baselines3.
+
+    Parameters
+    ----------
+    envs : Slots
+        As `slots` returns it; take fewer slots than there are organisms, because a VecEnv has no empty ones.
+
+    Returns
+    -------
+    SlotsVecEnv
+        For `stable_baselines3.PPO("MlpPolicy", vec_env(slots(…)))`.
+    """
     return SlotsVecEnv(envs)

@@ -18,10 +18,10 @@ except ModuleNotFoundError as error:
 
 
 class Body(Shown, Env):
-    """The life of one organism, from wherever it is to its death, which is termination.
+    """One organism as a Gymnasium Env, from now to its death, which is termination.
 
-    `reset` with a seed begins a new world; without one the next life is that of another member of the same
-    world, until this is `max_cycles` ticks old, or the species extinct. Which one is drawn by chance.
+    `reset` with a seed starts a new world. Without one, the next episode is the life of another member of the
+    same world, drawn at random, until the world is `max_cycles` ticks old or the species is extinct.
     """
 
     def __init__(self, arena: Arena, render_mode: str | None = None, flat: bool = False) -> None:
@@ -33,7 +33,21 @@ class Body(Shown, Env):
         self._sensed: Sensed | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Return what an organism senses, f32[channels], and its uid in the info."""
+        """Start the life of an organism.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Starts a new world.
+        options : dict, optional
+            Ignored.
+
+        Returns
+        -------
+        observation : array of float32, shape (channels,)
+        info : dict
+            "uid" of the organism.
+        """
         super().reset(seed=seed)
         sensed = self._sensed
         if seed is not None or sensed is None or self.arena.late or not len(sensed.uid):
@@ -45,7 +59,29 @@ class Body(Shown, Env):
         return sensed.x[at].copy(), {"uid": self.uid}
 
     def step(self, action: Any) -> Any:
-        """Let a tick pass."""
+        """Advance the world by one tick.
+
+        Parameters
+        ----------
+        action : array or dict
+            As `action_space` says.
+
+        Returns
+        -------
+        observation : array of float32, shape (channels,)
+        reward : float
+            Change of happiness.
+        terminated : bool
+            Whether the organism died; info then has the "cause".
+        truncated : bool
+            Whether the episode reached its greatest length.
+        info : dict
+
+        Raises
+        ------
+        RuntimeError
+            If no organism is alive: call `reset` first.
+        """
         if not self.uid:
             raise RuntimeError("the organism is dead, or none has been chosen: reset() first")
         space = self.arena.action_space
@@ -75,10 +111,36 @@ def body(
     flat: bool = False,
     **build: Any,
 ) -> Body:
-    """Return one organism of a species as an Env of Gymnasium, as `gymnasium.make("ecs_eco/Deer-v0")` does.
+    """Return one organism of a species as a Gymnasium Env, as `gymnasium.make("ecs_eco/Deer-v0")` does.
 
-    `world` is what World.from_config takes, `build` its other arguments; or a living World, of which each
-    episode begins with a copy. `max_cycles`: ticks of a world; absent: those of the world file. `flat`: where
-    options and numbers are chosen, the action is a Box (`ecs_eco.rl.spaces.flattened`), not a Dict.
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    max_cycles : int, optional
+        Ticks of a world; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    flat : bool, default False
+        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+    **build
+        Other arguments of `World.from_config`.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import body
+    >>> env = body("predator-prey", "deer", max_cycles=50)
+    >>> observation, info = env.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    >>> env.close()
     """
     return Body(Arena(world, species, max_cycles, True, render_mode, build), render_mode, flat)

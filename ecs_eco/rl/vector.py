@@ -24,13 +24,15 @@ Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class Slots(Shown, VectorEnv):
-    """n bodies of a species, each in a slot until it dies.
+    """Members of a species as a Gymnasium VectorEnv: each of n slots has a living organism until it dies.
 
-    Death is termination: the slot's `final_obs` in the infos is what the dead sensed last, its reward the
-    last one. In the same step a free slot takes a living member that has none, drawn at random; as long as
-    there is none it is empty, senses zeros, and `mask` in the infos is False. Those without a slot
-    decide by the species' own policy, by chance where it has none. After `max_cycles` ticks all are
-    truncated, and where the species is extinct a new world begins, in the same step.
+    Notes
+    -----
+    Death is termination: `final_obs` in the infos has the last reading. In the same step a free slot takes a
+    living member without a slot, drawn at random. While there is none, the slot is empty, reads zeros, and
+    `mask` in the infos is False. Members without a slot decide by the species' own policy, at random if it has
+    none. After `max_cycles` ticks all slots are truncated; if the species is extinct, a new world starts in the
+    same step.
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
@@ -53,16 +55,40 @@ class Slots(Shown, VectorEnv):
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:
-        """Begin in a new world; return observations f32[n, channels] and infos.
+        """Start in a new world.
 
-        A list of seeds, as other vectors take one, counts by its first.
+        Parameters
+        ----------
+        seed : int or sequence of int, optional
+            Of a sequence, the first counts.
+        options : dict, optional
+            Ignored.
+
+        Returns
+        -------
+        observations : array of float32, shape (n, channels)
+        infos : dict
+            "mask" and "uid" of the slots.
         """
         seed = seed[0] if isinstance(seed, list | tuple | np.ndarray) else seed
         super().reset(seed=seed)
         return self._anew(seed), self._infos()
 
     def step(self, actions: Any) -> Step:
-        """Let a tick pass with actions [n, groups], of which those of empty slots are ignored."""
+        """Advance the world by one tick.
+
+        Parameters
+        ----------
+        actions : array, shape (n, groups)
+            Actions of empty slots are ignored.
+
+        Returns
+        -------
+        observations : array of float32, shape (n, channels)
+        rewards : array of float64, shape (n,)
+        terminations, truncations : array of bool, shape (n,)
+        infos : dict
+        """
         n, filled = self.num_envs, self.mask
         chosen = spaces.matrix(self.arena.action_space, actions, n)
         sensed = self.arena.step(chosen[filled], self.uid[filled])
@@ -146,13 +172,41 @@ def slots(
     flat: bool = False,
     **build: Any,
 ) -> Slots:
-    """Return n bodies of a species as a VectorEnv of Gymnasium.
+    """Return n organisms of a species as a Gymnasium VectorEnv.
 
-    `world` is what World.from_config takes, `build` its other arguments (policies, training, threads …); or
-    a living World, of which each episode begins with a copy. `max_cycles`: ticks of an episode; absent: those
-    of the world. `flat`: where options and numbers are chosen, actions are a Box
-    (`ecs_eco.rl.spaces.flattened`), not a Dict. `num_envs` and `max_episode_steps` are what
-    `gymnasium.make_vec` calls n and max_cycles. Raises ConfigError.
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    n, num_envs : int
+        Number of slots; give one of them. `gymnasium.make_vec` calls it `num_envs`.
+    max_cycles, max_episode_steps : int, optional
+        Ticks of an episode; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    flat : bool, default False
+        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+    **build
+        Other arguments of `World.from_config`, such as `policies` and `threads`.
+
+    Returns
+    -------
+    Slots
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import slots
+    >>> envs = slots("predator-prey", "deer", 16, max_cycles=50)
+    >>> observations, infos = envs.reset(seed=1)
+    >>> observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
+    >>> rewards.shape
+    (16,)
+    >>> envs.close()
     """
     n = num_envs if n is None else n
     if n is None:

@@ -19,11 +19,29 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 
 
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
-    """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
+    """Return the world file of a recorded run as a dict, with the interventions that were carried out.
 
-    Interventions of the world file that were still to come are kept, since the digest covers them, and
-    `ticks` reaches beyond the first of each. Run for as many ticks as were done, with the manifest's seed,
-    policies, learn and controls, it ends with the manifest's digest.
+    Run with the manifest's seed, policies, learn and controls for as many ticks as were done, it ends with the
+    manifest's digest.
+
+    Parameters
+    ----------
+    manifest : dict
+        As `read_manifest` returns it.
+
+    Returns
+    -------
+    dict
+        For `World.from_config`. Interventions of the world file that were still to come are included, because
+        the digest covers them.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.repeat import repeatable
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=2, out="my-run", report=False)
+    >>> repeatable(manifest)["name"]
+    'predator-prey'
     """
     done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
     interventions = done + _to_come(manifest)
@@ -51,11 +69,39 @@ def repeat(
     threads: int = 1,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
+    """Run a recorded run again up to the end of its recording, and compare the digests.
 
-    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may
-    differ. `trust` allows the code that its folder keeps to run in this process.
-    Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
+    Parameters
+    ----------
+    path : str or Path
+        Folder of the run.
+    out : str or Path, optional
+        Folder for the repetition; default: it is not recorded.
+    progress : callable, optional
+        `progress(done, ticks)`, called about ten times a second.
+    threads : int, default 1
+        May differ from before.
+    trust : bool, default False
+        Whether the code in the folder may run in this process.
+
+    Returns
+    -------
+    dict
+        world, ticks, interventions, digest, recorded (the digest of the record), same (bool), and why they may
+        differ.
+
+    Raises
+    ------
+    RecordingError
+        For a folder without a run, a fork, an island, or a run that was killed before its end.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.repeat import repeat
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=2, out="my-run", report=False)
+    >>> repeat("my-run")["same"]
+    True
     """
 
     manifest = read_manifest(Path(path))

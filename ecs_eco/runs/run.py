@@ -70,20 +70,67 @@ def run_to_folder(
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a world, with these treatments of `ecs_eco.life.treatments`, and leave a folder;
-    return its manifest.
+    """Run a world into a new folder, and return the manifest of the run.
 
-    `trust` allows the code that the world lists in `code` to run in this process;
-    the folder keeps a copy of its files.
+    Parameters
+    ----------
+    config : str, Path, Mapping or WorldConfig
+        The world, as for `World.from_config`.
+    seed : int, optional
+        Fixes every random draw; default: `seed` of the world file.
+    ticks : int, optional
+        Length of the run; default: `ticks` of the world file.
+    out : str or Path, default "run"
+        The folder, which must be new or empty.
+    policies : str, Path or Mapping, default "trained"
+        As for `World.from_config`.
+    learn : bool, optional
+        Whether species learn; default: as the world file says.
+    progress : callable, optional
+        `progress(done, ticks)`, called about ten times a second.
+    threads : int, default 1
+        Threads of kernels. They affect speed, never results.
+    snapshot_every : int, optional
+        Ticks from one snapshot of all organisms to the next; default: chosen by the number of organisms.
+    report : bool, default True
+        Whether to write report.html at the end.
+    command : str, optional
+        Command line to note in the manifest.
+    controls : sequence of str
+        Treatments that remove something, as for `World.from_config`.
+    checkpoint_every : int, optional
+        Ticks from one checkpoint to the next; default: only at tick 0 and at the end.
+    keep : int, default 3
+        How many of the last checkpoints to keep.
+    record : str, optional
+        Details of single organisms: "focal=N" for N of each species, or "full".
+    prepare : callable, optional
+        Called with the world before the first tick.
+    trust : bool, default False
+        Whether the code that the file lists in `code` may run in this process. The folder keeps a copy of it.
 
-    `record` asks for details of single organisms: "focal=N" of each species, or "full" (see
-    `ecs_eco.record.details`).
+    Returns
+    -------
+    dict
+        The manifest, which manifest.json also contains.
 
-    A checkpoint is written at tick 0, every `checkpoint_every` ticks if set, and at the end; the last `keep`
-    are kept. Ctrl-C and SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one
-    stops at once. `prepare(world)` is called before the first tick, for a viewer, say. Raises FileExistsError
-    if `out` is not empty, FolderInUse if another process writes there, RecordingError if nothing can be
-    written any more.
+    Raises
+    ------
+    Stopped
+        A KeyboardInterrupt: after Ctrl-C or SIGTERM, at the end of the tick and with a checkpoint.
+    FileExistsError
+        If `out` is not empty.
+    FolderInUse
+        If another process writes there.
+    RecordingError
+        If nothing can be written any more.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
+    >>> manifest["done"]
+    5
     """
 
     start = time.perf_counter()
@@ -116,15 +163,52 @@ def resume(
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Resume the run in a folder, from its last intact checkpoint to tick `until`; return its manifest.
+    """Resume the run in a folder from its last intact checkpoint, and return its manifest.
 
-    `prepare(world)` is called before the first tick that follows. `trust` allows the code in its folder
-    `code` to run in this process, as it is now.
+    Everything after that checkpoint is recorded again, with the same result.
 
-    Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a
-    folder without a run, or whose run is past `until` or was begun in the other mode (`compiled.portable`);
-    FolderInUse if another process writes there; ForeignFile if a checkpoint or a part belongs to another run;
-    CheckpointError.
+    Parameters
+    ----------
+    path : str or Path
+        Folder of the run.
+    until : int, optional
+        Last tick; default: the planned end of the run.
+    progress : callable, optional
+        `progress(done, ticks)`, called about ten times a second.
+    threads : int, default 1
+        May differ from before.
+    report : bool, default True
+        Whether to write report.html at the end.
+    complain : callable, default print
+        Called with a message for each damaged checkpoint.
+    prepare : callable, optional
+        Called with the world before its next tick.
+    trust : bool, default False
+        Whether the code in the folder may run in this process.
+
+    Returns
+    -------
+    dict
+        The manifest.
+
+    Raises
+    ------
+    RecordingError
+        For a folder without a run, or with a run that is past `until` or was recorded in the other numerical
+        mode.
+    FolderInUse
+        If another process writes there.
+    ForeignFile
+        If a checkpoint or a part belongs to another run.
+    CheckpointError
+        If no checkpoint is intact.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.run import resume, run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=3, out="my-run", report=False)
+    >>> resume("my-run", until=5, report=False)["done"]
+    5
     """
     start, path = time.perf_counter(), Path(path)
     called_with("progress", progress, "done", "ticks")
@@ -179,13 +263,41 @@ def fork(
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Continue from a tick of a recorded run in a new folder, with changed values; return the new manifest.
+    """Continue a recorded run from one of its ticks in a new folder, with changed values.
 
-    `prepare(world)` is called before the first tick of the fork; `trust` is as in `resume`.
+    The world runs exactly as it did up to that tick; then the changes take effect. Interventions that were
+    requested by hand in that tick or later are not carried out.
 
-    The world is restored from the last checkpoint at or before `from_tick` (None: the last one) and runs
-    exactly as it did up to that tick; then `changes` ("key=value", or a dict) take effect. Interventions
-    requested by hand in that tick or later are not carried out. The recording begins there.
+    Parameters
+    ----------
+    path : str or Path
+        Folder of the run, which stays as it is.
+    out : str or Path
+        New folder.
+    from_tick : int, optional
+        Default: the last checkpoint.
+    changes : Mapping or sequence of str
+        Dotted keys with values, or texts such as "species.deer.metabolism.basal=0.005".
+    until : int, optional
+        Last tick; default: the planned end of the run.
+    progress, threads, report, complain, prepare, trust
+        As for `resume`.
+    command : str, optional
+        Command line to note in the manifest.
+
+    Returns
+    -------
+    dict
+        The manifest of the fork.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.run import fork, run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=3, out="my-run", report=False)
+    >>> changes = {"species.deer.metabolism.basal": 0.008}
+    >>> hungry = fork("my-run", "hungry", changes=changes, until=5, report=False)
+    >>> hungry["forked"]["tick"], hungry["done"]
+    (3, 5)
     """
     start, path = time.perf_counter(), Path(path)
     called_with("progress", progress, "done", "ticks")
@@ -250,7 +362,30 @@ def world_at(
 
 
 def read_manifest(path: Path) -> dict[str, Any]:
-    """Return the manifest of a run folder; raises RecordingError that says what is wrong with it."""
+    """Return the manifest of a run folder.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict
+        World, seed, ticks done, versions, digest and more.
+
+    Raises
+    ------
+    RecordingError
+        If there is no run, or its manifest is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from ecs_eco.runs.run import read_manifest, run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=2, out="my-run", report=False)
+    >>> read_manifest(Path("my-run"))["seed"]
+    1
+    """
     try:
         manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:

@@ -70,7 +70,7 @@ def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
             [(world.index(table), table[Body].radius) for table in map(world.tables.__getitem__, names)],
         )
 
-    return world.merged(tuple(names), build)
+    return world._merged(tuple(names), build)
 
 
 def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
@@ -84,7 +84,7 @@ def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
             world.space, [(form_of(table, r), r, table.uid[r]) for table, r in zip(tables, rows, strict=True)]
         )
 
-    return world.merged(tuple(names), build, "solids")
+    return world._merged(tuple(names), build, "solids")
 
 
 def form_of(table: "Table", rows: np.ndarray) -> np.ndarray:

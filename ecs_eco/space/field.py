@@ -15,8 +15,38 @@ NOBODY = NOWHERE, NOWHERE, NOWHERE, np.float32(0)  # emits nothing
 
 
 class Field:
-    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell]; diffusion [m^2/s] and decay [1/s] follow
-    Fick's second law."""
+    """A quantity with one value per cell of a lattice, which diffuses and decays.
+
+    Parameters
+    ----------
+    space : Space
+    cell : float
+        Side of the cells [m].
+    diffusion : float, default 0.0
+        Diffusion coefficient [m²/s].
+    decay : float, default 0.0
+        Share lost per second [1/s].
+
+    Attributes
+    ----------
+    value : array of float32, shape (nz, ny, nx)
+        Amount per cell; of a substance, float64 concentrations [mol/L].
+
+    Notes
+    -----
+    Fick's second law with decay: dc/dt = D ∇²c − decay c + source.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.space import Field, Space
+    >>> scent = Field(Space((10.0, 10.0)), cell=1.0, diffusion=0.1)
+    >>> place = np.array([5.5], np.float32)
+    >>> scent.emit(place, place, np.zeros(1, np.float32), np.float32(2.0))
+    >>> scent.pass_time(1.0)
+    >>> round(float(scent.value.sum()), 3)
+    2.0
+    """
 
     def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
         self.space = space
@@ -37,8 +67,14 @@ class Field:
         )
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
-        """Add `amount`, f32[n] or one number for all, to the cells of places (x, y, z) f32[n] [m], in the
-        given order, during the next `pass_time`."""
+        """Add amounts to the cells of given places, with the next `pass_time`.
+
+        Parameters
+        ----------
+        x, y, z : array of float32, shape (n,)
+            Coordinates [m].
+        amount : float32 or array of float32, shape (n,)
+        """
         _deposit(self.source, x, y, z, amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
@@ -51,11 +87,25 @@ class Field:
         self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
 
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Add amounts f64[n] [mol] of its substance to the cells of places f32[n] [m], at once."""
+        """Add amounts of the field's substance to the cells of given places, at once.
+
+        Parameters
+        ----------
+        x, y, z : array of float32, shape (n,)
+            Coordinates [m].
+        amount : array of float64, shape (n,)
+            [mol]
+        """
         _deposit(self.value, x, y, z, amount / self.litres, self.inverse)
 
     def held(self) -> float:
-        """Return the amount of its substance in the field [mol]."""
+        """Return the amount of the field's substance in it.
+
+        Returns
+        -------
+        float
+            [mol]
+        """
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
@@ -100,7 +150,15 @@ class Field:
         return steps, (a[0], a[1], a[2]), kind(left), kind(arrives)
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
-        """Write the field at places f32[n] [m] to `out` f32[n], linear between the centers of cells."""
+        """Write the field at given places, interpolated linearly between the centers of cells.
+
+        Parameters
+        ----------
+        x, y, z : array of float32, shape (n,)
+            Coordinates [m].
+        out : array of float32, shape (n,)
+            Receives the values.
+        """
         sample(self.value, x, y, z, self.inverse, self.space.torus, out)
 
 

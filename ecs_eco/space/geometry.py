@@ -12,11 +12,26 @@ BLOCK = 128  # places whose cells are computed at once
 
 
 class Space:
-    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls"); a volume has walls
-    at the bottom and top.
+    """A plane or a volume with edges that wrap around or stop; a volume has walls below and above.
 
-    `cell` [m] is the desired side of a cell of the neighbor index. Actual cells are slightly larger, so that
-    a whole number of them fits.
+    Parameters
+    ----------
+    size : sequence of float
+        Extent along each axis [m], two or three numbers.
+    edges : {"torus", "walls"}
+    cell : float, optional
+        Desired side of the cells of the neighbor index [m]; cells are a little larger, so that whole ones fit.
+
+    Raises
+    ------
+    ValueError
+        For another size, or other edges.
+
+    Examples
+    --------
+    >>> from ecs_eco.space import Space
+    >>> Space((20.0, 10.0, 5.0), edges="walls").volume
+    True
     """
 
     def __init__(self, size: Sequence[float], edges: str = "torus", cell: float | None = None) -> None:
@@ -67,7 +82,28 @@ def wrapped(d, length):
 
 
 def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
-    """Return coordinates f32[n] brought into [0, length): around a torus, or to the wall."""
+    """Return coordinates brought back into the space: around a torus, or to the wall.
+
+    Parameters
+    ----------
+    v : array of float32, shape (n,)
+        Coordinates along one axis [m].
+    length : float
+        Extent of the axis [m].
+    torus : bool
+
+    Returns
+    -------
+    array of float32, shape (n,)
+        In [0, length).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.space.geometry import back_into
+    >>> back_into(np.array([-1.0, 3.0], np.float32), 10.0, torus=True).tolist()
+    [9.0, 3.0]
+    """
     near = np.nextafter(np.float32(length), np.float32(0.0))
     return np.minimum(v % length, near) if torus else v.clip(0, near)
 

@@ -20,11 +20,21 @@ NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 
 
 class Index:
-    """The living sorted by position.
+    """The living members of a table sorted by cell, for neighbor queries.
 
-    Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1]. The
-    order of entries follows from positions and uids only: it is the canonical order of all sums and ties.
-    `flat` is whether z is 0 everywhere.
+    Attributes
+    ----------
+    n : int
+    rows : array of int64, shape (n,)
+    x, y, z : array of float32, shape (n,)
+        Coordinates [m].
+    start : array of int64, shape (cells + 1,)
+        Cell c contains the entries start[c] to start[c + 1].
+
+    Notes
+    -----
+    The order of entries follows from places and uids alone. It is the canonical order of all sums and ties, so
+    that results do not depend on the order of rows.
     """
 
     def __init__(self, space: Space) -> None:

@@ -16,7 +16,17 @@ from ecs_eco.space.index import Index
 
 
 class Pairs(NamedTuple):
-    """Pairs of neighbors, as arrays [k]; `rows, others, distance = pairs`."""
+    """Pairs of neighbors, as arrays: `rows, others, distance = pairs`.
+
+    Attributes
+    ----------
+    rows : array of int64, shape (k,)
+        Rows of the first table, or numbers of places.
+    others : array of int64, shape (k,)
+        Rows of the other table.
+    distance : array of float32, shape (k,)
+        From center to center, the shorter way around on a torus [m].
+    """
 
     rows: np.ndarray  # i64, rows of the first table, or numbers of the places
     others: np.ndarray  # i64, rows of the other table

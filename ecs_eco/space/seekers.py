@@ -19,11 +19,33 @@ if TYPE_CHECKING:
 
 
 class Seekers:
-    """The living of a table in canonical order, which does not depend on rows: `n` of them, their `rows`
-    i64[n], neighbor `index` (uids and positions), `heading` [rad], its `cos` and `sin`, and `radius` [m],
-    f32[n].
+    """The living members of a table in an order that does not depend on rows.
 
-    Sensors receive one, and systems create one in `update`. Never hold one across ticks: rows change.
+    Sensors receive one, and systems make one in `update`. Never hold one across ticks.
+
+    Parameters
+    ----------
+    world : World
+    table : Table
+
+    Attributes
+    ----------
+    n : int
+    rows : array of int64, shape (n,)
+    index : Index
+        With uids and places.
+    heading, cos, sin : array of float32, shape (n,)
+        Heading [rad], counter-clockwise from the x axis, with its cosine and sine.
+    radius : array of float32, shape (n,)
+        [m]
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.space import Seekers
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> Seekers(world, world.table("deer")).n
+    700
     """
 
     def __init__(self, world: SpatialWorld, table: Table) -> None:
@@ -43,11 +65,37 @@ class Seekers:
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the row of the nearest member of another table that is closer than `radius` [m] to each,
-        i64[n], −1 if there is none; and its distance f32[n] [m], infinite if there is none.
+        """Return the nearest member of another table for each organism.
 
-        Distances are from center to center, the shorter way around a torus. `other` may be the same table: no
-        organism is its own neighbor. Raises KeyError for an unknown table, ValueError for an invalid radius.
+        Parameters
+        ----------
+        other : Table or str
+            May be the same table: an organism is never its own neighbor.
+        radius : float
+            Search distance, from center to center [m].
+
+        Returns
+        -------
+        rows : array of int64, shape (n,)
+            Rows of the other table; −1 where none is in reach.
+        distances : array of float32, shape (n,)
+            [m]; infinite where none is in reach.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table.
+        ValueError
+            For an invalid radius.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.space import Seekers
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> rows, distances = Seekers(world, world.table("deer")).nearest("wolf", 5.0)
+        >>> rows.shape, distances.dtype
+        ((700,), dtype('float32'))
         """
         targets = self.world.index(self.world.table(other) if isinstance(other, str) else other)
         entry, distance2 = np.empty(self.n, np.int32), np.empty(self.n, np.float32)

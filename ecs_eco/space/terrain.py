@@ -77,13 +77,28 @@ class Terrain:
         return np.clip(1 - arrays.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether an organism can be at each place [m]: bool[n]."""
+        """Return whether an animal can stand at each place.
+
+        Parameters
+        ----------
+        x, y : array of float32, shape (n,)
+            Coordinates [m].
+
+        Returns
+        -------
+        array of bool, shape (n,)
+        """
         ny, nx = self.ground.shape
         i, j = cells_of(x, self.inverse[0], nx), cells_of(y, self.inverse[1], ny)
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
 
     def wet(self) -> np.ndarray:
-        """Return where there is water to drink: lakes, sea and streams, bool[ny, nx]."""
+        """Return the cells with water to drink: lakes, sea and streams.
+
+        Returns
+        -------
+        array of bool, shape (ny, nx)
+        """
         water = self.ground == WATER
         return water if self.land is None or self.land.wet is None else water | self.land.wet
 
@@ -96,13 +111,29 @@ class Terrain:
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
     def fence(self, corners: np.ndarray) -> None:
-        """Put up a fence along a line f64[k, 2] [m], on open ground; beyond the edge of a torus it
-        continues on the other side."""
+        """Put up a fence on open ground.
+
+        Parameters
+        ----------
+        corners : array of float, shape (k, 2)
+            Its line [m]; on a torus it may continue beyond the edge.
+        """
         self.fences.append(np.asarray(corners, float))
         self.draw_fences()
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
-        """Remove a fence, or all of them. Raises ValueError if there is none along this line."""
+        """Remove a fence, or all.
+
+        Parameters
+        ----------
+        corners : array of float, shape (k, 2), optional
+            Its line [m]; default: all fences.
+
+        Raises
+        ------
+        ValueError
+            If there is no fence along this line.
+        """
         same = [
             i
             for i, f in enumerate(self.fences)
@@ -129,12 +160,33 @@ class Terrain:
             self.ground[j, i] = np.where(self.ground[j, i] == OPEN, FENCE, self.ground[j, i])
 
     def pave(self, corners: np.ndarray, width: float, pace: float, cost: float) -> None:
-        """Build a road along a line f64[k, 2] [m]: factors of speed and of cost for animals on it."""
+        """Lay a road.
+
+        Parameters
+        ----------
+        corners : array of float, shape (k, 2)
+            Its middle line [m].
+        width : float
+            [m]
+        pace, cost : float
+            Factors of the speed of walkers on it, and of their costs per second.
+        """
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()
 
     def unpave(self, corners: np.ndarray | None = None) -> None:
-        """Remove a road, or all of them. Raises ValueError if there is none along this line."""
+        """Remove a road, or all.
+
+        Parameters
+        ----------
+        corners : array of float, shape (k, 2), optional
+            Its line [m]; default: all roads.
+
+        Raises
+        ------
+        ValueError
+            If there is no road along this line.
+        """
         same = [i for i, road in enumerate(self.roads) if corners is None or np.array_equal(road[0], corners)]
         if corners is not None and not same:
             raise ValueError(

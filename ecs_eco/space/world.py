@@ -71,7 +71,7 @@ class SpatialWorld(World):
         self.lock = threading.RLock()  # held while an object that threads share is created
         self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
-        self._merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
+        self._kept_merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
         tables = self.tables  # `self` would create a reference cycle
         # addresses of alive, uid, x, y and z of each table, for kernels
@@ -87,14 +87,32 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is
-        then true."""
+        """Make `run` return after the tick under way, or before the next one; `stopped` is then true.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World()
+        >>> world.before_tick.append(lambda: world.stop() if world.tick == 3 else None)
+        >>> world.run(10).tick, world.stopped
+        (3, True)
+        """
         self.stopping = self.bands.stops()
 
-    def listed(self) -> list[str]:
-        """Return the names of the species, not of objects, in the order of the world file, for everything
-        that people read. Tables are in the order of names, because the order of the file must not affect
-        results."""
+    def species_names(self) -> list[str]:
+        """Return the names of the species in the order of the world file, without object types.
+
+        Returns
+        -------
+        list of str
+            `tables` has them in alphabetical order, on which results depend.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey").species_names()
+        ['grass', 'deer', 'wolf']
+        """
         known = [] if self.config is None else list(self.config.species)
         return sorted(
             (name for name, table in self.tables.items() if not table.species.is_object),
@@ -110,11 +128,11 @@ class SpatialWorld(World):
     def ambient(self, values: dict[str, float]) -> None:
         self.environment.ambient = values
 
-    def admit(self, refuse: bool = True) -> None:
-        """Wrap or refuse the values that were written between ticks; see `ecs_eco.space.gate`."""
+    def _admit(self, refuse: bool = True) -> None:
+        """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
-    def admit_newborn(
+    def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
         """Return the values of newborn with their places wrapped into the space. Raises ValueError for
@@ -124,7 +142,27 @@ class SpatialWorld(World):
     # --- neighbors -------------------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the current neighbor index of a table that has Position; any thread may call it."""
+        """Return the neighbor index of a table that has `Position`, up to date.
+
+        Parameters
+        ----------
+        table : Table
+
+        Returns
+        -------
+        Index
+
+        See Also
+        --------
+        World.pairs, World.within, World.nearest : ready-made queries.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.index(world.table("deer")).n
+        700
+        """
         index = self._indexes.get(table.name)
         if index is not None and index.version == table.version and index.space is self.space:
             return index
@@ -161,14 +199,45 @@ class SpatialWorld(World):
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
-        """Return all pairs of a member of `table` and one of `other` that are closer than `radius` [m]: rows
-        of both, and distances.
+        """Return all pairs of entities of two tables that are closer than a radius.
 
-        Both may be the same: then no organism is paired with itself, and two neighbors form two pairs. Tables
-        are given as objects or by name; `radius` is a number, or an array with one for each row of `table`.
-        Pairs come in canonical order, whatever the rows. Distances are from center to center, the shorter way
-        around a torus, at current positions: a system that has moved bodies must first report it
-        (`table.version += 1`). Raises KeyError for an unknown table, ValueError for an invalid radius.
+        Parameters
+        ----------
+        table, other : Table or str
+            Both may be the same: an organism is never paired with itself, and two neighbors are two pairs.
+        radius : float or array of float, shape (rows,)
+            Distance from center to center [m], the shorter way around on a torus; a number, or one for each
+            row of `table`.
+
+        Returns
+        -------
+        Pairs
+            Rows of both tables, and distances f32[k] [m], in an order that does not depend on rows.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table.
+        ValueError
+            For a negative radius, or an array of another size.
+
+        Notes
+        -----
+        Positions count as they are now. A system that has moved bodies in this tick first calls
+        `table.version += 1`.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World((10.0, 10.0))
+        >>> hares = world.add_table("hare", Position)
+        >>> for x in (1.0, 2.0, 9.5):
+        ...     world.spawn("hare", Position(x=x, y=5.0))
+        >>> world.flush()
+        >>> rows, others, distances = world.pairs("hare", "hare", 1.2)
+        >>> len(rows), distances.tolist()
+        (2, [1.0, 1.0])
         """
         seekers, targets = self._two(table, other)
         own = near.radii(radius, seekers.n, seekers.rows)
@@ -177,11 +246,38 @@ class SpatialWorld(World):
         )
 
     def within(self, table: Table | str, places: ArrayLike, radius: ArrayLike) -> Pairs:
-        """Return all members of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of
-        places, rows, distances.
+        """Return all entities of a table that are closer than a radius to given places.
 
-        They come in the order of the places, and for each in canonical order; `radius` is a number, or an
-        array with one for each place. See `pairs`; raises ValueError also for invalid places.
+        Parameters
+        ----------
+        table : Table or str
+        places : array of float, shape (n, axes)
+            Coordinates [m].
+        radius : float or array of float, shape (n,)
+            Distance [m]: a number, or one for each place.
+
+        Returns
+        -------
+        Pairs
+            Numbers of places, rows of the table, and distances f32[k] [m], in the order of places.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table.
+        ValueError
+            For an invalid radius or place.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World((10.0, 10.0))
+        >>> hares = world.add_table("hare", Position)
+        >>> world.spawn("hare", Position(x=1.0, y=5.0))
+        >>> world.flush()
+        >>> world.within("hare", [[1.0, 6.0], [8.0, 8.0]], 2.0)[2].tolist()
+        [1.0]
         """
         targets = self._two(table, table)[0]
         xyz = near.places_in(self.space, places)
@@ -189,11 +285,35 @@ class SpatialWorld(World):
         return near.pairs(xyz, np.arange(n), near.radii(radius, n), targets, False, self.split)
 
     def nearest(self, table: Table | str, other: Table | str, radius: float | None = None) -> Pairs:
-        """Return, for each member of `table` that has one of `other` closer than `radius` [m], the nearest
-        one: rows of both, and distances.
+        """Return, for each entity of a table, the nearest entity of another one.
 
-        Without a radius it searches the whole world. Members without a neighbor in reach are left out; of
-        equally near ones the first in canonical order is taken. No organism is its own neighbor. See `pairs`.
+        Parameters
+        ----------
+        table, other : Table or str
+            Both may be the same: an organism is never its own neighbor.
+        radius : float, optional
+            Search distance [m]; default: the whole world.
+
+        Returns
+        -------
+        Pairs
+            Rows of both tables, and distances f32[k] [m]. Entities with no neighbor in reach are left out; ties
+            are broken by an order that does not depend on rows.
+
+        Raises
+        ------
+        UnknownName
+            For an unknown table.
+        ValueError
+            For an invalid radius.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> wolves, deer, distances = world.nearest("wolf", "deer")
+        >>> len(wolves)
+        250
         """
         seekers, targets = self._two(table, other)
         widest = math.dist([0.0] * 3, self.space.lengths)
@@ -206,28 +326,51 @@ class SpatialWorld(World):
     def _two(self, *tables: Table | str) -> list[Index]:
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
-    def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the current bodies of several tables in one index of a kind: the result of the last
-        `build()`, or of a new one."""
-        with self.lock:  # several threads may need it at once
+    def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
+        """Return the bodies of several tables in one index of a kind, as things stand now:
+        those that `build()` returned, or does now."""
+        with self.lock:  # several threads may want it at once
             version: tuple[int, ...] = ()
             for name in names:
                 version = *version, self.tables[name].version
-            kept = self._merged.get((kind, names))
+            kept = self._kept_merged.get((kind, names))
             if kept is None or kept[0] != version:
-                kept = self._merged[kind, names] = (version, build())
+                kept = self._kept_merged[kind, names] = (version, build())
             return kept[1]
 
-    def forget_neighbours(self) -> None:
-        """Make all indexes rebuild: the cells, or all positions, have changed."""
+    def _forget_neighbours(self) -> None:
+        """Let all indexes be made anew: the cells, or all places, are others."""
         self._indexes.clear()
-        self._merged.clear()
-        self.touch()
+        self._kept_merged.clear()
+        self._touch()
 
     def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Return light, temperature [K] or pressure [Pa] at places f32[n] [m]: f32[n].
+        """Return light, temperature or pressure at given places.
 
-        `environment[quantity]`, a function (world, x, y, z), replaces the constant in `ambient`.
+        Parameters
+        ----------
+        quantity : {"light", "temperature", "pressure"}
+            Light is 1 in full daylight; temperature in [K], pressure in [Pa].
+        x, y, z : array of float32, shape (n,)
+            Coordinates [m].
+
+        Returns
+        -------
+        array of float32, shape (n,)
+
+        Notes
+        -----
+        A function `world.environment[quantity]`, called with (world, x, y, z), replaces the constant in
+        `world.ambient`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco import World
+        >>> world = World((10.0, 10.0))
+        >>> place = np.zeros(1, np.float32)
+        >>> world.surroundings("temperature", place, place, place).tolist()
+        [285.0]
         """
         function = self.environment.get(quantity)
         if function is None:

@@ -84,8 +84,25 @@ RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Sprea
 
 
 def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
-    """Return new systems for a world, in the order of a tick; without those that none of its `tables` asks
-    for, where these are given."""
+    """Return new systems for a world, in the order of a tick.
+
+    Parameters
+    ----------
+    respawn : bool, default False
+        The schedule of pre-training, in which the dead are replaced at once.
+    tables : iterable of Table, optional
+        Leave out systems that none of these tables needs; default: all systems.
+
+    Returns
+    -------
+    list of System
+
+    Examples
+    --------
+    >>> from ecs_eco.systems.schedule import schedule
+    >>> type(schedule()[0]).__name__
+    'Intervene'
+    """
     phases, given = RESPAWNING if respawn else SCHEDULE, None if tables is None else list(tables)
     return [
         system()

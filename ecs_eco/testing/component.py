@@ -7,7 +7,23 @@ from ecs_eco.engine.table import Table
 
 
 def check_component(kind: object) -> None:
-    """Check that a component has @component, a docstring, and columns that keep what is written to them."""
+    """Check a component: its declaration, its docstring, and that columns keep what is written.
+
+    Parameters
+    ----------
+    kind : type
+
+    Raises
+    ------
+    AssertionError
+        With the first fault.
+
+    Examples
+    --------
+    >>> from ecs_eco.components import Metabolism
+    >>> from ecs_eco.testing import check_component
+    >>> check_component(Metabolism)
+    """
     if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
         raise AssertionError(f"{kind!r} is not a component; declare it with @component")
     if not (kind.__doc__ or "").strip():

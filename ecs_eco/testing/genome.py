@@ -9,10 +9,27 @@ SAMPLES = 2000
 
 
 def check_genome(layout: Layout, n: int = SAMPLES) -> None:
-    """Check a layout on `n` random genomes.
+    """Check a layout on random genomes.
 
-    All code for finite values in bounds, a row decodes alone as it does among others, values survive encoding
-    and decoding, and the text of a genome is the sum of its parts.
+    All genomes must decode to finite values within bounds; a row must decode alone as it does among others;
+    values must survive encoding and decoding; and the text of a genome must be the sum of its parts.
+
+    Parameters
+    ----------
+    layout : Layout
+    n : int
+        Number of genomes.
+
+    Raises
+    ------
+    AssertionError
+        With the first fault.
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, Layout
+    >>> from ecs_eco.testing import check_genome
+    >>> check_genome(Layout([Gene(name="size", trait="size", letters=4, low=0.2, high=0.6)]))
     """
     loci = layout.random(np.arange(n, dtype=np.uint64))
     values = layout.decode(loci)

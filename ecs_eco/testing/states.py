@@ -17,7 +17,24 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies."""
+    """Return copies of all columns of all tables, in the order of uids.
+
+    Parameters
+    ----------
+    world : World
+
+    Returns
+    -------
+    dict of str to dict of str to array
+        By table, then by column: "uid", "Position.x" and so on.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.testing import state
+    >>> state(World.from_config("predator-prey", seed=1))["deer"]["uid"].shape
+    (700,)
+    """
     out: State = {}
     for table in world.tables.values():
         rows = table.by_uid()
@@ -30,7 +47,26 @@ def state(world: World) -> State:
 
 
 def difference(one: State, other: State) -> str:
-    """Return where two states first differ, "" where they are the same bytes."""
+    """Return where two states first differ, as text.
+
+    Parameters
+    ----------
+    one, other : dict
+        As `state` returns them.
+
+    Returns
+    -------
+    str
+        Empty if all bytes are equal.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.testing import difference, state
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> difference(state(world), state(world.copy()))
+    ''
+    """
     for table, columns in one.items():
         mine, theirs = columns["uid"], other[table]["uid"]
         if mine.tobytes() != theirs.tobytes():
@@ -51,8 +87,27 @@ def difference(one: State, other: State) -> str:
 
 
 def shuffle(world: World, seed: int = 0) -> Any:
-    """Permute the rows of the living in every table at random, which must not change any result;
-    return the world."""
+    """Permute the rows of every table at random, which must not change any result.
+
+    Parameters
+    ----------
+    world : World
+    seed : int, default 0
+
+    Returns
+    -------
+    World
+        The same world.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.testing import shuffle
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> before = world.digest()
+    >>> shuffle(world).digest() == before
+    True
+    """
     generator = np.random.Generator(np.random.Philox(seed))
     for table in world.tables.values():
         table.reorder(generator.permutation(table.rows()))
@@ -60,10 +115,38 @@ def shuffle(world: World, seed: int = 0) -> Any:
 
 
 def arrange(world: World, name: str, **fields: Any) -> Any:
-    """Set fields of all living of one kind, by name, to a value or to one each in the order of uids;
-    return the table.
+    """Set fields of all living members of a table, and return the table.
 
-    Raises KeyError for a field that no component of the table has, ValueError for another number of values.
+    Parameters
+    ----------
+    world : World
+    name : str
+        Name of the table.
+    **fields
+        By name of the field: a value, or one for each organism in the order of uids.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    UnknownName
+        For a field that no component of the table has.
+    ValueError
+        For another number of values.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.components import Metabolism, Position
+    >>> from ecs_eco.testing import arrange
+    >>> world = World((10.0, 10.0))
+    >>> hares = world.add_table("hare", Position, Metabolism)
+    >>> world.spawn("hare", n=2)
+    >>> world.flush()
+    >>> arrange(world, "hare", x=[1.0, 2.0], energy=0.5)[Position].x[:2].tolist()
+    [1.0, 2.0]
     """
     table = world.table(name)
     rows = table.by_uid()
@@ -79,20 +162,58 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
 
 
 def act(world: World, kind: type[System]) -> None:
-    """Let the world's system of one kind act once, outside of any tick;
-    births and deaths wait for `world.flush()`."""
+    """Let one system of a world act once, outside of any tick.
+
+    Births and deaths that it requests take effect with `world.flush()`.
+
+    Parameters
+    ----------
+    world : World
+    kind : type
+        Class of the system.
+
+    Raises
+    ------
+    UnknownName
+        If the world has no system of this class.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.components import Metabolism
+    >>> from ecs_eco.systems import Metabolise
+    >>> from ecs_eco.testing import act
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> before = world.table("deer")[Metabolism].energy.sum()
+    >>> act(world, Metabolise)
+    >>> bool(world.table("deer")[Metabolism].energy.sum() < before)
+    True
+    """
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:
         raise UnknownName(
             unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems])
         )
     with world:
-        world.act(systems[:1])
+        world._act(systems[:1])
 
 
 @contextmanager
 def all_threads() -> Iterator[None]:
-    """Within this block worlds use all their threads, however few organisms they have."""
+    """Return a context in which worlds use all their threads, however few organisms they have.
+
+    Returns
+    -------
+    context manager
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.testing import all_threads
+    >>> with all_threads():
+    ...     World.from_config("predator-prey", seed=1, threads=2).run(1).tick
+    1
+    """
     before, workers.PARALLEL_FROM = workers.PARALLEL_FROM, 0
     try:
         yield

@@ -19,12 +19,32 @@ from ecs_eco.testing.states import State, all_threads, difference, shuffle, stat
 
 
 def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: int = 5) -> None:
-    """Check a system in equal new worlds from `make_world(threads)` that have a system of this kind.
+    """Check a system in equal new worlds.
 
-    It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and
-    everything living finite and in bounds; write to nobody but the living; say `table.version += 1` where it
-    moves something, and in the columns of flows what energy it gives and takes; use no global random numbers;
-    and do the same whatever the order of rows and the number of threads. Raises AssertionError.
+    It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and all
+    living organisms finite and within bounds; write only to the living; add 1 to `table.version` where it moves
+    something; record the energy that it gives and takes in the columns of flows; use no global random numbers;
+    and give the same results for any order of rows and any number of threads.
+
+    Parameters
+    ----------
+    kind : type
+        Class of the system.
+    make_world : callable
+        `make_world(threads)` returns a new world that has a system of this class.
+    ticks : int, default 5
+
+    Raises
+    ------
+    AssertionError
+        With the first fault.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.systems import Metabolise
+    >>> from ecs_eco.testing import check_system
+    >>> check_system(Metabolise, lambda threads: World.from_config("reflexes", seed=1, threads=threads))
     """
     _check_declaration(kind)
     alone = _followed(kind, make_world(1), ticks)

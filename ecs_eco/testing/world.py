@@ -17,12 +17,27 @@ from ecs_eco.testing.stores import Stores
 
 
 def check_world(world: Any, ticks: int = 30) -> None:
-    """Check a world: a name, a file or a configuration, or a function of the number of threads
-    that returns a new world.
+    """Check a world over some ticks.
 
-    In every tick uids are unique, the dead stay dead, all is finite and in bounds; the ledgers of energy and
-    matter and the numbers add up; the same seed gives the same results, with two threads too; and the order
-    of rows does not matter.
+    In every tick, uids must be unique, the dead stay dead, all values be finite and within bounds, and the
+    ledgers of energy, matter and numbers close. The same seed must give the same results, with two threads and
+    with rows in another order, too.
+
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or callable
+        As for `World.from_config`, or a function of the number of threads that returns a new world.
+    ticks : int, default 30
+
+    Raises
+    ------
+    AssertionError
+        With the first fault.
+
+    Examples
+    --------
+    >>> from ecs_eco.testing import check_world
+    >>> check_world("reflexes", ticks=3)
     """
     make = world if callable(world) else lambda threads: _built(world, threads)
     lives: list[tuple] = []
@@ -81,7 +96,24 @@ def note(world: World, lives: list[tuple]) -> None:
 
 
 def watch(world: World, ticks: int) -> None:
-    """Run a world tick by tick, and check after each what must always hold."""
+    """Run a world tick by tick, and check after each tick what must always be true.
+
+    Parameters
+    ----------
+    world : World
+    ticks : int
+
+    Raises
+    ------
+    AssertionError
+        With the first fault.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.testing import watch
+    >>> watch(World.from_config("reflexes", seed=1), ticks=3)
+    """
     dead: set[int] = set()
     world.on_death.append(lambda table, rows: dead.update(table.uid[rows].tolist()))
     stores = Stores(world)

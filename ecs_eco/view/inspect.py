@@ -24,11 +24,37 @@ OF_NOW = ("born", "died", "parents", "children", "generation")  # what is known 
 
 
 def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str, Any]:
-    """Return the state of one organism between two ticks: the message "organism" of the viewer.
+    """Return the state of one organism between two ticks, as the viewer shows it.
 
-    Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
-    or is forgotten. Draws no random number and changes nothing. Its readings and decision are those of the
-    last tick; they are missing before its first one.
+    Parameters
+    ----------
+    world : World
+    uid : int
+    lives : Genealogy, optional
+        Source of parents, children and facts about the dead.
+
+    Returns
+    -------
+    dict
+        Body, genome, and nervous system with the readings and the decision of the last tick.
+
+    Raises
+    ------
+    KeyError
+        If the organism never lived, or is forgotten.
+
+    Notes
+    -----
+    It draws no random number and changes nothing.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.view.inspect import state_of
+    >>> world = World.from_config("predator-prey", seed=1).run(1)
+    >>> uid = int(world.table("wolf").uid[world.table("wolf").rows()[0]])
+    >>> state_of(world, uid)["species"]
+    'wolf'
     """
     out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
     out |= dict.fromkeys(OF_NOW) | {"species": None, "parents": [], "children": []}
@@ -238,7 +264,24 @@ def action(
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
-    """Return nerves as `draw_nervous_system(config, species, values)` takes them."""
+    """Return the nervous system of a state as `draw_nervous_system` takes it.
+
+    Parameters
+    ----------
+    nerves : dict or None
+        `state_of(world, uid)["nerves"]`
+
+    Returns
+    -------
+    dict
+        Empty for an organism without nerves.
+
+    Examples
+    --------
+    >>> from ecs_eco.view.inspect import drawable
+    >>> drawable(None)
+    {}
+    """
     if nerves is None:
         return {}
     column = {"y": "reflex", "probabilities": "probability", "decision": "decision"}

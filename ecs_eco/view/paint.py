@@ -59,8 +59,24 @@ class Place(NamedTuple):
 
 
 class Painter:
-    """Paints the ticks of a run, one after the other, as u8[height, width, 3];
-    what stays the same is drawn once."""
+    """Paints ticks of a recorded run as pictures.
+
+    Parameters
+    ----------
+    replay : Replay
+    size : tuple of int, default (1280, 720)
+        Width and height [px].
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> from ecs_eco.view.paint import Painter
+    >>> from ecs_eco.view.replay import Replay
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
+    >>> Painter(Replay("my-run"), (320, 180)).paint(3).shape
+    (180, 320, 3)
+    """
 
     def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -92,7 +108,16 @@ class Painter:
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)
 
     def paint(self, tick: int) -> np.ndarray:
-        """Return the picture of a tick: u8[height, width, 3]."""
+        """Return the picture of a tick.
+
+        Parameters
+        ----------
+        tick : int
+
+        Returns
+        -------
+        array of uint8, shape (height, width, 3)
+        """
         self.replay.handle({"kind": "seek", "tick": tick})
         light, _ = self.replay.sky()
         self._light(tick, light)
@@ -107,7 +132,17 @@ class Painter:
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
     def save(self, tick: int, path: Path) -> Path:
-        """Write the picture of a tick as a PNG."""
+        """Write the picture of a tick as a PNG.
+
+        Parameters
+        ----------
+        tick : int
+        path : Path
+
+        Returns
+        -------
+        Path
+        """
         from PIL import Image
 
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,27 @@ OBJECT_UID = 0x80000000  # objects are not recorded by uid: their uids in a fram
 
 
 class Replay(Watched):
-    """A folder written by `ecs-eco run`. Time is the tick shown; nothing of the recording changes."""
+    """A recorded run as the viewer shows it; nothing of the recording changes.
+
+    Parameters
+    ----------
+    path : str or Path
+        Folder of a run.
+
+    Attributes
+    ----------
+    tick : int
+        The tick that is shown: the state at its end.
+
+    Examples
+    --------
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> from ecs_eco.view.replay import Replay
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
+    >>> replay = Replay("my-run")
+    >>> replay.species
+    ('grass', 'deer', 'wolf')
+    """
 
     mode = "replay"
 

@@ -170,7 +170,7 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
     """Return the names of the species and of the object types that have places;
     landmarks of the ground are not among them."""
     placed = [name for name, table in world.tables.items() if Position in table]
-    species = [name for name in world.listed() if name in placed]
+    species = [name for name in world.species_names() if name in placed]
     declared = placed if world.config is None else world.config.objects
     return species, [name for name in placed if name not in species and name in declared]
 

@@ -84,18 +84,7 @@ def build(
     controls: Sequence[str] = (),
     trust: bool = False,
 ) -> Any:
-    """Return a new world.
-
-    `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every
-    action with equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict
-    species → one of these, or a torch module: one of the class that `policy.network` names, or a plain
-    Sequential of Linear and Tanh (ecs_eco.learning.from_torch). `learn` overrides the species' own
-    `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
-    start. `training`: numbers held constant by respawn, no births. `systems`, `reporters` (name → what) and
-    `features` join those of the world file and its code. `controls` are names of
-    `ecs_eco.life.treatments`, of what is removed. `trust` allows the code in the world's `code` to run
-    here. Raises ConfigError, also for code not allowed.
-    """
+    """Return a new world of class `cls`; arguments and errors as of `ecs_eco.World.from_config`."""
     if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
         config = load(config, systems=systems, reporters=reporters, features=features, trust=trust)
     config._code.require(config._source)

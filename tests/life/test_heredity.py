@@ -175,11 +175,11 @@ def test_a_row_that_is_reused_has_nothing_of_the_dead():
     assert (table[Experience].length[dead] > 0).any()
     moment = table[Policy].moment_2[dead]
     table.cause[dead] = 1
-    world.flush_deaths()
+    world._flush_deaths()
     heredity = table.species.heredity
     values = heredity.founders(world, table, np.arange(10, dtype=np.uint64))
     table.request(np.zeros(10, np.uint64), values)
-    world.flush_births()
+    world._flush_births()
     new = np.flatnonzero(table.alive & (table.born == world.tick))
     assert sorted(new) == sorted(dead)
     assert moment.any()

@@ -37,7 +37,7 @@ def squares(dt, ticks):
     world = World.from_config(config(dt), seed=1, record=False)
     p, rows = world.table("snail")[Position], world.table("snail").rows()
     p.x[rows], p.y[rows] = 500.0, 500.0
-    world.touch()
+    world._touch()
     world.run(ticks)
     p = world.table("snail")[Position]
     return (p.x[rows].astype(float) - 500) ** 2 + (p.y[rows].astype(float) - 500) ** 2

@@ -56,14 +56,22 @@ def test_links_that_leave_the_docs_lead_to_pages_of_the_site(target, becomes, to
 
 def test_every_component_and_command_is_in_the_reference(tool):
     import ecs_eco.components
-    from ecs_eco.cli.app import app
+    from ecs_eco.cli.app import COMMANDS
 
     pages = tool.generated()
     assert all(f"## {name}\n" in pages["reference/api/components.md"] for name in ecs_eco.components.__all__)
     assert "| `energy` | `f32` | `1.0` | [energy] |" in pages["reference/api/components.md"]
-    for command in app.registered_commands:
-        name = command.name or command.callback.__name__.strip("_")
-        assert f"`ecs-eco {name}" in pages["reference/commands.md"]
+    commands = pages["reference/commands.md"]
+    assert [name for name in COMMANDS if f"\n## {name}\n" not in commands] == []
+    within = ("sweep run", "sweep status", "sweep resume", "sweep collect", "cache warm", "world from-raster")
+    assert [name for name in within if f"\n### {name}\n\n`ecs-eco {name}" not in commands] == []
+    assert "| `--portable` |" in commands
+
+
+def test_every_row_of_a_table_of_commands_has_three_cells(tool):
+    rows = [line for line in tool.generated()["reference/commands.md"].split("\n") if line.startswith("| ")]
+    assert any("local\\|slurm\\|ray" in row for row in rows)
+    assert [row for row in rows if row.replace("\\|", "").count("|") != 4] == []
 
 
 @pytest.mark.parametrize(

@@ -236,11 +236,44 @@ def write_report(
     against: Path | str | None = None,
     match: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write report.html and figures/*.svg into a run folder, or into `out`; return the path of the report.
-    Beside it stands an outside series, the CSV file `against`, whose columns `match` tells the species of,
-    else that of the world's [data]. Events are streamed, so that millions fit in little memory. ConfigError
-    for an outside series that cannot be used, FileNotFoundError where there is no run, RecordingError for a
-    damaged file."""
+    """Write report.html and figures/*.svg for a run, and return the path of the report.
+
+    Parameters
+    ----------
+    run_dir : str or Path
+        Folder of a run.
+    out : str or Path, optional
+        Folder for the report; default: the folder of the run.
+    against : str or Path, optional
+        CSV file with an outside series to show next to the run; default: the world's `[data]`.
+    match : Mapping of str to str, optional
+        Columns of that file, and the species that each is compared with.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ConfigError
+        If the outside series cannot be used.
+    FileNotFoundError
+        If the folder contains no run.
+    RecordingError
+        If a file is damaged.
+
+    Notes
+    -----
+    Events are streamed, so that millions of births fit in little memory.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.report import write_report
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=20, out="my-run", report=False)
+    >>> write_report("my-run").name
+    'report.html'
+    """
     with as_delivered({}), uncollected():  # figures are full of circles, and few
         return _written(Path(run_dir), out, against, match)
 

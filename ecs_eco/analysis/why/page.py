@@ -321,7 +321,17 @@ NEAR = 0.05  # of a species' mean: at fewer it came near extinction
 
 
 def explain(case: Case) -> dict[str, Any]:
-    """All findings on a run, as in why.json."""
+    """Return all findings on a run, as why.json contains them.
+
+    Parameters
+    ----------
+    case : Case
+        A run: `Case.read(folder)`.
+
+    Returns
+    -------
+    dict
+    """
     findings = diagnose(case)
     ends = {
         f["species"]: (
@@ -359,8 +369,36 @@ def explain(case: Case) -> dict[str, Any]:
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder in why.json, why.html and figures/why.svg there, or in `out`; return the content
-    of why.json. FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
+    """Explain what happened in a run, and why, in why.json, why.html and figures/why.svg.
+
+    Parameters
+    ----------
+    run : str or Path
+        Folder of a run.
+    out : str or Path, optional
+        Folder for the files; default: the folder of the run.
+
+    Returns
+    -------
+    dict
+        Content of why.json: the verdict, what limited each species, and values of the world file that act
+        on it.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder contains no run.
+    RecordingError
+        If a file is damaged.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.why import write_why
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=20, out="my-run", report=False)
+    >>> write_why("my-run")["verdict"]
+    'healthy'
+    """
     folder, case = Path(out or run), Case.read(run)
     findings = explain(case)
     sections = sentences(case, findings)

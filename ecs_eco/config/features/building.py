@@ -23,7 +23,7 @@ class Build(Section, change=FREE, own=True):
 
     object: str = about("an object type, which is also the name of the action", change=ANEW)
     cost: NonNegative = quantity(
-        "energy burnt by making one; the energy that the object holds is paid in addition", "energy"
+        "energy burned by making one; the energy that the object holds is paid in addition", "energy"
     )
     spacing: NonNegative = quantity("least distance from the next one", "m", 0.0)
     most: Count | None = quantity(

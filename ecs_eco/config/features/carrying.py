@@ -16,7 +16,7 @@ class Carry(Section, change=FREE, own=True):
 
     object: str = about("an object type, without solid bodies", change=SHAPE)
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    cost: NonNegative = quantity("energy burnt while it carries one", "energy/s", 0.0)
+    cost: NonNegative = quantity("energy burned while it carries one", "energy/s", 0.0)
 
 
 class Carrying(Feature, after="diet"):

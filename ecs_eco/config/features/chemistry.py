@@ -46,7 +46,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     energy: Real = quantity(
         "energy that a mole of extent gives to the organism, negative: takes from it", "energy/mol", 0.0
     )
-    rate: Positive = quantity("greatest extent in a second and a litre of the body", "mol/(L s)")
+    rate: Positive = quantity("greatest extent in a second and a liter of the body", "mol/(L s)")
     half: Amounts = quantity(
         "substance = concentration at which the rate is half of its greatest; "
         "a substance not named does not slow it",
@@ -70,7 +70,7 @@ class Uptake(Section, change=FREE, own=True):
 
     kind: Literal["uptake"]
     field: str = about("a field of a substance")
-    rate: Positive = quantity("most that a litre of the body takes up in a second", "mol/(L s)")
+    rate: Positive = quantity("most that a liter of the body takes up per second", "mol/(L s)")
     half: Positive | None = quantity(
         "concentration in the field at which it takes up half as much "
         "(Michaelis & Menten 1913); absent: as much at any",
@@ -80,7 +80,7 @@ class Uptake(Section, change=FREE, own=True):
     until: Positive | None = quantity(
         "takes no more up at this concentration in its body; absent: always", "mol/L", None
     )
-    at: Point = quantity("place of the mouth: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    at: Point = quantity("position of the mouth: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
     action: str | None = about("the action by which it does so, in a group of any name; absent: always", None)
 
 
@@ -90,7 +90,7 @@ class Release(Section, change=FREE, own=True):
     kind: Literal["release"]
     substance: str = about("what it gives off")
     field: str | None = about("a field of this substance that it goes into; absent: it is lost", None)
-    rate: Positive = quantity("share given off in a second", "1/s")
+    rate: Positive = quantity("share given off per second", "1/s")
     above: NonNegative = quantity("concentration in its body that it keeps", "mol/L", 0.0)
     at: Point = quantity(
         "place where it comes out: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
@@ -198,7 +198,7 @@ class Decomposition(Section, change=FREE):
     """Decay: what it holds goes into the first field of each substance, dc/dt = −rate c (Olson 1963), or is
     lost where there is none; the object vanishes when little is left."""
 
-    rate: Positive = quantity("share given back in a second", "1/s")
+    rate: Positive = quantity("share returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(
         "share after whose time it gives back the rest at once and vanishes", "1", 0.01
     )

@@ -40,7 +40,7 @@ class Lethal(Section, own=True):
 class Mortality(Feature, after="hatch"):
     """Members die outside of their limits, and become objects: systems `Perish` and `LeaveRemains`."""
 
-    lethal: list[Lethal] = table("what kills it besides being eaten", list, change=FREE)
+    lethal: list[Lethal] = table("limits beyond which it dies", list, change=FREE)
     remains: str | None = about("object type that the dead leave", None)
 
     @staticmethod

@@ -29,7 +29,7 @@ class Eggs(Feature, after="care"):
     """Eggs develop, faster where it is warmer, and hatch: system `Hatch`, component `Incubation`."""
 
     hatch: Hatching | None = about(
-        "these are eggs: who hatches from them, and when; absent: they are not",
+        "for eggs: what hatches from them, and when; absent: these are not eggs",
         None,
         exclude_if=is_absent,
         change=SHAPE,

@@ -21,11 +21,35 @@ class Cost(NamedTuple):
 
 
 class Feature(Section):
-    """One part of what a species is: keys of its section of the world file, and all that follows from them.
+    """A part of what a species is: keys of its section of the world file, and what follows from them.
 
-    A subclass declares its keys as fields, which follow the key `after` among those of a species, or the
-    first of several that there is; and overrides what it needs of the functions below. `species` is the whole
-    section, `key` its place, ("species", name). Object types may have features, too: ("objects", name).
+    Derive a class and declare its keys as fields. Override the functions below that it needs; in them,
+    `species` is the whole section and `key` its place, ("species", name). Object types may have features, too:
+    ("objects", name).
+
+    Attributes
+    ----------
+    systems : tuple of type
+        Systems of a feature of your own, each added at the end of its phase.
+    acts : Mapping of str to tuple of str
+        Groups of actions that it adds, and their actions; None where `acting` gives them.
+
+    Notes
+    -----
+    The class keyword `after` names the key of a species that the keys follow in references and files.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.config import Feature, Section, quantity
+    >>> class Glow(Section):
+    ...     power: float = quantity("light of one animal", "W", 0.1)
+    >>> class Glowing(Feature):
+    ...     glow: Glow | None = None
+    >>> squid = {"count": 3, "body": {"radius": 0.1}, "glow": {"power": 0.5}}
+    >>> sea = {"format": 1, "name": "sea", "space": {"size": [9.0, 9.0]}, "species": {"squid": squid}}
+    >>> World.from_config(sea, features=[Glowing]).table("squid").species.glow.power
+    0.5
     """
 
     after: ClassVar[tuple[str, ...]] = ()
@@ -41,65 +65,135 @@ class Feature(Section):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with its keys, seen together with the other sections."""
+        """Yield what is invalid about its keys, seen together with the other sections.
+
+        Yields
+        ------
+        Problem
+        """
         yield from ()
 
     @staticmethod
     def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield groups of actions: the group, what an action is called in messages, and the actions."""
+        """Yield groups of actions that depend on its keys.
+
+        Yields
+        ------
+        tuple
+            The group, what an action is called in messages, and the actions.
+        """
         yield from ()
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of death that it adds, each with the key that adds it."""
+        """Yield the causes of death that it adds.
+
+        Yields
+        ------
+        tuple
+            The key that adds it, and the cause.
+        """
         yield from ()
 
     @staticmethod
     def becomes(species: Any) -> Iterator[str]:
-        """Yield the species that members turn into."""
+        """Yield the species that members turn into.
+
+        Yields
+        ------
+        str
+        """
         yield from ()
 
     @staticmethod
     def makes(species: Any) -> Iterator[str]:
-        """Yield the object types that members make."""
+        """Yield the object types that members make.
+
+        Yields
+        ------
+        str
+        """
         yield from ()
 
     @staticmethod
     def feels(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield properties of the own body that it adds, which members can sense, and the fields of components
-        that they are: "Component.field", 0 at birth."""
+        """Yield properties of the body that it adds, which members can sense and die of.
+
+        Yields
+        ------
+        tuple
+            The property, and the field that contains it: "Component.field", 0 at birth.
+        """
         yield from ()
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield what members pay for."""
+        """Yield what costs members energy, for the notes of `ecs-eco check`.
+
+        Yields
+        ------
+        Cost
+        """
         yield from ()
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield the keys of what members look for around them at the end of a tick, the species or object type,
-        and the distance between the surfaces of both bodies [m], which is the key's own `reach`."""
+        """Yield what members look for around them at the end of a tick.
+
+        Yields
+        ------
+        tuple
+            The key, the species or object type, and the distance between the surfaces of both bodies [m].
+        """
         yield from ()
 
     @staticmethod
     def times(species: Any) -> Iterator[tuple[str, float]]:
-        """Yield the keys of durations that are rounded up to whole ticks, and the durations [s]."""
+        """Yield durations that are rounded up to whole ticks.
+
+        Yields
+        ------
+        tuple
+            The key, and the duration [s].
+        """
         yield from ()
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield keys, and in words why members cannot live in a world divided among processes."""
+        """Yield keys that rule out a world divided among processes.
+
+        Yields
+        ------
+        tuple
+            The key, and the reason in words.
+        """
         yield from ()
 
     @staticmethod
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield the components that it needs: each with the object type whose objects have it, or None for
-        members of the species."""
+        """Yield the components that it needs.
+
+        Yields
+        ------
+        tuple
+            The object type whose objects have the component, None for members of the species; and the
+            component.
+        """
         yield from ()
 
     @staticmethod
     def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
-        """Connect the table of a species with others, once all have their components."""
+        """Connect the table of a species with others, once all have their components.
+
+        Parameters
+        ----------
+        species : Species
+            The section.
+        table : Table
+            The table of the species.
+        tables : Mapping of str to Table
+            All tables.
+        """
 
 
 def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:

@@ -49,7 +49,7 @@ class Regulation(Section, own=True):
     set_point: NonNegative = quantity("temperature that is held", "K")
     warming: NonNegative = quantity("most heat that it makes in addition, as by shivering", "W", 0.0)
     cooling: NonNegative = quantity("most heat that it gives off in addition, as by panting", "W", 0.0)
-    cost: NonNegative = quantity("energy burnt for each joule made or given off", "energy/J")
+    cost: NonNegative = quantity("energy burned for each joule made or given off", "energy/J")
 
 
 class BodyHeat(Heat, own=True):
@@ -59,7 +59,7 @@ class BodyHeat(Heat, own=True):
     """
 
     metabolic_heat: NonNegative = quantity(
-        "heat set free by each unit of energy burnt, apart from that burnt for regulation", "J/energy", 0.0
+        "heat set free by each unit of energy burned, apart from that burnt for regulation", "J/energy", 0.0
     )
     regulate: Regulation | None = about("regulation of its temperature; absent: none", None)
 

@@ -96,7 +96,7 @@ class Growth(Section, change=FREE, own=True):
     newborn: Annotated[float, Field(ge=1e-9, le=1)] = quantity(
         "mass of a newborn, as a share of the adult's", "1", 0.05
     )
-    cost: NonNegative = quantity("energy burnt for each kilogram of growth", "energy/kg", 0.0)
+    cost: NonNegative = quantity("energy burned for each kilogram of growth", "energy/kg", 0.0)
     reserve: NonNegative = quantity(
         "energy that it keeps back: it grows by what it holds beyond; "
         "with 0 it spends all on growth, and starves",
@@ -139,7 +139,7 @@ class Growing(Feature, after="breeding"):
 
 
 class Care(Section, change=FREE, own=True):
-    """Feeding of the young by their parents, who pay for it.
+    """Feeding of the young at the expense of their parents.
 
     With an action `nurse` a parent feeds when it decides to, else whenever it can.
     """
@@ -151,7 +151,7 @@ class Care(Section, change=FREE, own=True):
     efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(
         "share of the energy given that reaches the young", "1", 1.0
     )
-    by: Literal["mother", "father", "both"] = about("who feeds them", "mother")
+    by: Literal["mother", "father", "both"] = about("which parents feed them", "mother")
 
 
 class Caring(Feature, after="reproduction"):

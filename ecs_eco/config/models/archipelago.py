@@ -39,7 +39,7 @@ class Archipelago(Section):
     )
     every: Annotated[int, Field(ge=1, le=10**12)] = quantity("from one barrier to the next", "ticks")
     graph: Literal["ring", "grid", "full", "own"] = about(
-        "who is whose neighbour: ring, to the next and to the one before; grid, the four beside it in a "
+        "neighbors of each island: ring, to the next and to the one before; grid, the four next to it in a "
         "square that is filled row by row; full, all; own, as in edges",
         "ring",
     )
@@ -47,7 +47,8 @@ class Archipelago(Section):
         '[from, to] of each way, for graph = "own"; the way back is another', [], exclude_if=is_empty
     )
     emigration: dict[Name, Share] = table(
-        "species = chance that one of its members leaves at a barrier, to a neighbour drawn evenly [1]", dict
+        "species = chance that one of its members leaves at a barrier, to a neighbor drawn at random [1]",
+        dict,
     )
     here: Name | None = about(
         "the island that this world is; runs set it for each of them", None, exclude_if=is_absent

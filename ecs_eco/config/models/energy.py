@@ -39,7 +39,7 @@ class Metabolism(Section, change=FREE):
         own=PARENTLESS,
     )
     energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0, own=True)
-    basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0, own=True)
+    basal: NonNegative = quantity("energy burned by living", "energy/s", 0.0, own=True)
     growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0, own=Column("Growth"))
     digestion: NonNegative = quantity("time after a meal without another", "s", 0.0, own=True)
     torpor: bool = about(
@@ -55,7 +55,7 @@ class Locomotion(Section, change=FREE, own=True):
     """Gaits, their costs, and how fast it turns."""
 
     speed: dict[Name, NonNegative] = quantity("speed of each gait", "m/s", min_length=1)
-    cost: dict[Name, NonNegative] = quantity("energy burnt in each gait", "energy/s", {})
+    cost: dict[Name, NonNegative] = quantity("energy burned in each gait", "energy/s", {})
     turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
     climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
     pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(

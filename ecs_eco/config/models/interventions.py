@@ -112,8 +112,8 @@ class Road(Intervention):
     width: Positive = quantity(
         "breadth of the strip; at least the cells of the ground that the line passes", "m", 1.0
     )
-    pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
-    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+    pace: Positive = quantity("factor of the speed of animals on it", "1", 1.0)
+    cost: NonNegative = quantity("factor of the cost of moving per second", "1", 1.0)
     remove: bool = about("whether to take away the road that lies there; without line, all roads", False)
 
 
@@ -159,7 +159,7 @@ class Switch(Intervention):
     species: Name | None = about("the species; absent: all", None)
     reproduction: bool | None = about("whether newborn come", None)
     learning: bool | None = about(
-        "whether policies learn; one that stops discards the experience it has not yet learnt from", None
+        "whether policies learn; one that stops discards the experience it has not yet learned from", None
     )
 
 
@@ -269,7 +269,7 @@ class Plant(Use):
     """Newcomers are brought at a rate, in the state of founders: planting, sowing, stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
-    rate: NonNegative = quantity("how many in a second", "1/s")
+    rate: NonNegative = quantity("how many per second", "1/s")
     up_to: Count | None = quantity("number there beyond which none are brought; absent: no limit", "1", None)
 
 

@@ -34,9 +34,9 @@ class LandClass(Section):
         "factor of the growth of plants there, and of the rates at which they take free sites", "1", 1.0
     )
     pace: Positive = quantity(
-        "factor of the speed of those who walk there; a road on it has its own", "1", 1.0
+        "factor of the speed of animals that walk there; a road on it has its own", "1", 1.0
     )
-    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+    cost: NonNegative = quantity("factor of the cost of moving per second", "1", 1.0)
     shelter: Share = quantity("share of the attacks that fail on animals that are there", "1", 0.0)
     ground: Literal["open", "water", "rock"] = about(
         "open: can be walked on; water: stops walkers, and is a lake for fields; rock: stops walkers and "
@@ -44,7 +44,7 @@ class LandClass(Section):
         "open",
     )
     color: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = about(
-        "colour on maps, #rrggbb; absent: that of the ground", None
+        "color on maps, #rrggbb; absent: that of the ground", None
     )
 
 
@@ -52,7 +52,7 @@ class Layer(Section):
     """A vector layer, read by pyogrio: lakes, roads, fences, or land of a class."""
 
     file: FileName = about(
-        "a file beside the world file or below it: GeoJSON, or with pyogrio GeoPackage, "
+        "a file in the folder of the world file or below: GeoJSON, or with pyogrio GeoPackage, "
         "Shapefile or FlatGeobuf"
     )
     layer: Annotated[str, Field(min_length=1, max_length=200)] | None = about(
@@ -63,8 +63,8 @@ class Layer(Section):
     )
     land: Name | None = about('with make = "class": the class, one of `classes`', None)
     width: Positive = quantity("breadth of roads", "m", 1.0)
-    pace: Positive = quantity("factor of the speed of those on the roads", "1", 1.0)
-    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+    pace: Positive = quantity("factor of the speed of animals on the roads", "1", 1.0)
+    cost: NonNegative = quantity("factor of the cost of moving per second", "1", 1.0)
 
 
 class Drainage(Section):
@@ -88,7 +88,7 @@ class RealLand(Section):
     """The keys of `terrain` for real land."""
 
     raster: FileName | None = about(
-        "elevations [m], a file beside the world file or below it: .npz, .asc (ESRI ASCII grid), or with "
+        "elevations [m], a file in the folder of the world file or below: .npz, .asc (ESRI ASCII grid), or with "
         "rasterio GeoTIFF, .hgt, .dem, DTED; or package:path of a file that comes with an installed package; "
         "absent: the ground is made of `hills` and `mountains`",
         None,
@@ -100,7 +100,7 @@ class RealLand(Section):
         exclude_if=is_absent,
     )
     crs: Annotated[str, Field(min_length=1, max_length=5000)] | None = about(
-        'coordinate system of a raster that does not say its own, as "EPSG:4326" for degrees',
+        'coordinate system of a raster that does not state its own, as "EPSG:4326" for degrees',
         None,
         exclude_if=is_absent,
     )
@@ -111,7 +111,7 @@ class RealLand(Section):
         exclude_if=is_absent,
     )
     scale: Positive | None = quantity(
-        "metres of the world for a metre of the land, along the ground; absent: 1",
+        "meters of the world per meter of the land, along the ground; absent: 1",
         "1",
         None,
         exclude_if=is_absent,

@@ -90,10 +90,10 @@ class Spread(Reproduction, own=True):
 
 
 class Asexual(Alone):
-    """Each organism divides: the newborn appears beside its parent."""
+    """Each organism divides: the newborn appears next to its parent."""
 
     kind: Annotated[Literal["asexual"], Change(ANEW)]
-    place: Literal["near"] = about("the newborn is beside its parent", "near")
+    place: Literal["near"] = about("the newborn is next to its parent", "near")
     dispersal: Positive = quantity("greatest distance from parent to newborn", "m", 1.0, own=True)
 
 

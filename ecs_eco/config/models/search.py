@@ -156,8 +156,8 @@ class Data(Section):
     """An outside series: measurements that reports show beside a run, and that a search can fit."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = about(
-        "a CSV beside the world file: a head with the names of the columns, then a row for each time, evenly "
-        "spaced"
+        "a CSV file next to the world file: a header with the names of the columns, then a row for each time, "
+        "evenly spaced"
     )
     time: Text | None = about("the column of the times; absent: the first one", None, exclude_if=is_absent)
     unit: Text | None = about(

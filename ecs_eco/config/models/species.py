@@ -102,7 +102,7 @@ class Species(
         change=FREE,
         own=POPULATION,
     )
-    color: Color = about("colour in figures, #rrggbb", "#4477aa", change=FREE)
+    color: Color = about("color in figures, #rrggbb", "#4477aa", change=FREE)
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(
         f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict, entries=FREE, own=COLUMN

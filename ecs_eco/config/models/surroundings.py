@@ -39,7 +39,7 @@ Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
 class Space(Section):
-    """The space that everything is in."""
+    """Size and edges of the space."""
 
     size: Annotated[list[Positive], Field(min_length=2, max_length=3)] = quantity(
         "extent along each axis; two numbers are a plane, three a volume", "m"
@@ -47,7 +47,7 @@ class Space(Section):
     edges: Literal["torus", "walls"] = about(
         "torus: leaving on one side enters on the other; walls: nothing leaves", "torus"
     )
-    cell: Positive | None = quantity("side of the cells of the neighbour index; absent: chosen", "m", None)
+    cell: Positive | None = quantity("side of the cells of the neighbor index; absent: chosen", "m", None)
 
     @property
     def widest(self) -> float:
@@ -86,15 +86,15 @@ class Strip(Section):
     width: Positive = quantity(
         "breadth of the strip; at least the cells of the ground that the line passes", "m", 1.0
     )
-    pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
-    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+    pace: Positive = quantity("factor of the speed of animals on it", "1", 1.0)
+    cost: NonNegative = quantity("factor of the cost of moving per second", "1", 1.0)
 
 
 class Terrain(RealLand):
     """The shape of the ground."""
 
     cell: Positive = quantity(
-        "side of the cells of the height map, and of those of a raster that does not say its own", "m", 1.0
+        "side of the cells of the height map, and of those of a raster that does not state its own", "m", 1.0
     )
     hills: Hills | None = about("smooth random hills", None)
     mountains: list[Landmark] = table("high ground, slow to climb", list)
@@ -153,10 +153,10 @@ class ScalarField(Section):
 
 
 class Store(Section, change=FREE):
-    """Energy in objects, for those who eat them (`diet.efficiency`); remains hold what the dead body held."""
+    """Energy in objects, for animals that eat them (`diet.efficiency`); remains hold what the dead body held."""
 
     initial: NonNegative = quantity("energy of each object but remains", "energy", 0.0)
-    decay: NonNegative = quantity("share that rots away in a second; what rots vanishes at last", "1/s", 0.0)
+    decay: NonNegative = quantity("share that rots per second", "1/s", 0.0)
     left: Share = quantity(
         "share of a store that rots: the object vanishes when so much would be left of it", "1", 0.01
     )
@@ -201,7 +201,7 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
         exclude_if=is_empty,
         change=NUMBERS,
     )
-    color: Color = about("colour in figures, #rrggbb", "#888888", change=FREE)
+    color: Color = about("color in figures, #rrggbb", "#888888", change=FREE)
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(
         f"physical properties by name: {', '.join(PROPERTIES)}", dict, entries=FREE

@@ -57,7 +57,7 @@ class Training(Section):
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
         "last share of the training over which weights are averaged", "1", 0.2
     )
-    respawn: bool = about("whether the dead are replaced at once, and there are no births", True)
+    respawn: bool = about("whether the dead are replaced immediately and there are no births", True)
     set: dict[str, Any] = table("dotted key = value that holds while training", dict)
     worlds: Annotated[int, Field(ge=1, le=64)] = about(
         "number of worlds that train the same policies at once", 1
@@ -85,10 +85,10 @@ class WorldConfig(Section):
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about(
         "name, used for folders"
     )
-    title: Annotated[str, Field(max_length=200)] = about("name for people", "", change=FREE)
+    title: Annotated[str, Field(max_length=200)] = about("title for people", "", change=FREE)
     description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "", change=FREE)
     code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
-        'code of your own that it names: files beside it ("sir.py"), '
+        'code of your own that it names: files next to it ("sir.py"), '
         'installed modules ("mypackage.ecology"); runs once allowed',
         list,
     )
@@ -97,7 +97,7 @@ class WorldConfig(Section):
     )
     dt: Positive = quantity("length of a tick", "s", 1.0)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1, change=FREE)
-    space: Space = about("the space that everything is in")
+    space: Space = about("size and edges of the space")
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None, change=FENCE)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
@@ -106,7 +106,7 @@ class WorldConfig(Section):
     )
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
-        "name = description of every chemical substance", dict, entries=FREE
+        "name = description, for each chemical substance", dict, entries=FREE
     )
     fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
@@ -130,14 +130,14 @@ class WorldConfig(Section):
         exclude_if=is_empty,
     )
     interventions: list[AnyIntervention] = table("interventions while it runs", list, change=FREE)
-    land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
+    land_use: list[AnyUse] = about("continuous harvests and plantings", [], exclude_if=is_empty)
     archipelago: Archipelago | None = about(
         "islands that exchange migrants, each a world as this file describes it; absent: there is one world",
         None,
         exclude_if=is_absent,
     )
     data: Data | None = about(
-        "measurements that it is compared with; absent: none", None, exclude_if=is_absent
+        "measurements to compare the world with; absent: none", None, exclude_if=is_absent
     )
     search: Search = Field(
         default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them"
@@ -224,11 +224,35 @@ class WorldConfig(Section):
         return self._folder
 
     def file(self, name: str) -> Path:
-        """Path of a file that the world names."""
+        """Return the path of a file that the world names.
+
+        Parameters
+        ----------
+        name : str
+            Relative to the folder of the world file.
+
+        Returns
+        -------
+        Path
+        """
         return self._folder / name
 
     def function(self, name: object) -> Any:
-        """The object of "module:name", with its parameters, or a function itself; raises CodeError."""
+        """Return the object of "module:name", with its parameters, or a function itself.
+
+        Parameters
+        ----------
+        name : str, Use or callable
+
+        Returns
+        -------
+        object
+
+        Raises
+        ------
+        CodeError
+            If it does not exist or may not run.
+        """
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
@@ -238,9 +262,18 @@ class WorldConfig(Section):
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self) -> dict[str, Any]:
-        """Every value with JSON types, defaults included; loads as a world with the same hash.
+        """Return every value with JSON types, defaults included.
 
-        `code` also lists the modules of functions that were passed; it is left out if empty.
+        Returns
+        -------
+        dict
+            Loads as a world with the same `config_hash`.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import load
+        >>> load("predator-prey").resolved()["dt"]
+        1.0
         """
         data = self.model_dump(mode="json")
         if not (code := code_of(self)):

@@ -21,7 +21,17 @@ Statistics = dict[str, float]
 
 @dataclass(frozen=True)
 class Fit:
-    """Measurements, the aspects to compare, and their statistics: each a log10 or a share of a period."""
+    """Measurements to compare runs with, and their statistics: each a log10 or a share of a period.
+
+    Attributes
+    ----------
+    outside : Outside
+        The measurements.
+    kinds : tuple of str
+        What is compared: "period", "lag", "amplitude", "mean".
+    observed : dict of str to float
+        Statistics of the measurements.
+    """
 
     outside: Outside
     kinds: tuple[str, ...]
@@ -29,14 +39,36 @@ class Fit:
     sha256: str  # of the measurements
 
     def of(self, series: Series) -> Statistics | None:
-        """Return the statistics of a run over its last part that is as long as the measurements, sampled
-        as often; None if it is too short, or a species has died out or gone below 0 in that part."""
+        """Return the statistics of a run.
+
+        They are computed over the last stretch of the run that is as long as the measurements, sampled at the
+        same intervals.
+
+        Parameters
+        ----------
+        series : Series
+
+        Returns
+        -------
+        dict of str to float or None
+            None if the run is too short, or a species died out in that stretch.
+        """
         x = sampled(series, self.outside)
         return None if x is None else statistics(x, list(self.outside.columns), self.outside, self.kinds)
 
     def differences(self, own: Mapping[str, float]) -> np.ndarray:
-        """Return the differences of statistics from the observed, f64[statistics]; of lags the shorter way
-        around."""
+        """Return the differences of statistics from the measurements.
+
+        Parameters
+        ----------
+        own : Mapping of str to float
+            As `of` returns them.
+
+        Returns
+        -------
+        array of float64, shape (statistics,)
+            Differences of lags go the shorter way around a period.
+        """
         apart = [(name, own[name] - value) for name, value in self.observed.items()]
         return np.array([(d + 0.5) % 1 - 0.5 if name.startswith("lag ") else d for name, d in apart])
 

@@ -33,13 +33,48 @@ def search(
     trust: bool = False,
     executor: str | Executor = LOCAL,
 ) -> dict[str, Any]:
-    """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
+    """Search the ranges in a world's section `search`, and write a folder.
 
-    `overrides` are as for `load`, "search.ticks" and similar keys included. It ends after `budget` minutes,
-    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a search is
-    continued. `trust` allows the code that the world lists to run in this process and its workers. `executor`
-    is "local" (two `workers` by default), "ray", or your own executor. Raises ConfigError; FolderInUse if
-    another process searches there; ForeignFile if it contains another search.
+    Parameters
+    ----------
+    world : str, Path or Mapping
+        A world with `search.ranges`.
+    out : str or Path
+        Folder. A search that is there already continues.
+    overrides : Mapping or sequence of str, optional
+        As for `ecs_eco.config.load`, keys of `search` included.
+    budget : float, optional
+        Minutes after which it ends, earlier calls included.
+    trials : int, optional
+        Candidates after which it ends.
+    cpu : float, optional
+        CPU seconds of candidates after which it ends.
+    workers : int, optional
+        Number of processes; default 2.
+    optimiser : str, default "gp"
+        "gp" (Gaussian process), "tpe", "random"; for measurements "abc" and "abc-smc".
+    progress : callable, optional
+        Called with the search after each candidate.
+    report : bool, default True
+        Whether to write report.html.
+    trust : bool, default False
+        Whether the code that the world lists may run in this process and its workers.
+    executor : str or Executor, default "local"
+        "local", "ray", or an executor of your own.
+
+    Returns
+    -------
+    dict
+        Content of search.json: the best values, their importance, and the test on new seeds.
+
+    Raises
+    ------
+    ConfigError
+        For an invalid world or optimizer.
+    FolderInUse
+        If another process searches there.
+    ForeignFile
+        If the folder contains another search.
     """
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)

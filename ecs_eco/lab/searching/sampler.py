@@ -19,7 +19,19 @@ FEWEST = 3  # accepted candidates to draw around
 
 
 class Population(NamedTuple):
-    """Accepted candidates, the nearest first."""
+    """Candidates that were kept, the nearest first.
+
+    Attributes
+    ----------
+    numbers : array of int64, shape (kept,)
+        Numbers of the candidates.
+    at : array of float64, shape (kept, parameters)
+        Their places in the unit cube of the ranges.
+    weights : array of float64, shape (kept,)
+        Importance weights.
+    distances : array of float64, shape (kept,)
+        From the measurements.
+    """
 
     numbers: np.ndarray  # i64[accepted], candidates
     at: np.ndarray  # f64[accepted, parameters], their places in the unit cube of the ranges
@@ -33,7 +45,15 @@ class Population(NamedTuple):
 
 
 class Sampler:
-    """Proposes candidates as an optimizer does, and selects those of the journal that are the posterior."""
+    """Approximate Bayesian computation: proposes candidates, and selects those that form the posterior.
+
+    Parameters
+    ----------
+    plan : Plan
+    kind : {"abc", "abc-smc"}
+    journal : Journal
+        Of the search.
+    """
 
     def __init__(self, plan: Plan, kind: str, journal: Journal) -> None:
         assert plan.fit is not None
@@ -92,7 +112,12 @@ class Sampler:
     # --- the posterior
 
     def posterior(self) -> Population:
-        """Return the accepted of all candidates so far."""
+        """Return the candidates that are kept so far.
+
+        Returns
+        -------
+        Population
+        """
         if self.kind == "abc":
             entries = self._entries()
             return _nearest(self._drawn(entries, None), max(1, round(self.keep * len(entries))))
@@ -181,8 +206,31 @@ def place_of(p: Parameter, value: float) -> float:
 
 
 def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np.ndarray:
-    """Return quantiles of the distribution of weighted numbers: the i-th of n of equal weight is that of i
-    / (n + 1) (Weibull 1939), so that a 90% interval contains the next one in nine of ten cases."""
+    """Return quantiles of the distribution that weighted numbers were drawn from.
+
+    Parameters
+    ----------
+    x : array of float, shape (n,)
+    weights : array of float, shape (n,)
+    q : list of float
+        Probabilities, 0 to 1.
+
+    Returns
+    -------
+    array of float64, shape (len(q),)
+
+    Notes
+    -----
+    The i-th of n numbers of equal weight is the quantile of i / (n + 1) (Weibull 1939), so that a 90% interval
+    contains the next number in nine of ten cases.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.lab.searching.sampler import weighted_quantiles
+    >>> weighted_quantiles(np.array([1.0, 2.0, 3.0]), np.ones(3), [0.25, 0.5]).tolist()
+    [1.0, 2.0]
+    """
     order = np.argsort(x, kind="stable")
     w = weights[order] / weights.sum()
     n = 1 / (w**2).sum()

@@ -1,0 +1,242 @@
+"""Pages of the Python API: which names are on which page, and their entries. Used by tools/site_pages.py.
+
+A function or class of a page is on it whatever its docstring. A method is on its class's page if its docstring
+has a section (Parameters, Returns, Examples …): one with a single line is for the package itself.
+"""
+
+import inspect
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+MEMBERS = "   :members:\n   :show-inheritance:\n"
+INHERITED = "   :inherited-members: object\n"
+SECTION = re.compile(r"^[A-Z]\w+\n-{3,}$", re.MULTILINE)
+TYPES = ("boolean", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64")
+API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
+    "world": (
+        "World, tables and systems",
+        "Build a world, run it, look at it, and add components and systems of your own.",
+        (
+            "ecs_eco:World",
+            "ecs_eco:Table",
+            "ecs_eco:System",
+            "ecs_eco:component",
+            "ecs_eco:column",
+            "ecs_eco:PHASES",
+            "ecs_eco:njit",
+            "ecs_eco:draw",
+            "ecs_eco.engine.random:draw_many",
+            "ecs_eco.life.reconfigure:reconfigure",
+            "ecs_eco.nervous.external:External",
+            "ecs_eco.nervous.external:Sensed",
+        ),
+    ),
+    "config": (
+        "World files",
+        "Load and check world files, and declare keys of your own. Every built-in key is in "
+        "[the world file](../world/index.md).",
+        ("ecs_eco.config:*", "ecs_eco.engine.errors:ConfigError"),
+    ),
+    "runs": (
+        "Runs and their records",
+        "Run a world into a folder, resume, fork or repeat it, and read what it recorded.",
+        (
+            "ecs_eco.runs.run:run_to_folder",
+            "ecs_eco.runs.run:resume",
+            "ecs_eco.runs.run:fork",
+            "ecs_eco.runs.repeat:repeat",
+            "ecs_eco.runs.repeat:repeatable",
+            "ecs_eco.runs.run:read_manifest",
+            "ecs_eco.analysis.runs:load_series",
+            "ecs_eco.analysis.runs:Series",
+            "ecs_eco.record.frame:SeriesTable",
+            "ecs_eco.record.parquet:read_parts",
+            "ecs_eco.record:*",
+        ),
+    ),
+    "lab": (
+        "Experiments: many runs",
+        "Compare treatments, sweep values, search for numbers, train policies and connect islands; see "
+        "[comparing](../../how-to/compare.md), [searching](../../how-to/searching.md) and "
+        "[measurements](../../how-to/measurements.md).",
+        (
+            "ecs_eco.lab:*",
+            "ecs_eco.lab.searching.fit:Fit",
+            "ecs_eco.lab.searching.sampler:Sampler",
+            "ecs_eco.lab.searching.sampler:Population",
+            "ecs_eco.lab.searching.sampler:weighted_quantiles",
+        ),
+    ),
+    "learning": (
+        "Learning",
+        "Policy networks and PPO, also for plain Gymnasium environments; see "
+        "[learning](../../explanation/learning.md).",
+        ("ecs_eco.learning:*",),
+    ),
+    "rl": (
+        "Reinforcement learning from outside",
+        "Species as environments of PettingZoo and Gymnasium: "
+        '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
+        "(../../how-to/bring_your_own_learner.md).",
+        ("ecs_eco.rl:*", "ecs_eco.rl.single:Body", "ecs_eco.rl.parallel:Parallel", "ecs_eco.rl.vector:Slots"),
+    ),
+    "genomes": (
+        "Genomes",
+        "Layouts, operators and statistics; see [genomes](../../explanation/genomes.md).",
+        ("ecs_eco.genomes:*", "ecs_eco.genomes.models:GenomeSection", "ecs_eco.genomes.own_values:own_value"),
+    ),
+    "space": (
+        "Space",
+        "Edges, neighbors, fields and ground.",
+        ("ecs_eco.space:*", "ecs_eco.space.pairs:Pairs", "ecs_eco.space.geometry:back_into"),
+    ),
+    "systems": (
+        "Systems",
+        "What happens to organisms and objects in a tick, in the order of "
+        "[the schedule](../../explanation/design.md#the-tick).",
+        ("ecs_eco.systems:*", "ecs_eco.systems.schedule:schedule"),
+    ),
+    "bands": (
+        "One world over several processes",
+        "Divide the work of one world among MPI processes; see [bands](../../explanation/bands.md).",
+        ("ecs_eco.bands:*",),
+    ),
+    "view": (
+        "Viewing",
+        "Pictures and data of recorded runs, as the viewer shows them; `World.view` opens the page.",
+        (
+            "ecs_eco.view.paint:Painter",
+            "ecs_eco.view.replay:Replay",
+            "ecs_eco.view.inspect:state_of",
+            "ecs_eco.view.inspect:drawable",
+        ),
+    ),
+    "testing": (
+        "Tests of your own parts",
+        "Checks for your own components, systems, genomes and worlds.",
+        ("ecs_eco.testing:*",),
+    ),
+}
+ANALYSIS = (  # modules; after a colon the names, where the module has no public ones of its own
+    "why:write_why,explain",
+    "report:write_report",
+    "nervous_figure:draw_nervous_system,save",
+    "cycles",
+    "extinction",
+    "lineage",
+    "pedigree",
+    "survival",
+    "spectrum",
+    "rhythm",
+    "depth",
+    "carriers",
+    "signature",
+    "against",
+    "compare",
+    "seed_grid",
+    "figures",
+)
+
+
+def pages() -> dict[str, str]:
+    """Return the text of each page by its name."""
+    texts = {name: _page(title, opening, names) for name, (title, opening, names) in API.items()}
+    texts["world"] += _types()
+    return texts | {"analysis": _analysis()}
+
+
+def entries() -> Iterator[tuple[str, str, str]]:
+    """Yield (page, module, name) of every function, class and constant of the API."""
+    for page, (_, _, names) in API.items():
+        yield from ((page, module, one) for name in names for module, one in _wanted(name))
+    yield from (("analysis", *entry) for _, names in _phenomena() for entry in names)
+
+
+def _wanted(name: str) -> Iterator[tuple[str, str]]:
+    module, _, what = name.partition(":")
+    for one in import_module(module).__all__ if what == "*" else (what,):
+        yield module, one
+
+
+def is_public(member: object) -> bool:
+    """Return whether a member of a class is for users: a property, or a method that is documented in full."""
+    if isinstance(member, property):
+        return True
+    return SECTION.search(inspect.getdoc(member) or "") is not None
+
+
+def _page(title: str, opening: str, names: tuple[str, ...]) -> str:
+    wanted = dict.fromkeys(entry for name in names for entry in _wanted(name))
+    return "\n\n".join([f"# {title}\n\n{opening}", *(_entry(*entry) for entry in wanted)]) + "\n"
+
+
+def _entry(module: str, name: str) -> str:
+    try:
+        thing = getattr(import_module(module), name)
+    except ModuleNotFoundError:  # of an extra that is not installed: autodoc replaces it
+        return _directive("autofunction", f"{module}.{name}", "")
+    if isinstance(thing, type) and issubclass(thing, Exception):
+        return _directive("autoexception", f"{module}.{name}", "")
+    if inspect.isclass(thing):
+        members = "" if module.endswith(".systems") else MEMBERS
+        return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name == "World"))
+    if callable(thing):
+        return _directive("autofunction", f"{module}.{name}", "")
+    return _directive("autodata", f"{module}.{name}", "   :no-value:\n")
+
+
+def _directive(kind: str, name: str, options: str) -> str:
+    return f"```{{eval-rst}}\n.. {kind}:: {name}\n{options}```"
+
+
+def _types() -> str:
+    """The types of columns, a line each."""
+    import ecs_eco
+
+    data = [
+        f".. py:data:: ecs_eco.{name}\n\n   Column type: numpy's `{getattr(ecs_eco, name).dtype}`.\n"
+        for name in TYPES
+    ]
+    return "\n## Types of columns\n\n```{eval-rst}\n" + "\n".join(data) + "```\n"
+
+
+def _phenomena() -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    for entry in ANALYSIS:
+        name, _, chosen = entry.partition(":")
+        module = f"ecs_eco.analysis.{name}"
+        yield name, [(module, one) for one in (chosen.split(",") if chosen else _own(module))]
+
+
+def _analysis() -> str:
+    parts = [
+        "# Analysis\n\nStatistics and figures of recorded runs, one phenomenon per module; see "
+        "[running](../../how-to/running.md#from-python)."
+    ]
+    for name, names in _phenomena():
+        doc = import_module(f"ecs_eco.analysis.{name}").__doc__ or ""
+        head = doc.strip().partition("\n\n")[0].replace("\n", " ")
+        parts += [f"## {name}\n\n{head}", *(_entry(*entry) for entry in names)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _own(module: str) -> list[str]:
+    """Return public classes and functions that a module defines itself, in its order."""
+    there: dict[str, Any] = vars(import_module(module))
+    return [
+        name
+        for name, thing in there.items()
+        if not name.startswith("_")
+        and (inspect.isclass(thing) or inspect.isfunction(thing))
+        and thing.__module__ == module
+    ]
+
+
+def index() -> str:
+    """Return the page that lists the others."""
+    names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
+    return (
+        "# Python\n\nThe classes and functions that you import, generated from their docstrings.\n\n"
+        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n"
+    )
