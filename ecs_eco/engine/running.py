@@ -20,7 +20,7 @@ def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | N
                     call()
                 if world.stopping:
                     break
-                world.underway, world.ticking = mark, True  # the mark stands until the tick is complete
+                world.underway, world.ticking = mark, True  # the mark stays until the tick is complete
                 world._pass_tick()
                 world.tick += 1
                 world.ticking, world.underway = False, None

@@ -48,7 +48,7 @@ class Touched(_OfWorld):
         self.after = after
 
     def process(self, *_: object) -> None:
-        """Look at what was written."""
+        """Check the values that were written."""
         self.world._touch()
         self.world._admit(refuse=self.world.debug is None)
 

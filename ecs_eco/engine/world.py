@@ -472,7 +472,7 @@ class World:
         return self
 
     def _act(self, processors: Iterable[Processor]) -> None:
-        """Let processors act, one after the other; in the debug mode what each of them did is checked."""
+        """Run processors one after the other; in debug mode, check what each of them did."""
         if self.debug is None:
             for processor in processors:
                 processor.process()
@@ -481,7 +481,7 @@ class World:
                 self.debug.act(processor)
 
     def _pass_tick(self) -> None:
-        """Let all processors act, in the way of dividing work among threads that took less time lately."""
+        """Run all processors, with the division among threads that was faster lately."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
             self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
@@ -489,7 +489,7 @@ class World:
             self._act(processors)
 
     def _entered(self) -> AbstractContextManager[None]:
-        """Return what a part of a tick takes place within; a world that others can look into says more."""
+        """Return the context of a part of a tick; a world that others can observe overrides it."""
         return nullcontext()
 
     def _mine(self) -> None:
@@ -523,21 +523,23 @@ class World:
             self._flush_births()
 
     def _flush_deaths(self) -> None:
-        """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
+        """Free the rows of all entities that have a cause of death; hooks see them first, in the order of
+        uids."""
         if self.debug is None:
             self.turnover.bury_dying()
         else:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
     def _flush_births(self) -> None:
-        """Bring the newborn that were asked for to life, table by table, in the order of their requests."""
+        """Bring the requested newborn to life, table by table, in the order of requests."""
         if self.debug is None:
             self.turnover.bear()
         else:
             self.debug.watch(Births.label, self.turnover.bear, flush=True)
 
     def _admit(self, refuse: bool = True) -> None:
-        """Check what was written between ticks, before kernels read it; a world with a space does this."""
+        """Check the values that were written between ticks, before kernels read them; a world with a space
+        overrides it."""
 
     def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
@@ -548,6 +550,6 @@ class World:
     # --- for systems -----------------------------------------------------------------------------------------
 
     def _touch(self) -> None:
-        """Invalidate all that is derived from positions: handles may have moved something."""
+        """Invalidate everything derived from positions: handles may have moved an entity."""
         for table in self.tables.values():
             table.version += 1

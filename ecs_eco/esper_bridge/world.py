@@ -80,7 +80,7 @@ class World(engine.World):
                 switch_back(outside)
 
     def _pass_tick(self) -> None:
-        """Let all processors act while esper shows this world."""
+        """Run all processors while esper shows this world."""
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()

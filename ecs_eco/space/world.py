@@ -129,7 +129,7 @@ class SpatialWorld(World):
         self.environment.ambient = values
 
     def _admit(self, refuse: bool = True) -> None:
-        """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
+        """Wrap or refuse the values that were written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
     def _admit_newborn(
@@ -327,9 +327,9 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the bodies of several tables in one index of a kind, as things stand now:
-        those that `build()` returned, or does now."""
-        with self.lock:  # several threads may want it at once
+        """Return the current bodies of several tables in one index of a kind: the result of the last
+        `build()`, or of a new one."""
+        with self.lock:  # several threads may need it at once
             version: tuple[int, ...] = ()
             for name in names:
                 version = *version, self.tables[name].version
@@ -339,7 +339,7 @@ class SpatialWorld(World):
             return kept[1]
 
     def _forget_neighbours(self) -> None:
-        """Let all indexes be made anew: the cells, or all places, are others."""
+        """Make all indexes rebuild: the cells, or all positions, have changed."""
         self._indexes.clear()
         self._kept_merged.clear()
         self._touch()

@@ -89,7 +89,10 @@ def compare(*words: str) -> str:
     [
         (["diel-migration", "--treatment", "constant-ligth"], 'did you mean "constant-light"'),
         (["diel-migration", "--treatment", "no-krlil"], 'did you mean "no-krill"'),
-        (["diel-migration", "--treatment", "energy-only"], "no species has a happiness that depends on light"),
+        (
+            ["diel-migration", "--treatment", "energy-only"],
+            "no species has a happiness that depends on light",
+        ),
         (["diel-migration", "--treatment", "energy-and-light"], "changes only learning"),
         (["predator-prey", "--treatment", "inverted-light"], "there is no sun"),
     ],
