@@ -8,6 +8,7 @@ import numpy as np
 from ecs_eco.engine import random
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import Scheduled
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 
@@ -22,11 +23,13 @@ class System(Scheduled):
     order drawn in each tick. A system that joins tables overrides `process`. `acts` are the groups of actions
     that it carries out, beyond those that every world knows: species may use them. A world from a file has a
     shipped system with `asked_for` only where that is true of a table: others are as fast as without.
+    `submodel` is its part of the world's description (`ecs-eco describe`).
     """
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
     asked_for: ClassVar[Any] = None  # a static function of a table: bool
+    submodel: ClassVar[Submodel | None] = None
     world: World
     # the tables that have what it needs, what that was found from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)

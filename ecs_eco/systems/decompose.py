@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import scalars
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import bodies, held, hold, release
 
@@ -26,6 +27,7 @@ class Decompose(System):
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
+    submodel = Submodel("Decomposition", reads=("decomposition",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: table.species.decomposition is not None)
     world: SpatialWorld
 

@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.config.features.chemistry import Emission
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.matter import bodies, held, hold, part_lost
@@ -26,6 +27,17 @@ class Diffuse(System):
 
     phase = "environment"
     divisible = True
+    submodel = Submodel(
+        "Fields",
+        where=("emits",),
+        reads=("emits", "fields"),
+        rules={
+            "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field: diffusion in explicit "
+            "steps, decay and emission exactly.",
+            "fields.renewal": "A renewed field gains `renewal (initial − c)` in addition.",
+            "emits.consume": "A body loses what it emits where `consume` is true.",
+        },
+    )
     world: SpatialWorld
 
     def process(self, *_: object) -> None:

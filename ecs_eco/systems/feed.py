@@ -13,6 +13,7 @@ from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import ticks
@@ -57,6 +58,25 @@ class Feed(System):
     needs = (Position, Body, Metabolism)
     phase = "interact"
     divisible = True
+    submodel = Submodel(
+        "Feeding",
+        where=("diet",),
+        reads=("diet",),
+        rules={
+            "": "An attempt succeeds in a tick with probability `1 − (1 − chance)^dt`. An animal proposes the "
+            "nearest item of each kind of its diet that it touches; an item goes to the nearest of the animals "
+            "that want it, and an animal with several items takes the nearest first.",
+            "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`; below `until`, if it is given, "
+            "an animal eats, otherwise while it is not full.",
+            "diet.efficiency": "A meal adds `efficiency` times the energy that the item holds, up to "
+            "`energy_max`.",
+            "diet.deadly": "Deadly food kills its eater.",
+            "diet.assimilation": "The share `assimilation` of the item's substances goes into the eater, the rest "
+            "into the first field of each substance.",
+        },
+        changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.digesting", "Chemistry", "Matter"),
+        draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",
+    )
     world: SpatialWorld
     _wanted: list[Meals]  # in this tick
     _shaped: bool  # whether some distances are from surface to surface

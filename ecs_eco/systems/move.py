@@ -11,6 +11,7 @@ from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import is_own, of_row, row_of
 from ecs_eco.compiled.trigonometry import sine_and_cosine
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.gaits import own_gaits
@@ -52,6 +53,27 @@ class Move(System):
     needs = (Position, Velocity, Nervous)
     phase = "move"
     divisible = True
+    submodel = Submodel(
+        "Movement",
+        where=("locomotion",),
+        reads=("locomotion",),
+        rules={
+            "": "`heading(t + dt) = heading(t) ± turn dt`; then `x(t + dt) = x(t) + v dt cos(heading)` and "
+            "`y(t + dt) = y(t) + v dt sin(heading)`, where v is the speed of the gait. `cost` is the energy "
+            "burnt per second in that gait.",
+            "locomotion.drag": "Speed approaches that of the gait: `dv/dt = drag (v_gait − v)` (Stokes 1851), "
+            "solved exactly.",
+            "locomotion.climb": "`dz/dt = ± climb`.",
+            "locomotion.pitch": "Swimming up or down, an animal moves along a slope of the angle `pitch`: "
+            "`v sin(pitch)` upward and `v cos(pitch)` ahead.",
+            "terrain.slope_cost": "Uphill, the cost is multiplied by `1 + slope_cost × rise/distance`.",
+            "terrain": "Water, rocks and fences stop an animal where they begin.",
+            "terrain.roads": "Roads multiply speed by `pace` and cost by `cost`.",
+            "ectothermy": "Pace multiplies the speed, and its square the cost.",
+            "growth.pace": "The speed of the young is multiplied by `(mass/adult mass)^pace`.",
+        },
+        changes=("Position", "Velocity"),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one species."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import rows_of
 from ecs_eco.life.matter import book, held, hold
@@ -25,6 +26,7 @@ class Provide(System):
 
     needs = (Chemistry, Matter)
     phase = "reproduce"
+    submodel = Submodel("Substances of newborn", reads=("born_with",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: table.species.born_with == "mother")
     world: SpatialWorld
 

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row, row_of
 from ecs_eco.components import Chemistry, Matter, Metabolism, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.matter import bodies, book, held, hold
@@ -34,6 +35,11 @@ class React(System):
 
     needs = (Chemistry, Matter)
     phase = "metabolise"
+    submodel = Submodel(
+        "Reactions",
+        reads=("reactions",),
+        changes=("Chemistry", "Matter", "Metabolism.energy", "Metabolism.taken", "Metabolism.burnt"),
+    )
     asked_for = staticmethod(lambda table: bool(table.species.reactions))
 
     def update(self, table: Table, world: SpatialWorld) -> None:

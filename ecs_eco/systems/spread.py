@@ -12,6 +12,7 @@ from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life import sizes
@@ -56,6 +57,21 @@ class Spread(System):
     needs = (Position, Metabolism)
     phase = "reproduce"
     divisible = True
+    submodel = Submodel(
+        "Spread of plants",
+        where=("reproduction.kind=spread",),
+        reads=("reproduction",),
+        rules={
+            "": "The ground has sites of side `spacing`, with at most one plant each.",
+            "reproduction.place=anywhere": "On even ground the share p of sites taken follows `dp/dt = (rate p + "
+            "seed_rain)(1 − p)`, a logistic curve, in the mean over draws.",
+            "reproduction.place=near": "A free site is taken in a tick with probability `(rate p + seed_rain) "
+            "dt`, where p is the share of sites taken within `dispersal`.",
+            "defence.cost": "The share of a plant's seeds that sprout falls with what it spends on defence.",
+            "born_with=soil": "A seed sprouts only where the soil holds what the plant is made of.",
+        },
+        draws="which free sites are taken, and the place of a plant within its site",
+    )
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:

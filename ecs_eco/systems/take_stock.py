@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ecs_eco.components import Matter
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import NUMBER, stocks
 from ecs_eco.space.world import SpatialWorld
@@ -12,6 +13,7 @@ class TakeStock(System):
     """What has changed since the last tick without a flow was set by hand, and is booked as such."""
 
     phase = "environment"
+    submodel = Submodel()
     asked_for = staticmethod(lambda table: Matter in table)
     world: SpatialWorld
 
