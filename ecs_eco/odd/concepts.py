@@ -32,9 +32,7 @@ def _principles(model: Model) -> Iterator[Block]:
     if minds := [name for name, species in _species(model).items() if species.actions]:
         reflex = any(one.reflex for one in _species(model).values())
         policy = any(one.policy.kind != "none" for one in _species(model).values())
-        networks = ["a reflex network, which is innate"] * reflex + [
-            "a policy network, which may learn"
-        ] * policy
+        networks = ["an innate reflex network"] * reflex + ["a policy network that may learn"] * policy
         decision = f", from which {_listed(networks)} {'make' if len(networks) > 1 else 'makes'} a decision"
         yield (
             f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors give "
@@ -51,9 +49,11 @@ def _emergence(model: Model) -> Iterator[Block]:
         "individuals; no equation of populations is imposed."
     )
     if learned := [name for name, one in species.items() if one.policy.thinks]:
-        yield f"The behavior of {_listed(learned)} emerges from learning; what is imposed is the reward."
-    if written := [name for name, one in species.items() if one.reflex is not None]:
-        yield f"The reflexes of {_listed(written)} are imposed, except where genes code for them."
+        yield f"The behavior of {_listed(learned)} emerges from learning; only the reward is imposed."
+    if written := [name for name, one in species.items() if one.reflex is not None and one.genome is None]:
+        yield f"The reflexes of {_listed(written)} are imposed."
+    if coded := [name for name, one in species.items() if one.reflex is not None and one.genome is not None]:
+        yield f"The reflexes of {_listed(coded)} are imposed, except where genes code for them."
     if genes := [name for name, one in species.items() if one.genome is not None]:
         yield (
             f"Frequencies of alleles of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
@@ -171,7 +171,25 @@ def _interaction(model: Model) -> Iterator[Block]:
         f"{n} into {_listed(one.emits)}" for n, one in sections.items() if getattr(one, "emits", None)
     ]:
         some.append(f"Individuals interact indirectly by emissions into fields: {_listed(smells)}.")
-    yield from some or ["The world file declares no interaction; custom systems may (element 7)."]
+    if sensed := [
+        f"{name} ({', '.join(kinds)})" for name, one in species.items() if (kinds := _sensed(model, one))
+    ]:
+        some.append(f"Individuals sense others (the kinds in parentheses): {_listed(sensed)}.")
+    own = [
+        f"`{type(s).__name__}`" for s in model.active if not type(s).__module__.startswith("ecs_eco.systems.")
+    ]
+    if own:
+        some.append(
+            f"Processes of this world's own code may be interactions too (element 7): {_listed(own)}."
+        )
+    yield from some or ["Individuals do not interact."]
+
+
+def _sensed(model: Model, species: Species) -> list[str]:
+    """Return the kinds that the sensors of a species name."""
+    named = [value.value for sensor in species.sensors for value in values_of(sensor)]
+    flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
+    return [kind for kind in model.tables if kind in flat]
 
 
 def _stochasticity(model: Model) -> Iterator[Block]:

@@ -36,7 +36,7 @@ class Model:
         self.systems = sorted(systems, key=lambda system: -system.priority)
         self.sections: dict[str, Species | ObjectType] = {
             name: table.species.section
-            for name, table in world.tables.items()
+            for name, table in self.tables.items()
             if table.species.section is not None
         }
 
@@ -126,10 +126,13 @@ class Model:
         features = [] if self.config is None else own_features(self.config)
         return [key for one in features if type(system) in one.systems for key in one.model_fields]
 
-    def changes(self, kind: str, component: str, field: str) -> bool:
-        """Return whether a system of this world changes a state variable of a kind."""
+    def changes(self, kind: str, component: str, field: str, titled: bool = False) -> bool:
+        """Return whether a system of this world changes a state variable of a kind; with `titled`, one that is
+        more than bookkeeping."""
         wanted = {component, f"{component}.{field}"}
         for system, kinds in self.active.items():
+            if titled and system.submodel is not None and not system.submodel.title:
+                continue
             for change in self.changed_by(system):
                 key, _, what = change.rpartition(": ")
                 if what in wanted and (kind in kinds if not key else self._is_named(kind, key, kinds)):

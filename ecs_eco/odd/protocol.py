@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import takewhile
 from pathlib import Path
 
+from ecs_eco.components import Biology, Metabolism, Physical
 from ecs_eco.config.loading import WorldSource, island_of, load
 from ecs_eco.config.models.interventions import Intervention
 from ecs_eco.config.models.interventions import describe as in_words
@@ -22,12 +23,13 @@ from ecs_eco.odd.concepts import concepts
 from ecs_eco.odd.document import Block, Document, Heading, Items, grid
 from ecs_eco.odd.model import Model
 from ecs_eco.odd.submodels import parameters, submodels
-from ecs_eco.odd.values import comments_of, first_sentence, lists_of, shown, values_of
+from ecs_eco.odd.values import comments_of, first_sentence, keys_given, lists_of, shown, values_of
 
 OTHERWISE = ("count", "age", "max_count", "at", "between", "heading", "color", "components", "policy", "ppo")
 """Keys of kinds that element 5 describes, or that have no meaning in biology."""
 STARTS = ("count", "max_count", "age", "at", "between", "heading", "sex")
 SURROUNDINGS = ("substances", "terrain", "ambient", "sun", "year", "water")
+OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use some fields, or none
 UPRIGHT = ("z", "climb")  # fields that are 0 on a plane
 REFERENCE = (
     "This description follows the ODD protocol (Overview, Design concepts, Details; Grimm et al. 2020, JASSS 23(2) "
@@ -63,7 +65,7 @@ def _built(config: WorldConfig) -> World:
     """Build a world without organisms; of an archipelago its first island."""
     islands = config.archipelago
     here = config if islands is None or islands.here else island_of(config, islands.names[0])
-    world = World.from_config(here, policies="random", populate=False, record=False)
+    world = World.from_config(here, populate=False, record=False)
     world.config = config
     return world
 
@@ -111,15 +113,14 @@ def entities(model: Model) -> Iterator[Block]:
     kinds = [(name, "species" if name in model.organisms else "type of object") for name in model.tables]
     yield from grid(("kind", "entity"), kinds)
     yield (
-        "Each entity has a number (uid) of its own that is never used again. The other entities are the space and "
-        "its surroundings."
+        "Each individual has a unique number (uid). The space with its fields and surroundings is one more entity."
     )
     yield Heading(3, "State variables")
     yield from grid(("variable", "unit", "meaning", "of", "changes"), _state(model))
     constants = [
         (kind, key)
         for kind, section in model.sections.items()
-        for key in type(section).model_fields
+        for key in section.model_fields_set
         if key not in model.claimed(kind) and key not in OTHERWISE
     ]
     if blocks := [*parameters(model, constants)]:
@@ -131,12 +132,16 @@ def entities(model: Model) -> Iterator[Block]:
 def _state(model: Model) -> Iterator[tuple[str, ...]]:
     """Yield a row for each state variable, or for several that are alike: name, unit, meaning, kinds, changes."""
     rows: dict[tuple[str, ...], list[str]] = {}
+    given = {key.rpartition(".")[2] for section in model.sections.values() for key in keys_given(section)}
     components = {c.__name__: c for table in model.tables.values() for c in table if c not in table.derived}
     for name, component in sorted(components.items()):
         having = [kind for kind, table in model.tables.items() if component in table]
         known = comments_of(component)
         for field in component.fields:  # type: ignore[attr-defined]
             if field in UPRIGHT and not model.world.space.volume:
+                continue
+            changed = any(model.changes(kind, name, field, titled=True) for kind in having)
+            if component in OPTIONAL and not changed and field not in given:
                 continue
             unit, text = known.get(field, ("", ""))
             dynamic = [kind for kind in having if model.changes(kind, name, field)]
@@ -162,7 +167,7 @@ def _scales(model: Model) -> Iterator[Block]:
     rows = [
         ("extent", " × ".join(shown(size) for size in space.size) + " m"),
         ("edges", f"{edges}{'; surface and bottom are walls' * (space.volume and space.torus)}"),
-        ("resolution of space", "continuous"),
+        ("places", "continuous"),
         ("time step", f"{shown(world.dt)} s"),
     ]
     if config is not None:
@@ -199,6 +204,8 @@ def schedule(model: Model) -> Iterator[Block]:
         present = {component.__name__ for kind in kinds for component in model.tables[kind]}
         changed = [change.rpartition(": ")[2] for change in model.changed_by(system)]
         changes = ", ".join(f"`{change}`" for change in changed if change.partition(".")[0] in present)
+        if system.submodel is None:
+            changes = "not declared"
         what = first_sentence(type(system)) or "Its class has no docstring."
         rows.append((f"{number}", system.phase, f"`{type(system).__name__}`", of, what, changes))
     yield from grid(("", "phase", "process", "entities", "what happens", "changes"), rows)
@@ -206,8 +213,8 @@ def schedule(model: Model) -> Iterator[Block]:
         names = ", ".join(f"`{name}`" for name in idle)
         yield f"The schedule also has {names}, which find nothing to do in this world."
     yield (
-        "Where individuals compete for the same thing in the same process, the nearest comes first and ties are "
-        "broken at random; results do not depend on the order in which individuals are stored."
+        "Competition within a process is settled by distance or at random; results do not depend on the order in "
+        "which individuals are stored."
     )
 
 
@@ -219,8 +226,8 @@ def initialization(model: Model) -> Iterator[Block]:
         yield from grid(("kind", "entities now"), [(n, f"{t.n:,}") for n, t in model.tables.items()])
         return
     yield (
-        "Founders are at random places on open ground and head in random directions; plants that spread over sites "
-        "have a random free site each. The values of elements 2 and 7 hold for founders too."
+        "Founders are at random places and head in random directions, except where places are given. The values of "
+        "elements 2 and 7 hold for founders too."
     )
     yield from parameters(model, [(kind, key) for kind in model.sections for key in STARTS])
     rows = [(name, *_policy(model, name)) for name in model.organisms if _policy(model, name)[0]]

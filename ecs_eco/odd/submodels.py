@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from ecs_eco.engine.system import System
-from ecs_eco.inputs.section import Section
+from ecs_eco.inputs.section import NAMED, Section, Use
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, Part
 from ecs_eco.odd.values import (
@@ -13,6 +14,7 @@ from ecs_eco.odd.values import (
     applies,
     comments_of,
     first_paragraph,
+    first_sentence,
     lists_of,
     sentences,
     shown,
@@ -38,7 +40,7 @@ def submodels(model: Model) -> Iterator[Block]:
         yield from parameters(model, [one for one in dict.fromkeys(wanted) if one not in described])
         described.update(wanted)
         for part in parts:
-            if part.system is not None and part.system.submodel is None:
+            if part.system is not None and not type(part.system).__module__.startswith("ecs_eco.systems."):
                 yield from _own_values(part.system)
 
 
@@ -74,6 +76,25 @@ def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Bloc
                 entries.setdefault(type(entry), []).append((name, f"{key}.{label}", entry))
     for kind, rows in entries.items():
         yield from _listed(kind, rows)
+    if named := {text: None for text in _functions(model, held, entries)}:
+        yield Items(tuple(named))
+
+
+def _functions(
+    model: Model,
+    held: dict[str, dict[str, Value]],
+    entries: dict[type[Section], list[tuple[str, str, Section]]],
+) -> Iterator[str]:
+    """Yield the functions that values name, with the first sentence of their docstrings."""
+    values = [value for one in held.values() for value in one.values()]
+    values += [value for rows in entries.values() for *_, entry in rows for value in values_of(entry)]
+    for value in values:
+        if model.config is not None and (
+            isinstance(value.value, Use) or re.fullmatch(NAMED, str(value.value))
+        ):
+            function = model.config.known(value.value)
+            if function is not None and function.__doc__:
+                yield f"`{shown(value.value)}`: {first_sentence(function)}"
 
 
 def _wanted(kind: str, key: str, wanted: Sequence[tuple[str, str]]) -> bool:
@@ -85,14 +106,15 @@ def _side_by_side(held: dict[str, dict[str, Value]]) -> Iterator[Block]:
     names = list(held)
     for first in range(0, len(names), WIDEST):
         some = names[first : first + WIDEST]
-        known = {key: value for name in some for key, value in held[name].items()}
-        yield from grid(
-            ("parameter", "unit", *(name or "value" for name in some), "meaning"),
-            [
-                (f"`{key}`", one.unit, *(_cell(held[name].get(key)) for name in some), one.text)
-                for key, one in known.items()
-            ],
-        )
+        known: dict[str, Value] = {}
+        for name in some:
+            known |= {key: one for key, one in held[name].items() if key not in known}
+        rows, before = [], ""
+        for key, one in known.items():
+            cells = (_cell(held[name].get(key)) for name in some)
+            rows.append((f"`{key}`", one.unit, *cells, "" if one.text == before else one.text))
+            before = one.text
+        yield from grid(("parameter", "unit", *(name or "value" for name in some), "meaning"), rows)
 
 
 def _cell(value: Value | None) -> str:
@@ -104,9 +126,9 @@ def _cell(value: Value | None) -> str:
 
 def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterator[Block]:
     """Yield the table of the entries of lists that are of one model, and the meanings of its columns."""
-    if kind.__doc__:
+    if "." in sentences(kind).rstrip(".") or "=" in sentences(kind):  # more than a heading
         yield sentences(kind)
-    values = [{value.key: value for value in values_of(entry)} for _, _, entry in rows]
+    values = [{v.key: v for v in values_of(entry) if v.key not in ("name", "label")} for _, _, entry in rows]
     columns = {key: one for row in values for key, one in row.items()}
     yield from grid(
         ("of", "entry", *(f"{key} [{one.unit}]" if one.unit else key for key, one in columns.items())),

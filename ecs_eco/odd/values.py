@@ -18,7 +18,8 @@ from ecs_eco.learning.settings import PPO
 _DECLARED = re.compile(
     r"^(?P<space> *)(?:self\.)?(?P<name>\w+)\s*(?::[^=#\n]+)?(?:=[^#\n]*)?,?\s*# (?P<text>.*)$"
 )
-_UNIT = re.compile(r"^\[([^]]*)\],?\s*")
+_UNIT, _UNIT_AT_END = re.compile(r"^\[([^]]*)\][,;]?\s*"), re.compile(r" \[([^]]*)\]$")
+TECHNICAL = ("device",)  # keys that change no result
 PPO_TEXTS = {field.name: str(field.metadata["doc"]) for field in dataclasses.fields(PPO)}
 
 
@@ -40,12 +41,24 @@ def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
             yield from values_of(value, f"{key}.")
         elif isinstance(value, dict):
             for entry, one in value.items():
-                if not isinstance(one, Section):
+                if not isinstance(one, Section) and not (name == "ppo" and _is_unused(section, entry, one)):
                     yield Value(
                         f"{key}.{entry}", one, unit, PPO_TEXTS.get(entry, text) if name == "ppo" else text
                     )
         elif not _sections(value) and name != "kind":
             yield Value(key, value, unit, text)
+
+
+def _is_unused(section: Section, setting: str, value: object) -> bool:
+    """Return whether a hyperparameter of PPO has no effect on a species: 0, or of networks with a memory."""
+    return not value or (setting == "unroll" and next(found_at(section, ["policy", "network"]), None) is None)
+
+
+def keys_given(section: Section) -> set[str]:
+    """Return the keys of values under the keys that a file gives of a section."""
+    return {
+        value.key for value in values_of(section) if value.key.partition(".")[0] in section.model_fields_set
+    }
 
 
 def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tuple[str, Section]]]]:
@@ -64,7 +77,8 @@ def _fields(section: Section) -> Iterator[tuple[str, FieldInfo, Any]]:
     for name, info in type(section).model_fields.items():
         value = getattr(section, name)
         given = name in section.model_fields_set
-        if value is not None and value not in ("", [], {}) and (given or not _is_idle(info, value)):
+        idle = name in TECHNICAL or (_is_idle(info, value) and not given)
+        if value is not None and value not in ("", {}) and not idle:
             yield name, info, value
     for name, value in (section.__pydantic_extra__ or {}).items():
         yield name, FieldInfo(), value
@@ -82,13 +96,16 @@ def _sections(value: object) -> bool:
 def unit_of(info: FieldInfo) -> str:
     """Return the unit of a field, "" for a pure number."""
     extra = info.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    written = _UNIT_AT_END.search(info.description or "")
+    unit = (
+        str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else written[1] if written else ""
+    )
     return "" if unit == "1" else unit
 
 
 def text_of(info: FieldInfo) -> str:
     """Return the description of a field, without its unit and without what its absence means."""
-    text = re.sub(r" \[[^]]*\]$", "", info.description or "")
+    text = _UNIT_AT_END.sub("", info.description or "")
     return re.sub(r"[;,:]? absent: [^;]*", "", text)
 
 
@@ -141,13 +158,14 @@ def _is_set(value: object) -> bool:
     return any(value.values()) if isinstance(value, dict) else bool(value)
 
 
-def sentences(thing: type) -> str:
-    """Return the docstring of a class, in one line; "" where it has none of its own."""
-    return " ".join(inspect.cleandoc(vars(thing).get("__doc__") or "").split())
+def sentences(thing: Any) -> str:
+    """Return the docstring of a class or function, in one line; "" where it has none of its own."""
+    own = vars(thing).get("__doc__") if isinstance(thing, type) else getattr(thing, "__doc__", "")
+    return " ".join(inspect.cleandoc(own or "").split())
 
 
-def first_sentence(thing: type) -> str:
-    """Return the first sentence of the docstring of a class."""
+def first_sentence(thing: Any) -> str:
+    """Return the first sentence of the docstring of a class or function."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z`])", sentences(thing), maxsplit=1)[0]
 
 

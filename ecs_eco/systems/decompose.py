@@ -22,8 +22,8 @@ CAUSE, ROTTED = "decomposed", "decayed"  # the latter by losing the energy that 
 
 
 class Decompose(System):
-    """A carcass gives back a share of what it holds in each tick (Olson 1963), at last the rest, and is gone:
-    nutrients return to the soil."""
+    """A carcass gives back a share of what it holds in each tick (Olson 1963), so that nutrients return to the
+    soil. When little is left, it gives back the rest and vanishes."""
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"

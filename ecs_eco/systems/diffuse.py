@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 class Diffuse(System):
-    """Every body emits into the fields, at a rate or in proportion to what it is made of; the fields diffuse,
-    decay and are renewed from outside."""
+    """Bodies emit into the fields, at a rate or in proportion to what they hold. The fields diffuse, decay and
+    are renewed from outside."""
 
     phase = "environment"
     divisible = True
     submodel = Submodel(
         "Fields",
-        where=("emits",),
+        where=("emits", "fields.substance"),
         reads=("emits", "fields"),
         rules={
             "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field: diffusion in explicit "

@@ -53,7 +53,7 @@ class ExchangeHeat(System):
             "(1/conductance + insulation)` and P the heat of metabolism and regulation, solved exactly "
             "(Newton's law of cooling)."
         },
-        changes=("Physical.temperature", "Metabolism.energy", "Metabolism.burnt"),
+        changes=("Physical.temperature", "HeatExchange", "Metabolism.energy", "Metabolism.burnt"),
     )
     asked_for = staticmethod(lambda table: HeatExchange in table)
 

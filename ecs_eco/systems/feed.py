@@ -42,8 +42,8 @@ LONGEST = np.iinfo(np.int32).max  # ticks of digestion
 
 
 class Feed(System):
-    """An animal that eats, and digests nothing, takes the nearest food within reach,
-    with the diet's chance of success.
+    """An animal that eats and is not digesting takes the nearest food within reach, with the diet's chance of
+    success.
 
     Each proposes one item of each kind in its diet; an item goes to the nearest eater of all species that
     want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
@@ -63,16 +63,17 @@ class Feed(System):
         where=("diet",),
         reads=("diet",),
         rules={
-            "": "An attempt succeeds in a tick with probability `1 − (1 − chance)^dt`. An animal proposes the "
-            "nearest item of each kind of its diet that it touches; an item goes to the nearest of the animals "
-            "that want it, and an animal with several items takes the nearest first.",
-            "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`; below `until`, if it is given, "
-            "an animal eats, otherwise while it is not full.",
+            "": "An animal proposes the nearest item of each kind of its diet, if the surfaces of both bodies "
+            "are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
+            "chance)^dt`. An item goes to the nearest of the animals that want it, and an animal with "
+            "several items takes the nearest first. The eaten die.",
+            "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
+            "diet.until": "An animal eats only while its energy is below `until`.",
             "diet.efficiency": "A meal adds `efficiency` times the energy that the item holds, up to "
             "`energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",
-            "diet.assimilation": "The share `assimilation` of the item's substances goes into the eater, the rest "
-            "into the first field of each substance.",
+            "diet.assimilation": "The share `assimilation` of the item's substances goes into the eater, the "
+            "rest into the first field of each substance.",
         },
         changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.digesting", "Chemistry", "Matter"),
         draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",

@@ -32,11 +32,8 @@ class Grow(System):
     divisible = True
     submodel = Submodel(
         "Growth by light",
-        where=("metabolism.growth", "Growth"),
-        rules={
-            "": "`dE/dt = growth × light`, up to `energy_max`; light is 1 in full daylight.",
-            "defence.cost": "Growth is multiplied by 1 minus the share spent on defence.",
-        },
+        where=("metabolism.growth", "genome.genes.trait=metabolism.growth"),
+        rules={"": "`dE/dt = growth × light`, up to `energy_max`; light is 1 in full daylight."},
         changes=("Metabolism.energy", "Metabolism.taken"),
     )
 

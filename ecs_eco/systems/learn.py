@@ -23,12 +23,7 @@ class Learn(System):
     needs = (Nervous,)
     phase = "learn"
     divisible = True
-    submodel = Submodel(
-        "Learning",
-        where=("policy.learn",),
-        changes=("Policy", "Experience"),
-        draws="the order of transitions in minibatches",
-    )
+    submodel = Submodel("Learning", where=("policy.learn",), changes=("Policy", "Experience"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Credit the rewards of one species, and update its brains when it is time."""

@@ -54,9 +54,10 @@ class Mate(System):
         where=("reproduction.kind=sexual",),
         reads=("reproduction",),
         rules={
+            "sex=none": "The species has no sexes: any two may mate, and the one that chooses bears the young.",
             "": "A pair conceives in a tick with probability `1 − (1 − chance × fertility_mother × "
             "fertility_father)^dt`. A parent must be at least `age_min` old and hold at least `energy_min`. The "
-            "young get `energy_given` each, which the parents pay."
+            "young get `energy_given` each, which the parents pay.",
         },
         changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
         draws="whether a pair conceives, and the order of equally near pairs",

@@ -36,10 +36,11 @@ class Metabolise(System):
     divisible = True
     submodel = Submodel(
         "Metabolism",
-        where=("metabolism.basal", "locomotion.cost"),
+        where=("metabolism.basal", "locomotion.cost", "diet"),
         reads=("metabolism",),
         rules={
             "": "`dE/dt = −(basal + cost)`, where cost is that of the locomotion of this tick.",
+            "diet": "The time until an animal can eat again runs down.",
             "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
             "metabolism.torpor": "An animal without energy is torpid: it burns nothing and stands still.",
         },

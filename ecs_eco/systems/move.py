@@ -37,14 +37,14 @@ ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros
 
 
 class Move(System):
-    """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
+    """An animal turns, then moves ahead at the speed of its gait and pays for it.
 
-    Vigour multiplies the speed of every gait, and the cost by its square; so does the size of young that
-    grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its costs; the
-    torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
-    slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
-    balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal ends its
-    way at a solid capsule or box that cannot move, however fast it is.
+    Uphill costs more. Vigour multiplies the speed of every gait, and the cost by its square; so does the size
+    of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its
+    costs; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or
+    along a slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait −
+    v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal
+    ends its way at a solid capsule or box that cannot move, however fast it is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -59,8 +59,8 @@ class Move(System):
         reads=("locomotion",),
         rules={
             "": "`heading(t + dt) = heading(t) ± turn dt`; then `x(t + dt) = x(t) + v dt cos(heading)` and "
-            "`y(t + dt) = y(t) + v dt sin(heading)`, where v is the speed of the gait. `cost` is the energy "
-            "burnt per second in that gait.",
+            "`y(t + dt) = y(t) + v dt sin(heading)`, where v is the speed of the gait.",
+            "locomotion.cost": "Metabolism burns the cost of the gait.",
             "locomotion.drag": "Speed approaches that of the gait: `dv/dt = drag (v_gait − v)` (Stokes 1851), "
             "solved exactly.",
             "locomotion.climb": "`dz/dt = ± climb`.",

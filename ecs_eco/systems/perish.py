@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 
 class Perish(System):
-    """Too cold, too acid, too old, starved: each end of each interval is a separate cause of death.
+    """An organism dies when one of its properties leaves the interval in which it can live. Each end of each
+    interval is a separate cause of death.
 
     Death has a reward: the minimum of happiness minus the happiness last felt.
     """

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Provide(System):
-    """A mother and her young share what she holds, at equal concentrations: nothing comes from nowhere.
+    """A mother and her young share the substances that she holds, at equal concentrations.
 
     So do the two halves of a cell that divides. Who has no living parent keeps what it is born with.
     """

@@ -25,7 +25,7 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class React(System):
-    """An organism burns sugar with oxygen, or makes it in light: by the reactions of its species, in order.
+    """The reactions of a species turn substances in the body into others, in their order.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
     several substances after Monod 1949), in proportion to the light where it is needed; with an action only

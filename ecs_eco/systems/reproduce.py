@@ -43,11 +43,16 @@ class Reproduce(System):
         where=("reproduction.kind=simplified", "reproduction.kind=asexual"),
         reads=("reproduction",),
         rules={
+            "reproduction.age_min": "A parent is at least `age_min` old.",
             "": "A parent with at least `energy_min` gives birth in a tick with probability `1 − exp(−rate × "
-            "fertility × dt)`, more than once if the energy lasts (Poisson), and pays `energy_given` for each "
-            "newborn.",
-            "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; a fraction is rounded up "
-            "with its probability.",
+            "fertility × dt)`, more than once if the energy lasts (Poisson), and pays `energy_given` for "
+            "each newborn.",
+            "reproduction.place=anywhere": "A newborn appears at a random place that no body occupies.",
+            "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its parent "
+            "that no body occupies.",
+            "reproduction.spacing": "A birth fails where another member of the species is within `spacing`.",
+            "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; a fraction is rounded "
+            "up with its probability.",
             "max_count": "If the living would exceed `max_count`, the free places are shared at random.",
         },
         changes=("Metabolism.energy", "Metabolism.given"),

@@ -10,7 +10,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class TakeStock(System):
-    """What has changed since the last tick without a flow was set by hand, and is booked as such."""
+    """The ledger of matter books what was set from outside since the last tick."""
 
     phase = "environment"
     submodel = Submodel()

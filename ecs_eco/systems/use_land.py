@@ -25,7 +25,7 @@ PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
 
 
 class UseLand(System):
-    """Fishing, felling, sowing and reaping: what the section `land_use` of a world says, in its order.
+    """People harvest and plant, in the order of the section `land_use`: fishing, felling, sowing and reaping.
 
     Each of those in the region, of the right size, is taken with the probability 1 − exp(−rate dt); of a
     quota that would be passed, those with the lowest draws. The taken die at the end of the phase die of this
