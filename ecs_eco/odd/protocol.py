@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from itertools import takewhile
-from pathlib import Path
 
 from ecs_eco.components import Biology, Metabolism, Physical
 from ecs_eco.config.loading import WorldSource, island_of, load
@@ -43,7 +42,9 @@ def describe(world: World | WorldSource, *, trust: bool = False) -> Document:
     `world` is a living world, or what `World.from_config` takes; `trust` allows its own code to run. Raises
     ConfigError as `World.from_config` does.
     """
-    model = Model(world if isinstance(world, World) else _built(load(world, trust=trust)))
+    if not isinstance(world, World):
+        world = _built(world if isinstance(world, WorldConfig) and not trust else load(world, trust=trust))
+    model = Model(world)
     elements = (
         ("Purpose and patterns", purpose),
         ("Entities, state variables and scales", entities),
@@ -92,19 +93,18 @@ def purpose(model: Model) -> Iterator[Block]:
 
 def _told(config: WorldConfig) -> str:
     """Return the first paragraph of the README of a world's folder, otherwise the comment that heads its file."""
-    readme, files = config.folder / "README.md", list(config.folder.glob("*.toml"))
-    if readme.is_file() and len(files) == 1:
+    file = config.folder / config._source
+    if not file.is_file():
+        return ""
+    readme = file.with_name("README.md")
+    if readme.is_file() and [*config.folder.glob("*.toml")] == [
+        file
+    ]:  # else it is about more than this world
         parts = re.split(r"\n\s*\n", readme.read_text(encoding="utf-8"))
         text = next((part for part in parts if part.strip() and not part.startswith("#")), "")
         return " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text).replace("**", "").split())
-    return _heading_comment(config.folder / config._source)
-
-
-def _heading_comment(file: Path) -> str:
-    """Return the comment at the head of a world file, without its indented lines, which are commands."""
-    lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
-    head = takewhile(lambda line: line.startswith("#"), lines)
-    return " ".join(line.lstrip("# ") for line in head if not line.startswith("#  "))
+    lines = takewhile(lambda line: line.startswith("#"), file.read_text(encoding="utf-8").splitlines())
+    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("#  "))  # without commands
 
 
 def entities(model: Model) -> Iterator[Block]:

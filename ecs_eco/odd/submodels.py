@@ -76,8 +76,8 @@ def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Bloc
                 entries.setdefault(type(entry), []).append((name, f"{key}.{label}", entry))
     for kind, rows in entries.items():
         yield from _listed(kind, rows)
-    if named := {text: None for text in _functions(model, held, entries)}:
-        yield Items(tuple(named))
+    if named := tuple(dict.fromkeys(_functions(model, held, entries))):
+        yield Items(named)
 
 
 def _functions(
