@@ -33,6 +33,7 @@ COMMANDS = {  # the module of each command, and its help, as its docstring or it
     "new": ("beginning", "Write a world of your own to begin with: a file, a system and its test."),
     "list": ("docs", "List worlds, sensors, components and systems."),
     "check": ("summary", "Check a world file and print a summary."),
+    "describe": ("describe", "Describe a world by the ODD protocol, as Markdown or HTML."),
     "doctor": (
         "doctor",
         "Print what results depend on here, and whether they agree with the release: exit code 1 if not.",

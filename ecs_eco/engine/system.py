@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.engine import random
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import Scheduled
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 
@@ -30,6 +31,8 @@ class System(Scheduled):
         Groups of actions that it carries out beyond the built-in ones, so that species may declare them.
     asked_for : static function of a table, optional
         For systems of the schedule of world files: the system is left out if this is true of no table.
+    submodel : Submodel, optional
+        Its part of the world's description (`ecs-eco describe`).
     world : World
         The world that it was added to.
 
@@ -55,6 +58,7 @@ class System(Scheduled):
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
     asked_for: ClassVar[Any] = None  # a static function of a table: bool
+    submodel: ClassVar[Submodel | None] = None
     world: World
     # the tables that have what it needs, what they were derived from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)

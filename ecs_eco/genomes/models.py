@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.inputs.section import (
     FREE,
@@ -178,6 +179,22 @@ class Mutate(Operator):
 
 class GenomeSection(Section, own=LETTERS):
     """The genome of a species."""
+
+    submodel = Submodel(
+        "Heredity",
+        reads=("genome",),
+        rules={
+            "": "A genome is a string of letters. Each gene translates its letters into the value of a trait. A "
+            "newborn inherits its string from its parents, with mutations.",
+            "genome.mutate.operator=mutUniformInt": "Each letter is replaced by one drawn from the alphabet with "
+            "probability `indpb`.",
+            "reproduction.kind=sexual": "The strings of both parents are crossed.",
+            "genome.founders=random": "Founders have random letters.",
+            "genome.founders=own": "Founders have the letters that code for the values of their species.",
+        },
+        changes=("Genome",),
+        draws="crossover, mutation, and letters of founders",
+    )
 
     alphabet: Annotated[
         str, Field(min_length=2, max_length=256), AfterValidator(lambda letters: Alphabet(letters).letters)

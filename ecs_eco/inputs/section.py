@@ -18,6 +18,7 @@ from pydantic import (
     create_model,
 )
 
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.code import public_module
 
 LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ranges from 1.2e-38 to 3.4e38
@@ -102,6 +103,8 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
     marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
+    submodel: ClassVar[Submodel | None] = None
+    """Its part of the world's description (`ecs-eco describe`)."""
 
     def __init_subclass__(
         cls, change: str | None = None, own: bool | str | Column | None = None, **other: Any

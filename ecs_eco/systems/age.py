@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Biology
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Age(System):
     needs = (Biology,)
     phase = "metabolise"
     divisible = True
+    submodel = Submodel("Aging", changes=("Biology.age", "Biology.head_start"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species age."""

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.torpor import awake
@@ -34,6 +35,12 @@ class Build(System):
 
     needs = (Position, Body, Metabolism)
     phase = "interact"
+    submodel = Submodel(
+        "Building",
+        reads=("builds",),
+        changes=("Metabolism.energy", "Metabolism.burnt"),
+        draws="which animals build where too many want to",
+    )
     asked_for = staticmethod(lambda table: bool(table.species.builds))
 
     def competes(self, table: Table) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
 from ecs_eco.engine.random import lots
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value
 from ecs_eco.life.torpor import LEAST_ENERGY, awake
@@ -40,6 +41,12 @@ class Carry(System):
 
     needs = (Position, Body, Metabolism, Load)
     phase = "move"
+    submodel = Submodel(
+        "Carrying",
+        reads=("carries",),
+        changes=("Load", "Carrier", "Metabolism.energy", "Metabolism.burnt", "Position"),
+        draws="which of two equally near animals gets an object",
+    )
     asked_for = staticmethod(lambda table: bool(table.species.carries))
     world: SpatialWorld
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape, Velocity
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.space.barriers import barriers, hold_back
 from ecs_eco.space.bodies import merged, rocks, solids
@@ -34,6 +35,15 @@ class Collide(System):
     needs = (Position, Velocity, Body)
     phase = "interact"
     divisible = True
+    submodel = Submodel(
+        "Collision",
+        where=("body.solid",),
+        rules={
+            "": "Bodies with an overlap o move apart by o/2 each along the line through their centers; a "
+            "body moves by o if the other cannot move."
+        },
+        changes=("Position",),
+    )
     world: SpatialWorld
 
     def process(self, *_: object) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Physical, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ class Compress(System):
 
     needs = (Position, Physical)
     phase = "metabolise"
+    submodel = Submodel("Pressure in bodies", changes=("Physical.pressure",))
     asked_for = staticmethod(lambda table: table.species.body.compressible)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

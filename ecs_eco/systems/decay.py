@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import scalars
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Metabolism
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ class Decay(System):
 
     needs = (Metabolism,)
     phase = "metabolise"
+    submodel = Submodel(
+        "Decay of energy", reads=("energy",), changes=("Metabolism.energy", "Metabolism.burnt")
+    )
     asked_for = staticmethod(lambda table: table.species.energy is not None)
 
     def start(self, world: SpatialWorld) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Memory, Motor, Nervous
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers
@@ -26,12 +27,37 @@ NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 
 class Decide(System):
-    """The reflex network blocks (−1), leaves (0) or forces (+1) each action;
-    the policy picks one of each group, and a number for each continuous action, which the reflex shifts."""
+    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy picks one of each
+    group.
+
+    For each continuous action the policy picks a number, which the reflex shifts.
+    """
 
     needs = (Nervous,)
     phase = "decide"
     divisible = True
+    submodel = Submodel(
+        "Decision",
+        where=("actions",),
+        reads=("actions", "neutral", "automatic", "reflex", "policy"),
+        rules={
+            "": "The decision is `H(y + z)`, with `H(v) = 1` if v > 0 and 0 otherwise (Strannegård et al. "
+            "2021). The reflex network gives y: −1 blocks an action, 0 leaves it as it is, 1 forces it. The "
+            "policy network gives z, which is 1 for the action chosen in each group; z is 1 for automatic "
+            "actions too. The first action that is on in a group is done, otherwise the neutral one.",
+            "policy.kind=individual": "Each individual has its own policy network: layers of tanh units "
+            "(`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
+            "policy.kind=shared": "All individuals of the species share one policy network: layers of tanh "
+            "units (`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
+            "policy.network": "The network is a torch module of the world's own code.",
+            "policy.kind=function": "A function chooses the actions.",
+            "policy.kind=external": "A program outside the model chooses the actions.",
+            "actions.continuous": "A continuous action is drawn from a normal distribution, and reflexes "
+            "shift it.",
+        },
+        changes=("Nervous.decision", "Motor", "Memory", "Experience"),
+        draws="the action of each group, with the probabilities of the policy",
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Write the decisions of one species; keep what its learner needs."""

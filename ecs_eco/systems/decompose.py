@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import scalars
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import bodies, held, hold, release
 
@@ -21,11 +22,12 @@ CAUSE, ROTTED = "decomposed", "decayed"  # the latter by losing the energy that 
 
 
 class Decompose(System):
-    """A carcass gives back a share of what it holds in each tick (Olson 1963), at last the rest, and is gone:
-    nutrients return to the soil."""
+    """A carcass gives back a share of what it holds in each tick (Olson 1963), so that nutrients return to the
+    soil. When little is left, it gives back the rest and vanishes."""
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
+    submodel = Submodel("Decomposition", reads=("decomposition",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: table.species.decomposition is not None)
     world: SpatialWorld
 

@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.config.features.chemistry import Emission
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.matter import bodies, held, hold, part_lost
@@ -21,11 +22,22 @@ if TYPE_CHECKING:
 
 
 class Diffuse(System):
-    """Every body emits into the fields, at a rate or in proportion to what it is made of; the fields diffuse,
-    decay and are renewed from outside."""
+    """Bodies emit into the fields, at a rate or in proportion to what they hold. The fields diffuse, decay and
+    are renewed from outside."""
 
     phase = "environment"
     divisible = True
+    submodel = Submodel(
+        "Fields",
+        where=("emits", "fields.substance"),
+        reads=("emits", "fields"),
+        rules={
+            "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field: diffusion in explicit "
+            "steps, decay and emission exactly.",
+            "fields.renewal": "A renewed field gains `renewal (initial − c)` in addition.",
+            "emits.consume": "A body loses what it emits where `consume` is true.",
+        },
+    )
     world: SpatialWorld
 
     def process(self, *_: object) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Matter
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import held, hold, volumes
 
@@ -21,6 +22,12 @@ class Dilute(System):
 
     needs = (Body, Chemistry, Matter)
     phase = "environment"
+    submodel = Submodel(
+        "Dilution",
+        where=("growth", "genome"),
+        rules={"": "`c ← c V_before / V_now`: the amount of each substance stays the same."},
+        changes=("Chemistry", "Matter"),
+    )
     asked_for = staticmethod(lambda table: Matter in table)
 
     def start(self, world: SpatialWorld) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.space.barriers import barriers, stop
@@ -32,6 +33,16 @@ class Drift(System):
     needs = (Position,)
     phase = "move"
     divisible = True
+    submodel = Submodel(
+        "Drift and sinking",
+        where=("water.current", "water.current_function", "body.sinking"),
+        rules={
+            "water.current": "Water carries a body with the velocity at its depth, linear between the depths "
+            "that are given.",
+            "body.sinking": "`dz/dt = −sinking`.",
+        },
+        changes=("Position",),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""

@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents
@@ -44,6 +45,16 @@ class ExchangeHeat(System):
 
     needs = (Position, Body, Physical, HeatExchange)
     phase = "metabolise"
+    submodel = Submodel(
+        "Body temperature",
+        reads=("heat",),
+        rules={
+            "": "`C dT/dt = k (T_surroundings − T) + P`, with `C = mass × specific_heat`, `k = surface/"
+            "(1/conductance + insulation)` and P the heat of metabolism and regulation, solved exactly "
+            "(Newton's law of cooling)."
+        },
+        changes=("Physical.temperature", "HeatExchange", "Metabolism.energy", "Metabolism.burnt"),
+    )
     asked_for = staticmethod(lambda table: HeatExchange in table)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.matter import bodies, held, hold, part_lost
@@ -42,6 +43,7 @@ class ExchangeMatter(System):
 
     needs = (Position, Body, Chemistry, Matter)
     phase = "metabolise"
+    submodel = Submodel("Exchange of substances", reads=("exchange",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: bool(table.species.exchange))
     world: SpatialWorld
     _asked: dict[tuple[int, int, str], list[Asked]]

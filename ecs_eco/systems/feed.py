@@ -13,6 +13,7 @@ from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import ticks
@@ -41,8 +42,8 @@ LONGEST = np.iinfo(np.int32).max  # ticks of digestion
 
 
 class Feed(System):
-    """An animal that eats, and digests nothing, takes the nearest food within reach,
-    with the diet's chance of success.
+    """An animal that eats and is not digesting takes the nearest food within reach, with the diet's chance of
+    success.
 
     Each proposes one item of each kind in its diet; an item goes to the nearest eater of all species that
     want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
@@ -57,6 +58,26 @@ class Feed(System):
     needs = (Position, Body, Metabolism)
     phase = "interact"
     divisible = True
+    submodel = Submodel(
+        "Feeding",
+        where=("diet",),
+        reads=("diet",),
+        rules={
+            "": "An animal proposes the nearest item of each kind of its diet, if the surfaces of both bodies "
+            "are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
+            "chance)^dt`. An item goes to the nearest of the animals that want it, and an animal with "
+            "several items takes the nearest first. The eaten die.",
+            "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
+            "diet.until": "An animal eats only while its energy is below `until`.",
+            "diet.efficiency": "A meal adds `efficiency` times the energy that the item holds, up to "
+            "`energy_max`.",
+            "diet.deadly": "Deadly food kills its eater.",
+            "diet.assimilation": "The share `assimilation` of the item's substances goes into the eater, the "
+            "rest into the first field of each substance.",
+        },
+        changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.digesting", "Chemistry", "Matter"),
+        draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",
+    )
     world: SpatialWorld
     _wanted: list[Meals]  # in this tick
     _shaped: bool  # whether some distances are from surface to surface

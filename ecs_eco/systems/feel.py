@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Nervous
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.formula_steps import AS_READ, BLOCK, Steps, take_steps
 from ecs_eco.nervous.networks import HappinessNetwork
@@ -31,6 +32,17 @@ class Feel(System):
     needs = (Nervous,)
     phase = "feel"
     divisible = True
+    submodel = Submodel(
+        "Happiness and reward",
+        where=("happiness",),
+        reads=("happiness",),
+        rules={
+            "": "`happiness(t) = max(minimum, f(x(t)))` and `reward(t) = happiness(t) − happiness(t − 1)` "
+            "(Strannegård et al. 2021), where f is the formula or the weighted sum of readings. The reward of "
+            "death is the minimum minus the happiness last felt."
+        },
+        changes=("Nervous.happiness", "Nervous.reward", "Nervous.awake"),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species."""

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Gestation, Metabolism, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.births import affordable, bring_forth, life_history, ticks
@@ -30,6 +31,12 @@ class GiveBirth(System):
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "reproduce"
     divisible = True
+    submodel = Submodel(
+        "Sexual reproduction",
+        where=("reproduction.kind=sexual",),
+        changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
+        draws="the places and headings of newborn",
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species give birth."""

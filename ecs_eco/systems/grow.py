@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Growth, Metabolism, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.defence import left_by_defence
@@ -29,6 +30,12 @@ class Grow(System):
     needs = (Position, Metabolism)
     phase = "environment"
     divisible = True
+    submodel = Submodel(
+        "Growth by light",
+        where=("metabolism.growth", "genome.genes.trait=metabolism.growth"),
+        rules={"": "`dE/dt = growth × light`, up to `energy_max`; light is 1 in full daylight."},
+        changes=("Metabolism.energy", "Metabolism.taken"),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow; those without `growth` stay as they are."""

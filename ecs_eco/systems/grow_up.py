@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Metabolism, Stature
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 
@@ -30,6 +31,17 @@ class GrowUp(System):
 
     needs = (Body, Metabolism, Stature)
     phase = "metabolise"
+    submodel = Submodel(
+        "Growth of the young",
+        reads=("growth",),
+        rules={
+            "growth.law=von_bertalanffy": "`d(m^(1/3))/dt = rate (M^(1/3) − m^(1/3))`, where M is the adult mass "
+            "(von Bertalanffy 1957).",
+            "growth.law=west": "`d(m^(1/4))/dt = rate (M^(1/4) − m^(1/4))`, where M is the adult mass "
+            "(West, Brown & Enquist 2001).",
+        },
+        changes=("Body", "Stature.residue", "Metabolism.energy", "Metabolism.burnt"),
+    )
     asked_for = staticmethod(lambda table: table.species.growth is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Genome, Incubation, Metabolism, Parentage, Policy, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life import sizes
 from ecs_eco.life.births import headings, newborn
@@ -34,6 +35,7 @@ class Hatch(System):
 
     needs = (Position, Metabolism, Parentage, Incubation)
     phase = "die"
+    submodel = Submodel("Hatching", reads=("hatch",), changes=("Incubation",))
     asked_for = staticmethod(lambda table: table.species.hatch is not None)
 
     def start(self, world: SpatialWorld) -> None:

@@ -16,6 +16,7 @@ from ecs_eco.config.loading import changed, intervention
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import room
 from ecs_eco.life.doses import dose_bodies, dose_field
@@ -44,6 +45,7 @@ class Intervene(System):
 
     phase = "environment"
     divisible = True
+    submodel = Submodel("Interventions", where=("interventions",))
     world: Any  # an `ecosystem.World`, which can be reconfigured
 
     def __init__(self) -> None:

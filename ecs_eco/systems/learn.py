@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ecs_eco.components import Nervous
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ class Learn(System):
     needs = (Nervous,)
     phase = "learn"
     divisible = True
+    submodel = Submodel("Learning", where=("policy.learn",), changes=("Policy", "Experience"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Credit the rewards of one species, and update its brains when it is time."""

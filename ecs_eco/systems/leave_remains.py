@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position, Shape
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import bodies, remaining
 
@@ -24,6 +25,7 @@ class LeaveRemains(System):
 
     phase = "die"
     divisible = True
+    submodel = Submodel("Remains", where=("remains",), reads=("remains",))
 
     def start(self, world: SpatialWorld) -> None:
         """Listen for deaths, of whatever cause."""

@@ -14,6 +14,7 @@ from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Ner
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
 from ecs_eco.engine.random import bits, draw, mix
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import life_history, rows_of, ticks, whole
@@ -48,6 +49,19 @@ class Mate(System):
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "interact"
     divisible = True
+    submodel = Submodel(
+        "Sexual reproduction",
+        where=("reproduction.kind=sexual",),
+        reads=("reproduction",),
+        rules={
+            "sex=none": "The species has no sexes: any two may mate, and the one that chooses bears the young.",
+            "": "A pair conceives in a tick with probability `1 − (1 − chance × fertility_mother × "
+            "fertility_father)^dt`. A parent must be at least `age_min` old and hold at least `energy_min`. The "
+            "young get `energy_given` each, which the parents pay.",
+        },
+        changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
+        draws="whether a pair conceives, and the order of equally near pairs",
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species mate."""

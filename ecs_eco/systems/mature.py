@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Biology, Breeding
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -32,6 +33,17 @@ class Mature(System):
 
     needs = (Biology,)
     phase = "environment"
+    submodel = Submodel(
+        "Fertility",
+        reads=("breeding",),
+        rules={
+            "breeding.end": "`fertility ∝ u^(3 m) (1 − u)^(3 (1 − m))`, where u is the share of the time from "
+            "maturity to the end that has passed and m that of the prime (Brass 1975; Gage 2001).",
+            "breeding.season": "The season multiplies it by `exp(κ (cos 2π(t − season) − 1))`, where t is the "
+            "share of the year and `κ = 1/(2π width)²` (von Mises).",
+        },
+        changes=("Biology.fertility",),
+    )
     asked_for = staticmethod(lambda table: table.species.breeding is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -10,6 +10,7 @@ from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Metabolism, Velocity
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.torpor import LEAST_ENERGY
@@ -33,6 +34,18 @@ class Metabolise(System):
     needs = (Metabolism,)
     phase = "metabolise"
     divisible = True
+    submodel = Submodel(
+        "Metabolism",
+        where=("metabolism.basal", "locomotion.cost", "diet"),
+        reads=("metabolism",),
+        rules={
+            "": "`dE/dt = −(basal + cost)`, where cost is that of the locomotion of this tick.",
+            "diet": "The time until an animal can eat again runs down.",
+            "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
+            "metabolism.torpor": "An animal without energy is torpid: it burns nothing and stands still.",
+        },
+        changes=("Metabolism.energy", "Metabolism.burnt", "Metabolism.digesting"),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn the energy of one species for a tick."""

@@ -11,6 +11,7 @@ from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import is_own, of_row, row_of
 from ecs_eco.compiled.trigonometry import sine_and_cosine
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.gaits import own_gaits
@@ -36,14 +37,14 @@ ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros
 
 
 class Move(System):
-    """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
+    """An animal turns, then moves ahead at the speed of its gait and pays for it.
 
-    Vigour multiplies the speed of every gait, and the cost by its square; so does the size of young that
-    grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its costs; the
-    torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
-    slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
-    balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal ends its
-    way at a solid capsule or box that cannot move, however fast it is.
+    Uphill costs more. Vigour multiplies the speed of every gait, and the cost by its square; so does the size
+    of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its
+    costs; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or
+    along a slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait −
+    v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal
+    ends its way at a solid capsule or box that cannot move, however fast it is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -52,6 +53,27 @@ class Move(System):
     needs = (Position, Velocity, Nervous)
     phase = "move"
     divisible = True
+    submodel = Submodel(
+        "Movement",
+        where=("locomotion",),
+        reads=("locomotion",),
+        rules={
+            "": "`heading(t + dt) = heading(t) ± turn dt`; then `x(t + dt) = x(t) + v dt cos(heading)` and "
+            "`y(t + dt) = y(t) + v dt sin(heading)`, where v is the speed of the gait.",
+            "locomotion.cost": "Metabolism burns the cost of the gait.",
+            "locomotion.drag": "Speed approaches that of the gait: `dv/dt = drag (v_gait − v)` (Stokes 1851), "
+            "solved exactly.",
+            "locomotion.climb": "`dz/dt = ± climb`.",
+            "locomotion.pitch": "Swimming up or down, an animal moves along a slope of the angle `pitch`: "
+            "`v sin(pitch)` upward and `v cos(pitch)` ahead.",
+            "terrain.slope_cost": "Uphill, the cost is multiplied by `1 + slope_cost × rise/distance`.",
+            "terrain": "Water, rocks and fences stop an animal where they begin.",
+            "terrain.roads": "Roads multiply speed by `pace` and cost by `cost`.",
+            "ectothermy": "Pace multiplies the speed, and its square the cost.",
+            "growth.pace": "The speed of the young is multiplied by `(mass/adult mass)^pace`.",
+        },
+        changes=("Position", "Velocity"),
+    )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one species."""

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position, Shape
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import rows_of
@@ -38,6 +39,15 @@ class Nurse(System):
 
     needs = (Position, Body, Metabolism, Biology, Parentage)
     phase = "interact"
+    submodel = Submodel(
+        "Parental care",
+        reads=("care",),
+        rules={
+            "": "`dE_young/dt = efficiency × rate` while the parent holds more than its reserve; the parent "
+            "pays `rate`."
+        },
+        changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.given", "Metabolism.burnt"),
+    )
     asked_for = staticmethod(lambda table: table.species.care is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

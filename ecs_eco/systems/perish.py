@@ -14,6 +14,7 @@ from ecs_eco.config.numbers import labels
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.schema import Columns
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.causes import register_limits
@@ -26,13 +27,23 @@ if TYPE_CHECKING:
 
 
 class Perish(System):
-    """Too cold, too acid, too old, starved: each end of each interval is a separate cause of death.
+    """An organism dies when one of its properties leaves the interval in which it can live. Each end of each
+    interval is a separate cause of death.
 
     Death has a reward: the minimum of happiness minus the happiness last felt.
     """
 
     phase = "die"
     divisible = True
+    submodel = Submodel(
+        "Death",
+        where=("lethal",),
+        reads=("lethal",),
+        rules={
+            "": "An individual dies in the tick in which a property is at or below `min`, or at or above "
+            "`max`."
+        },
+    )
     world: SpatialWorld
     _causes: Sequence[str] = ()  # with which limits were found
     _known: dict[str, Limits]  # by table

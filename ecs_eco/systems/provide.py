@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import rows_of
 from ecs_eco.life.matter import book, held, hold
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 
 
 class Provide(System):
-    """A mother and her young share what she holds, at equal concentrations: nothing comes from nowhere.
+    """A mother and her young share the substances that she holds, at equal concentrations.
 
     So do the two halves of a cell that divides. Who has no living parent keeps what it is born with.
     """
 
     needs = (Chemistry, Matter)
     phase = "reproduce"
+    submodel = Submodel("Substances of newborn", reads=("born_with",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: table.species.born_with == "mother")
     world: SpatialWorld
 

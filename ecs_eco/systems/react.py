@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row, row_of
 from ecs_eco.components import Chemistry, Matter, Metabolism, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.matter import bodies, book, held, hold
@@ -24,7 +25,7 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class React(System):
-    """An organism burns sugar with oxygen, or makes it in light: by the reactions of its species, in order.
+    """The reactions of a species turn substances in the body into others, in their order.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
     several substances after Monod 1949), in proportion to the light where it is needed; with an action only
@@ -34,6 +35,11 @@ class React(System):
 
     needs = (Chemistry, Matter)
     phase = "metabolise"
+    submodel = Submodel(
+        "Reactions",
+        reads=("reactions",),
+        changes=("Chemistry", "Matter", "Metabolism.energy", "Metabolism.taken", "Metabolism.burnt"),
+    )
     asked_for = staticmethod(lambda table: bool(table.species.reactions))
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import scalars
 from ecs_eco.components import Position
 from ecs_eco.engine import random
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.founders import future, newcomers
 
@@ -24,6 +25,12 @@ class Renew(System):
 
     needs = (Position,)
     phase = "reproduce"
+    submodel = Submodel(
+        "Renewal of objects",
+        reads=("renewal",),
+        rules={"": "A missing object comes back in a tick with probability `1 − exp(−renewal dt)`."},
+        draws="which objects come back, and where",
+    )
     asked_for = staticmethod(lambda table: table.species.renewal > 0)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

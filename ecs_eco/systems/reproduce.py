@@ -14,6 +14,7 @@ from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.rows import FEW
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.births import LITTER_MAX, affordable, bring_forth, life_history, whole
@@ -37,6 +38,26 @@ class Reproduce(System):
     needs = (Position, Body, Metabolism, Biology)
     phase = "reproduce"
     divisible = True
+    submodel = Submodel(
+        "Reproduction by single parents",
+        where=("reproduction.kind=simplified", "reproduction.kind=asexual"),
+        reads=("reproduction",),
+        rules={
+            "reproduction.age_min": "A parent is at least `age_min` old.",
+            "": "A parent with at least `energy_min` gives birth in a tick with probability `1 − exp(−rate × "
+            "fertility × dt)`, more than once if the energy lasts (Poisson), and pays `energy_given` for "
+            "each newborn.",
+            "reproduction.place=anywhere": "A newborn appears at a random place that no body occupies.",
+            "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its parent "
+            "that no body occupies.",
+            "reproduction.spacing": "A birth fails where another member of the species is within `spacing`.",
+            "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; a fraction is rounded "
+            "up with its probability.",
+            "max_count": "If the living would exceed `max_count`, the free places are shared at random.",
+        },
+        changes=("Metabolism.energy", "Metabolism.given"),
+        draws="the number of births, and the places and headings of newborn",
+    )
     # where parents are listed: rows, numbers of newborn, and what they give, of as many as a table had
     _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ecs_eco.components import Metabolism
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ class ResetFlows(System):
     needs = (Metabolism,)
     phase = "environment"
     divisible = True
+    submodel = Submodel(changes=("Metabolism.taken", "Metabolism.burnt", "Metabolism.given"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Zero the flows of the last tick."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life import sizes
 from ecs_eco.life.founders import scatter
@@ -22,6 +23,7 @@ class Respawn(System):
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"
     divisible = True
+    submodel = Submodel("Replacement of the dead", draws="the places of the replaced")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring one species back to its initial number."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Nervous, Position, Sensor
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.organs import blind
 from ecs_eco.nervous.sensors.sense import NOTHING_SENSED
@@ -29,6 +30,15 @@ class Sense(System):
     needs = (Position, Nervous)
     phase = "sense"
     divisible = True
+    submodel = Submodel(
+        "Sensing",
+        where=("sensors",),
+        reads=("sensors",),
+        rules={
+            "": "The readings of all sensors form the vector x (Strannegård et al. 2021). There is no "
+            "measurement error."
+        },
+    )
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:

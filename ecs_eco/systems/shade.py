@@ -1,6 +1,7 @@
 """What floats above dims the light below."""
 
 from ecs_eco.components import Position
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.space.world import SpatialWorld
 
@@ -10,6 +11,7 @@ class Shade(System):
 
     phase = "environment"
     divisible = True
+    submodel = Submodel("Water", where=("water",))
     world: SpatialWorld
 
     def process(self, *_: object) -> None:

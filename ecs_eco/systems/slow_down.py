@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.components import Metabolism, Position, Vigour
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.life.climate import temperatures
@@ -24,6 +25,12 @@ class SlowDown(System):
 
     needs = (Position, Metabolism, Vigour)
     phase = "environment"
+    submodel = Submodel(
+        "Temperature dependence",
+        reads=("ectothermy",),
+        rules={"": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884)."},
+        changes=("Vigour.pace",),
+    )
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

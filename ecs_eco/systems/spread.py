@@ -12,6 +12,7 @@ from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life import sizes
@@ -38,8 +39,8 @@ AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
 
 
 class Spread(System):
-    """The ground is divided into sites of side `spacing`, one plant each:
-    growth is logistic though no rule says so.
+    """Seeds take free sites. The ground is divided into sites of side `spacing`, with one plant each, so that
+    growth is logistic.
 
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
@@ -56,6 +57,21 @@ class Spread(System):
     needs = (Position, Metabolism)
     phase = "reproduce"
     divisible = True
+    submodel = Submodel(
+        "Spread of plants",
+        where=("reproduction.kind=spread",),
+        reads=("reproduction",),
+        rules={
+            "": "The ground has sites of side `spacing`, with at most one plant each.",
+            "reproduction.place=anywhere": "A free site is taken in a tick with probability `(rate p + seed_rain) "
+            "dt`, where p is the share of all sites that are taken; on average `dp/dt = (rate p + seed_rain)"
+            "(1 − p)`, a logistic curve.",
+            "reproduction.place=near": "A free site is taken in a tick with probability `(rate p + seed_rain) "
+            "dt`, where p is the share of sites taken within `dispersal`.",
+            "born_with=soil": "A seed sprouts only where the soil holds what the plant is made of.",
+        },
+        draws="which free sites are taken, and the place of a plant within its site",
+    )
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:

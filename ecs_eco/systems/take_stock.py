@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from ecs_eco.components import Matter
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import NUMBER, stocks
 from ecs_eco.space.world import SpatialWorld
 
 
 class TakeStock(System):
-    """What has changed since the last tick without a flow was set by hand, and is booked as such."""
+    """The ledger of matter books what was set from outside since the last tick."""
 
     phase = "environment"
+    submodel = Submodel()
     asked_for = staticmethod(lambda table: Matter in table)
     world: SpatialWorld
 

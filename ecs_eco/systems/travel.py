@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Carrier, Position, Route
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.space.barriers import barriers, hold_back
 from ecs_eco.space.bodies import rocks
@@ -28,6 +29,7 @@ class Travel(System):
 
     needs = (Position, Route)
     phase = "move"
+    submodel = Submodel("Motion of objects", reads=("motion",), changes=("Position",))
     asked_for = staticmethod(lambda table: table.species.motion is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import scalars
 from ecs_eco.components import Body, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import room
 from ecs_eco.life.founders import future, newcomers
@@ -24,7 +25,7 @@ PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
 
 
 class UseLand(System):
-    """Fishing, felling, sowing and reaping: what the section `land_use` of a world says, in its order.
+    """People harvest and plant, in the order of the section `land_use`: fishing, felling, sowing and reaping.
 
     Each of those in the region, of the right size, is taken with the probability 1 − exp(−rate dt); of a
     quota that would be passed, those with the lowest draws. The taken die at the end of the phase die of this
@@ -32,6 +33,18 @@ class UseLand(System):
     """
 
     phase = "environment"
+    submodel = Submodel(
+        "Harvest and planting",
+        reads=("land_use",),
+        rules={
+            "land_use.kind=harvest": "An individual in the region is taken in a tick with probability "
+            "`1 − exp(−rate dt)`.",
+            "land_use.quota": "If the quota would be exceeded, the individuals with the lowest draws are taken.",
+            "land_use.kind=plant": "In a tick `rate dt` newcomers arrive; a fraction is rounded up with its "
+            "probability.",
+        },
+        draws="which individuals are harvested, and where newcomers are planted",
+    )
     asked_for = staticmethod(lambda table: table.species.used)
     world: Any
 

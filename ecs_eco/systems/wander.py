@@ -11,6 +11,7 @@ from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Nervous, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw_many
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life.torpor import awake
@@ -30,6 +31,13 @@ class Wander(System):
     needs = (Position, Nervous)
     phase = "move"
     divisible = True
+    submodel = Submodel(
+        "Wandering",
+        reads=("wander",),
+        rules={"": "`heading(t + dt) = heading(t) + turn √dt N(0, 1)` (Kareiva & Shigesada 1983)."},
+        changes=("Position.heading",),
+        draws="the change of heading",
+    )
     asked_for = staticmethod(lambda table: table.species.wander is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:

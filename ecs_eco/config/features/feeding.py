@@ -6,6 +6,7 @@ from typing import Any
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.section import (
     FREE,
     Column,
@@ -41,6 +42,16 @@ class Diet(Section, own=True):
 
 class Defence(Section, change=FREE, own=Column("Defence")):
     """Defence against being eaten, and its cost."""
+
+    submodel = Submodel(
+        "Defence",
+        where=("defence.toughness", "defence.poison", "Defence"),
+        reads=("defence",),
+        rules={
+            "": "A bite fails with probability `toughness`; the eater loses the energy `poison`. Growth and "
+            "the share of seeds that sprout are multiplied by `max(0, 1 − cost (toughness + poison))`."
+        },
+    )
 
     toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
     poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
 from ecs_eco.inputs.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
 
@@ -31,6 +32,16 @@ def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
 class Archipelago(Section):
     """Islands: as many worlds as are named here, each on its own but for migrants, which leave and arrive at
     barriers. Without values of its own an island is as the rest of the file says."""
+
+    submodel = Submodel(
+        "Migration",
+        reads=("archipelago",),
+        rules={
+            "": "Every `every` ticks each individual leaves its island with the probability under `emigration` and "
+            "arrives on a neighboring island, drawn with equal probability."
+        },
+        draws="which individuals migrate, and where to",
+    )
 
     islands: Annotated[
         dict[Name, dict[str, Any]], BeforeValidator(_named), Field(min_length=2, max_length=MOST_ISLANDS)

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.section import (
     COLUMN,
     FREE,
@@ -94,6 +95,27 @@ class Happiness(Section):
 
 class Policy(Section, change=SHAPE):
     """The policy network, the only one that learns."""
+
+    submodel = Submodel(
+        "Learning",
+        where=("policy.learn", "policy.file"),
+        reads=("ppo",),
+        rules={
+            "": "The policy learns by PPO (Schulman et al. 2017). After each rollout of `horizon` ticks Adam "
+            "minimizes the mean of `−min(r A, clip(r, 1 − clip, 1 + clip) A) − entropy H + value_weight (V − R)²`, "
+            "where r is the ratio of the new to the old probability of the action taken, H the entropy of the "
+            "policy, V the value predicted and `R = A + V_old`.",
+            "policy": "The advantage is `A(t) = δ(t) + discount × gae_lambda × A(t + 1)`, with "
+            "`δ(t) = reward(t + 1) + discount × V(x(t + 1)) − V(x(t))` (Schulman et al. 2016, eq. 16).",
+            "policy.kind=individual & policy.inherit=none": "The network of a newborn has random weights; "
+            "learned weights are lost at death.",
+            "policy.inherit=birth": "The network of a newborn has the weights of its genome; learned weights are "
+            "lost at death.",
+            "policy.inherit=learned": "The network of a newborn has the present weights of one parent, plus normal "
+            "noise with the standard deviation `mutation`.",
+        },
+        draws="initial weights, and the order of transitions in minibatches",
+    )
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(
         "shared: one network for all of the species; individual: one for each organism; external: a program "

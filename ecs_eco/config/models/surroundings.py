@@ -10,6 +10,7 @@ from ecs_eco.config.features.feature import assembled
 from ecs_eco.config.features.heat import WarmObjects
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.land import RealLand
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.section import (
     FREE,
     NUMBERS,
@@ -92,6 +93,15 @@ class Strip(Section):
 
 class Terrain(RealLand):
     """The shape of the ground."""
+
+    submodel = Submodel(
+        "Terrain",
+        reads=("terrain",),
+        rules={
+            "terrain.hills": "Hills are a smooth random surface with a seed of its own.",
+            "terrain.hides": "Hills hide what is behind them.",
+        },
+    )
 
     cell: Positive = quantity(
         "side of the cells of the height map, and of those of a raster that does not state its own", "m", 1.0

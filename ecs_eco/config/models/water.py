@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.section import (
     FREE,
     Name,
@@ -21,6 +22,21 @@ from ecs_eco.inputs.section import (
 
 class Sun(Section, change=FREE):
     """The sun rises and sets: light at the surface is ambient.light times the sine of its elevation."""
+
+    submodel = Submodel(
+        "Light",
+        reads=("sun", "ambient"),
+        rules={
+            "sun.kind=natural": "`light = ambient.light × max(0, sin(elevation))` at the surface, with "
+            "`sin(elevation) = sin(latitude) sin(declination) + cos(latitude) cos(declination) cos(2π(t/day + "
+            "start − 1/2))` (Iqbal 1983, eq. 1.5.1).",
+            "sun.kind=inverted": "The sun rises half a day later: `light = ambient.light × max(0, sin(elevation))` "
+            "(Iqbal 1983, eq. 1.5.1).",
+            "sun.kind=constant": "Light at the surface is the mean of a day at all times (Iqbal 1983, eq. 4.2.15).",
+            "sun.moon": "The moon adds `ambient.light × moon × max(0, −sin(elevation))`.",
+            "sun.declination & year": "The declination is sinusoidal over the year (Cooper 1969).",
+        },
+    )
 
     kind: Literal["natural", "inverted", "constant"] = about(
         "natural; inverted: half a day later, so that the day is dark; constant: "
@@ -49,6 +65,14 @@ class Sun(Section, change=FREE):
 
 class Year(Section, change=FREE):
     """The year, and how the temperature follows it; of the seasons of light, see `sun`."""
+
+    submodel = Submodel(
+        "Temperature",
+        reads=("year",),
+        rules={
+            "year.temperature": "`T = ambient.temperature + temperature × cos(2π(t/length + start − warmest))`."
+        },
+    )
 
     length: Positive = quantity("length of a year", "s")
     start: Share = quantity(
@@ -81,6 +105,20 @@ def _from_above(current: list[Current]) -> list[Current]:
 
 class Water(Section, change=FREE):
     """A volume of water; the surface is at the top of the space."""
+
+    submodel = Submodel(
+        "Water",
+        reads=("water",),
+        rules={
+            "": "`light(depth) = light(0) exp(−τ(depth))` (Beer-Lambert); a layer adds `attenuation × thickness` "
+            "to the optical depth τ.",
+            "water.shading": "A body in a layer adds its shade over the area of the water to τ.",
+            "water.deep_temperature": "`T(depth) = T(0) + (deep_temperature − T(0)) (1 + tanh((depth − "
+            "thermocline)/thermocline_width))/2`.",
+            "sensors.kind=pressure": "`pressure = ambient.pressure + density × 9.81 m/s² × depth`.",
+            "body.compressible": "The pressure in a compressible body is that of its depth.",
+        },
+    )
 
     attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
     shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})

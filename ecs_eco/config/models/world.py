@@ -16,6 +16,7 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of, is_component
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.inputs.code import NONE, Code
 from ecs_eco.inputs.parameters import applied
 from ecs_eco.inputs.section import (
@@ -52,6 +53,19 @@ class Ramp(Section):
 
 class Training(Section):
     """Pre-training: how policies learn before the ecosystem runs."""
+
+    submodel = Submodel(
+        "Learning",
+        where=("policy.file",),
+        reads=("training",),
+        rules={
+            "": "Policies with a file were trained before the run, in this world with the changes under "
+            "`training`.",
+            "training.respawn": "In training there are no births of animals; each animal that dies is replaced "
+            "at a random place.",
+            "training.average": "The policy has the mean weights over the last share `average` of the training.",
+        },
+    )
 
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
@@ -146,6 +160,12 @@ class WorldConfig(Section):
         default_factory=Viewer,
         exclude=True,
         description="what the viewer's page offers first; runs ignore it",
+    )
+
+    patterns: list[str] = Field(
+        default_factory=list,
+        exclude=True,
+        description="patterns by which it is judged, for `ecs-eco describe`; runs ignore them",
     )
 
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names

@@ -16,8 +16,8 @@ PERIOD = 12  # ticks that a whim lasts
 
 
 def whim(world: SpatialWorld, table: Table, seekers: Any, out: np.ndarray, first: int) -> None:
-    """Write two numbers between 0 and 1 that each animal keeps for some ticks:
-    its direction while it has no target."""
+    """Write two random numbers between 0 and 1 that each animal keeps for 12 ticks: its direction while it has no
+    target."""
     uid = table.uid[seekers.rows]
     key = random.tick_key(world.seed, world.tick // PERIOD)
     for i in range(2):

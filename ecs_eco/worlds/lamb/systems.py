@@ -13,6 +13,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Nervous, Velocity
 from ecs_eco.engine.schema import component, f32
+from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import booked
 from ecs_eco.nervous.sensors.touch import touch
@@ -41,6 +42,14 @@ class Breathe(System):
     needs = (Nervous, Chemistry)
     phase = "decide"
     acts = ("breathe",)
+    submodel = Submodel(
+        "Breathing",
+        rules={
+            "": "While inhaling in air, `oxygen ← max(oxygen, min(oxygen + breath dt, saturation))`; while "
+            "inhaling with the nostrils in water, the concentration of water grows by `water dt`."
+        },
+        changes=("Chemistry",),
+    )
     breath = 0.0007  # [mol/L/s] oxygen while inhaling
     saturation = 0.007  # [mol/L]
     water = 1.0  # [mol/L/s] water while inhaling it
@@ -75,6 +84,14 @@ class Suckle(System):
     needs = (Nervous, Chemistry)
     phase = "decide"
     acts = ("suck",)
+    submodel = Submodel(
+        "Suckling",
+        rules={
+            "": "After `let_down` seconds of sucking without a pause, `glucose ← max(glucose, min(glucose + "
+            "milk dt, full))`."
+        },
+        changes=("Chemistry", "Sucking"),
+    )
     let_down = 4.0  # [s] of sucking before milk flows
     milk = 0.00006  # [mol/L/s] glucose while it flows
     full = 0.005  # [mol/L] glucose of a lamb that has had enough
@@ -110,6 +127,14 @@ class Burn(System):
 
     needs = (Nervous, Chemistry, Velocity)
     phase = "metabolise"
+    submodel = Submodel(
+        "Burning of glucose",
+        rules={
+            "": "`c ← max(0, c − (rest + walk × speed) dt)` for glucose and oxygen, with a pair (rest, walk) "
+            "each."
+        },
+        changes=("Chemistry",),
+    )
     glucose = (0.0000035, 0.000006)  # [mol/L/s] at rest; more per m/s
     oxygen = (0.0002, 0.0001)  # [mol/L/s] at rest; more per m/s
 

@@ -1,0 +1,240 @@
+"""Element 4 of the ODD: the eleven design concepts, each from what this world has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.models.species import Species
+from ecs_eco.odd.document import Block, Heading, Items, grid
+from ecs_eco.odd.model import Model
+from ecs_eco.odd.values import shown, values_of
+
+
+def concepts(model: Model) -> Iterator[Block]:
+    """Yield the design concepts."""
+    for name, concept in CONCEPTS.items():
+        yield Heading(3, name)
+        yield from concept(model)
+
+
+def _species(model: Model) -> dict[str, Species]:
+    return {} if model.config is None else model.config.species
+
+
+def _listed(words: Iterable[str]) -> str:
+    """Return words as a list in a sentence."""
+    *first, last = [*words] or [""]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _principles(model: Model) -> Iterator[Block]:
+    if minds := [name for name, species in _species(model).items() if species.actions]:
+        reflex = any(one.reflex for one in _species(model).values())
+        policy = any(one.policy.kind != "none" for one in _species(model).values())
+        networks = ["an innate reflex network"] * reflex + ["a policy network that may learn"] * policy
+        decision = f", from which {_listed(networks)} {'make' if len(networks) > 1 else 'makes'} a decision"
+        yield (
+            f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors give "
+            f"a vector x{decision * bool(networks)}."
+        )
+    if titles := [title.lower() for title in model.parts]:
+        yield f"The model combines these submodels: {_listed(titles)}. Element 7 gives their equations and sources."
+
+
+def _emergence(model: Model) -> Iterator[Block]:
+    species = _species(model)
+    yield (
+        "Numbers of entities, their ages, places and causes of death emerge from submodels that act on "
+        "individuals; no equation of populations is imposed."
+    )
+    if learned := [name for name, one in species.items() if one.policy.thinks]:
+        yield f"The behavior of {_listed(learned)} emerges from learning; only the reward is imposed."
+    if written := [name for name, one in species.items() if one.reflex is not None and one.genome is None]:
+        yield f"The reflexes of {_listed(written)} are imposed."
+    if coded := [name for name, one in species.items() if one.reflex is not None and one.genome is not None]:
+        yield f"The reflexes of {_listed(coded)} are imposed, except where genes code for them."
+    if genes := [name for name, one in species.items() if one.genome is not None]:
+        yield (
+            f"Frequencies of alleles of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
+            "function is imposed."
+        )
+    if capped := [
+        f"{name} ({one.max_count:,})" for name, one in species.items() if one.max_count is not None
+    ]:
+        yield f"The highest number is imposed for {_listed(capped)}."
+
+
+def _adaptation(model: Model) -> Iterator[Block]:
+    rows = [row for name, species in _species(model).items() for row in _decisions(name, species)]
+    if rows:
+        yield "In each tick an individual decides on an action of each group:"
+        yield from grid(("species", "group", "actions", "decided by"), rows)
+    if rest := [name for name in model.organisms if all(row[0] != name for row in rows)]:
+        yield f"These make no decisions: {', '.join(rest)}."
+
+
+def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str]]:
+    reflex = ["reflexes"] * (species.reflex is not None)
+    for group, actions in species.actions.items():
+        if isinstance(actions, list):
+            options = ", ".join(actions)
+            automatic = ["automatic"] * bool(set(actions) & set(species.automatic))
+        else:
+            options, automatic = f"a number in {shown(actions.continuous)}", []
+        policy = ["policy"] * (species.policy.kind != "none" and not automatic)
+        yield name, group, options, ", ".join([*automatic, *policy, *reflex]) or "the neutral action"
+
+
+def _objectives(model: Model) -> Iterator[Block]:
+    rows = []
+    for name, species in _species(model).items():
+        if (happiness := species.happiness) is not None:
+            weights = " + ".join(
+                f"{shown(weight)} × {sensor}" for sensor, weight in happiness.weights.items()
+            )
+            formula = happiness.formula or weights or shown(happiness.function)
+            rows.append((name, f"`{formula}`", shown(happiness.minimum)))
+    if not rows:
+        yield "Individuals have no objective."
+        return
+    yield "The objective is happiness, a function of the readings of sensors; the reward is its change in a tick."
+    yield from grid(("species", "happiness", "least, and happiness of the dead"), rows)
+
+
+def _learning(model: Model) -> Iterator[Block]:
+    rows = []
+    for name, species in _species(model).items():
+        policy, ppo = species.policy, species.ppo
+        if policy.thinks and (policy.learn or policy.file):
+            when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
+            who = (
+                "each individual its own policy" if policy.kind == "individual" else "all members one policy"
+            )
+            rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
+    if not rows:
+        yield "Individuals do not learn."
+        return
+    yield "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
+    yield from grid(("species", "learns", "policy", "learning rate", "rollout [ticks]"), rows)
+
+
+def _prediction(model: Model) -> Iterator[Block]:
+    rows = []
+    for name, species in _species(model).items():
+        if species.policy.thinks and (species.policy.learn or species.policy.file):
+            discount = species.ppo["discount"]
+            rows.append((name, shown(discount), f"{1 / (1 - discount):.3g}" if discount < 1 else "∞"))
+    if not rows:
+        yield "Individuals do not predict."
+        return
+    yield (
+        "Prediction is implicit: while a policy learns, a value network predicts the discounted sum of future "
+        "rewards from the present readings."
+    )
+    yield from grid(("species", "discount", "horizon, 1/(1 − discount) [ticks]"), rows)
+
+
+def _sensing(model: Model) -> Iterator[Block]:
+    rows = []
+    for name, species in _species(model).items():
+        for sensor in species.sensors:
+            values = [v for v in values_of(sensor) if v.key != "name" and v.key in sensor.model_fields_set]
+            declared = "; ".join(f"{v.key} {shown(v.value)} {v.unit}".rstrip() for v in values)
+            channels = sensor.channels(model.world.space.volume + 2)
+            rows.append((name, getattr(sensor, "kind", ""), f"`{'`, `'.join(channels)}`", declared))
+    if not rows:
+        yield "Individuals sense nothing."
+        return
+    yield "Sensors read without error. The submodel Sensing defines the readings of each kind."
+    yield from grid(("species", "kind", "readings", "declared"), rows)
+
+
+def _interaction(model: Model) -> Iterator[Block]:
+    species, sections = _species(model), model.sections
+    rows = [
+        (name, other, f"`{key}`", f"{shown(reach)} m")
+        for name in species
+        for key, other, reach in of_each(species[name], "meets")
+    ]
+    some: list[Block] = []
+    if rows:
+        some = ["Individuals interact with those within reach, measured between the surfaces of both bodies:"]
+        some += grid(("of", "with", "by", "reach"), rows)
+    if mates := [name for name, one in species.items() if getattr(one.reproduction, "kind", "") == "sexual"]:
+        some.append(f"Individuals of {_listed(mates)} mate.")
+    if solid := [
+        name for name, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)
+    ]:
+        some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
+    if smells := [
+        f"{n} into {_listed(one.emits)}" for n, one in sections.items() if getattr(one, "emits", None)
+    ]:
+        some.append(f"Individuals interact indirectly by emissions into fields: {_listed(smells)}.")
+    if sensed := [
+        f"{name} ({', '.join(kinds)})" for name, one in species.items() if (kinds := _sensed(model, one))
+    ]:
+        some.append(f"Individuals sense others (the kinds in parentheses): {_listed(sensed)}.")
+    own = [
+        f"`{type(s).__name__}`" for s in model.active if not type(s).__module__.startswith("ecs_eco.systems.")
+    ]
+    if own:
+        some.append(
+            f"Processes of this world's own code may be interactions too (element 7): {_listed(own)}."
+        )
+    yield from some or ["Individuals do not interact."]
+
+
+def _sensed(model: Model, species: Species) -> list[str]:
+    """Return the kinds that the sensors of a species name."""
+    named = [value.value for sensor in species.sensors for value in values_of(sensor)]
+    flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
+    return [kind for kind in model.tables if kind in flat]
+
+
+def _stochasticity(model: Model) -> Iterator[Block]:
+    draws = [part.submodel.draws for parts in model.parts.values() for part in parts if part.submodel.draws]
+    yield (
+        "A random number is computed from the seed, the tick, the identity of the individual and the purpose of "
+        "the draw, so that no draw affects another. The model draws:"
+    )
+    yield Items(tuple(dict.fromkeys(["the places and headings of founders", *draws])))
+
+
+def _collectives(model: Model) -> Iterator[Block]:
+    shared = [name for name, species in _species(model).items() if species.policy.kind == "shared"]
+    kin = [] if model.config is None else sorted(model.config.have_parents())
+    yield "There are no collectives with a state or behavior of their own; groups may emerge."
+    if shared:
+        yield f"Members of the same species share one policy: {', '.join(shared)}."
+    if kin:
+        yield f"Individuals know their parents (families): {', '.join(kin)}."
+
+
+def _observation(model: Model) -> Iterator[Block]:
+    yield (
+        "In every tick a run records, for each species, the number alive, births, deaths by cause, and the energy "
+        "taken in, burnt, given and lost. It records each birth and death with its place, and snapshots of all "
+        "individuals at an interval. Observation has no error."
+    )
+    config = model.config
+    if config is not None:
+        reporters = [(name, f"`{shown(reporter)}`") for name, reporter in config.reporters.items()]
+        yield from grid(("reporter", "measured in every tick"), reporters)
+        if config.record:
+            yield f"Individuals also have these recorded: {_listed(f'`{field}`' for field in config.record)}."
+
+
+CONCEPTS = {
+    "Basic principles": _principles,
+    "Emergence": _emergence,
+    "Adaptation": _adaptation,
+    "Objectives": _objectives,
+    "Learning": _learning,
+    "Prediction": _prediction,
+    "Sensing": _sensing,
+    "Interaction": _interaction,
+    "Stochasticity": _stochasticity,
+    "Collectives": _collectives,
+    "Observation": _observation,
+}

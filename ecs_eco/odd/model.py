@@ -1,0 +1,172 @@
+"""A world as its description sees it: which kinds there are, which systems act on them, which submodels follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import NamedTuple
+
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.surroundings import ObjectType
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.names import own_features
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.submodel import Submodel
+from ecs_eco.engine.system import System
+from ecs_eco.engine.table import Table
+from ecs_eco.inputs.section import Section
+from ecs_eco.odd.values import applies, found_at
+
+
+class Part(NamedTuple):
+    """A declared submodel, what declares it, and the kinds that it is about."""
+
+    submodel: Submodel
+    system: System | None
+    kinds: list[str]
+
+
+class Model:
+    """A world and what follows from the declarations of its systems and sections."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.config: WorldConfig | None = world.config
+        systems = [one for one in world.systems if isinstance(one, System) and one.phase != "record"]
+        self.systems = sorted(systems, key=lambda system: -system.priority)
+        self.sections: dict[str, Species | ObjectType] = {
+            name: table.species.section
+            for name, table in self.tables.items()
+            if table.species.section is not None
+        }
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """The tables of the world by kind, organisms first."""
+        tables = self.world.tables
+        return {name: tables[name] for name in sorted(tables, key=lambda n: (n not in self.organisms, n))}
+
+    @cached_property
+    def organisms(self) -> list[str]:
+        """The kinds of organisms: the species, or all tables of a world without a world file."""
+        return sorted(self.world.tables if self.config is None else self.config.species)
+
+    def places(self, kind: str | None = None) -> list[Section]:
+        """Return the sections in which keys are looked up, of one kind or of all."""
+        own = (
+            self.sections.values() if kind is None else [self.sections[kind]] if kind in self.sections else []
+        )
+        return [*own, *([] if self.config is None else [self.config])]
+
+    def named(self, system: System) -> list[str]:
+        """Return the kinds on which a system acts in this world; none if it has nothing to do here."""
+        submodel = system.submodel or Submodel()
+        return [name for name, table in self.tables.items() if self._acts(system, submodel, name, table)]
+
+    def _acts(self, system: System, submodel: Submodel, name: str, table: Table) -> bool:
+        asked = system.asked_for is None or system.asked_for(table)
+        return asked and table.has(system.needs) and self.concerns(submodel, name)
+
+    def concerns(self, submodel: Submodel, kind: str) -> bool:
+        """Return whether a submodel applies to a kind."""
+        return not submodel.where or any(
+            applies(key, self.places(kind), self.world.tables[kind]) for key in submodel.where
+        )
+
+    @cached_property
+    def active(self) -> dict[System, list[str]]:
+        """The systems that have something to do, in the order of a tick, and the kinds on which they act."""
+        acting = {system: self.named(system) for system in self.systems}
+        return {system: kinds for system, kinds in acting.items() if kinds}
+
+    @cached_property
+    def parts(self) -> dict[str, list[Part]]:
+        """The submodels by title: of the surroundings, of systems in the order of a tick, then of the rest."""
+        parts: dict[str, list[Part]] = {}
+        around = [] if self.config is None else [s for s in map(_submodel, _declared(self.config)) if s.reads]
+        for submodel in [one for one in around if not one.where]:
+            self._add(parts, submodel, None, list(self.tables))
+        for system, kinds in self.active.items():
+            self._add(parts, system.submodel or Submodel(title_of(system)), system, kinds)
+        for name, kind in self.sections.items():
+            for submodel in map(_submodel, _declared(kind)):
+                self._add(parts, submodel, None, [name] if self.concerns(submodel, name) else [])
+        for submodel in [one for one in around if one.where]:
+            self._add(parts, submodel, None, [name for name in self.tables if self.concerns(submodel, name)])
+        return parts
+
+    @staticmethod
+    def _add(
+        parts: dict[str, list[Part]], submodel: Submodel, system: System | None, kinds: list[str]
+    ) -> None:
+        if not (submodel.title and kinds):
+            return
+        known = parts.setdefault(submodel.title, [])
+        if (same := next((part for part in known if part.submodel is submodel), None)) is not None:
+            same.kinds.extend(kinds)
+        else:
+            known.append(Part(submodel, system, list(kinds)))
+
+    def claimed(self, kind: str) -> set[str]:
+        """Return the keys of a kind, or of the world for "", whose values are parameters of submodels."""
+        return {
+            key
+            for parts in self.parts.values()
+            for part in parts
+            if not kind or kind in part.kinds
+            for key in self.keys(part)
+        }
+
+    def keys(self, part: Part) -> list[str]:
+        """Return the keys of a submodel's parameters; of a system of your own feature those that this adds."""
+        return [*part.submodel.reads, *([] if part.system is None else self.own_keys(part.system))]
+
+    def own_keys(self, system: System) -> list[str]:
+        """Return the keys that a feature of your own adds, for a system of that feature."""
+        features = [] if self.config is None else own_features(self.config)
+        return [key for one in features if type(system) in one.systems for key in one.model_fields]
+
+    def changes(self, kind: str, component: str, field: str, titled: bool = False) -> bool:
+        """Return whether a system of this world changes a state variable of a kind; with `titled`, one that is
+        more than bookkeeping."""
+        wanted = {component, f"{component}.{field}"}
+        for system, kinds in self.active.items():
+            if titled and system.submodel is not None and not system.submodel.title:
+                continue
+            for change in self.changed_by(system):
+                key, _, what = change.rpartition(": ")
+                if what in wanted and (kind in kinds if not key else self._is_named(kind, key, kinds)):
+                    return True
+        return False
+
+    def _is_named(self, kind: str, key: str, kinds: list[str]) -> bool:
+        return any(
+            kind in found_at(self.sections[one], key.split(".")) for one in kinds if one in self.sections
+        )
+
+    @staticmethod
+    def changed_by(system: System) -> tuple[str, ...]:
+        """Return what a system changes; of one that declares no submodel, all that it needs."""
+        if system.submodel is None:
+            return tuple(component.__name__ for component in system.needs)
+        return system.submodel.changes
+
+
+def _declared(section: Section) -> Iterator[Section]:
+    """Yield the sections within a section that declare a submodel, but not those of species."""
+    for name in type(section).model_fields:
+        value = getattr(section, name)
+        if isinstance(value, Section):
+            if value.submodel is not None:
+                yield value
+            yield from _declared(value)
+
+
+def _submodel(section: Section) -> Submodel:
+    return section.submodel or Submodel()
+
+
+def title_of(system: System) -> str:
+    """Return the name of a system's class in words."""
+    name = type(system).__name__
+    return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(name))
