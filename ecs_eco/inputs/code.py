@@ -48,6 +48,7 @@ class Code:
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
+    unread: tuple[str, ...] = ()  # modules that it lists and whose text could not be read: refused already
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Code, (self.sources, self.allowed)
@@ -113,7 +114,7 @@ class Code:
         """The problem with a name; None if it is right, or its code may not run, or does not (`faults`)."""
         try:
             if isinstance(name, str) and not self.lists(name):
-                return self.unlisted(key, name)
+                return None if name.partition(":")[0] in self.unread else self.unlisted(key, name)
             if self._unseen(name):
                 return None
             thing = self.function(name)
@@ -261,7 +262,8 @@ def read(
             )
         else:
             sources.append(source)
-    return Code(tuple(sources)), problems
+    unread = tuple(str(p.value).removesuffix(".py") for p in problems)
+    return Code(tuple(sources), unread=unread), problems
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
