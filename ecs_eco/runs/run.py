@@ -424,6 +424,7 @@ def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: boo
         digest = world.digest() if world.underway is None else ""
         manifest |= _state(world) | {"finished": finished, "digest": digest, **folder.written}
         keep_manifest(folder, manifest)
+        folder.describe()
     except OSError as error:
         raise Halted(_cannot_write(error, world, folder.path)) from error
 
