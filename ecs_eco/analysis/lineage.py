@@ -16,6 +16,7 @@ from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
+from ecs_eco.record.frame import SeriesTable
 from ecs_eco.record.genomes import genes_of
 
 PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
@@ -96,6 +97,7 @@ def quoted(name: str) -> str:
 
 
 __all__ = ["ALIVE", "Lineage"]
+COLUMNS = ("uid", "species", "parent", "parent2", "born", "died", "cause", "genome")  # of `to_pandas`
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
 DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
 
@@ -230,6 +232,20 @@ class Lineage(Pedigree):
     course = genes.course
     generation_time = genes.generation_time
     selection = genes.selection
+
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame with a row per organism: uid, species, parents (0: none), born and died
+        [ticks], cause, genome and recorded fields; died and cause are missing while it is alive."""
+        columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS} | self.recorded
+        columns |= {name: pa.array(columns[name], mask=self.died == ALIVE) for name in ("died", "cause")}
+        return SeriesTable(pa.table(columns)).to_pandas()
+
+    def genes_to_pandas(self, species: str) -> Any:
+        """Return a pandas.DataFrame with a row per organism, by uid, and a column per gene: its `values`."""
+        own, kept = self.of_species(species), self.genomes.get(species, {})
+        genes = [g for g in (*kept.get("genes", []), *kept.get("derived", [])) if "weights" not in g]
+        values = {gene["name"]: own.values(gene["name"], species) for gene in genes}
+        return SeriesTable(pa.table({"uid": own.uid} | values)).to_pandas().set_index("uid")
 
     def to_csv(self, path: Path | str) -> Path:
         """Write a phylogeny in the ALife data standards format (Lalejini et al. 2019).

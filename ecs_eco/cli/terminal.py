@@ -15,19 +15,13 @@ from typing import Any, NoReturn
 import typer
 
 from ecs_eco.compiled.garbage import loaded
-from ecs_eco.engine.errors import (
-    CheckpointError,
-    ConfigError,
-    FolderInUse,
-    ForeignFile,
-    Problem,
-    RecordingError,
-)
+from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Problem, RecordingError
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
+# exit codes: a negative result, or work that failed; input that is refused before any work; Ctrl-C
+FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 
 def printable(text: str) -> str:
@@ -60,12 +54,9 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
     def wrapped(*args: object, **kwargs: object) -> None:
         try:
             command(*args, **kwargs)
-        except ConfigError as error:
+        except (ConfigError, RecordingError, CheckpointError) as error:
             complain(str(error))
-            raise typer.Exit(REFUSED) from None
-        except (RecordingError, CheckpointError) as error:
-            complain(str(error))
-            raise typer.Exit(REFUSED if isinstance(error, FolderInUse | ForeignFile) else FAILED) from None
+            raise typer.Exit(FAILED if isinstance(error, Halted) else REFUSED) from None
         except MemoryError as error:
             complain(f"The memory is not enough for this: {error or 'a smaller world needs less'}")
             raise typer.Exit(FAILED) from None
@@ -78,6 +69,9 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
         except OSError as error:
             if isinstance(error, BrokenPipeError):
                 raise  # the reader of the output has gone: click exits quietly
+            if isinstance(error, FileNotFoundError) and error.filename is None:  # no run in this folder
+                complain(str(error))
+                raise typer.Exit(REFUSED) from None
             name = f"{error.filename}: " if error.filename else ""
             complain(f"{name}{error.strerror or error}; what was written before is whole.")
             raise typer.Exit(FAILED) from None

@@ -3,6 +3,7 @@
 import copy
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,9 +11,9 @@ from typing import Any
 
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.features.feature import Feature
-from ecs_eco.config.lines import key_lines
+from ecs_eco.config.lines import key_lines, value_spans
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.reading import read_toml, too_deep
+from ecs_eco.config.reading import parse_toml, read_toml, too_deep
 from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
@@ -37,6 +38,18 @@ class Document:
     def lines(self) -> dict[Key, int]:
         """The line of every key of the text; none where there is no text."""
         return key_lines(self.text) if self.text else {}
+
+    def quoted(self, key: Key, value: object) -> str:
+        """The value of a key as the text has it on one line, or ""."""
+        begin, end = self._spans.get(key, (0, 0))
+        with suppress(ValueError):
+            if begin < end and parse_toml(f"v = {self.text[begin:end]}") == {"v": value}:
+                return "" if "\n" in self.text[begin:end] else self.text[begin:end]
+        return ""
+
+    @cached_property
+    def _spans(self) -> dict[Key, tuple[int, int]]:
+        return value_spans(self.text) if self.text else {}
 
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
@@ -99,11 +112,13 @@ def placed(problem: Problem, document: Document) -> Problem:
         value = value_at(document.data, problem.key)
     written = [k for k in document.set if problem.key[: len(k)] == k or k[: len(problem.key)] == problem.key]
     if written:
+        key = written[0] if len(written) == 1 and len(written[0]) > len(problem.key) else problem.key
         return problem.moved(
-            source=document.set_by, value=value, key=document.set.get(problem.key, problem.key)
+            source=document.set_by, value=value_at(document.data, key), key=document.set.get(key, key)
         )
     lines = document.lines
     line = next(
         (lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines), None
     )
-    return problem.moved(source=document.source, value=value, line=line)
+    text = document.quoted(problem.key, value)
+    return problem.moved(source=document.source, value=value, line=line, written=text)

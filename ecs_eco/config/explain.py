@@ -9,6 +9,7 @@ from pydantic.fields import FieldInfo
 
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
+from ecs_eco.config.suggest import Place, kind_of_key, kinds_of, places_of, suggestion
 from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
 from ecs_eco.inputs.section import Section
 
@@ -47,7 +48,9 @@ def problems_of(
 ) -> list[Problem]:
     """One problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
     errors = error.errors(include_url=False, include_input=False)[: MOST + 1]
-    return [_problem(e, data, model) for e in errors]
+    unknown = any(e["type"] == "extra_forbidden" for e in errors)
+    places = list(places_of(model, data)) if unknown else []
+    return [_problem(e, data, model, places) for e in errors]
 
 
 def value_at(data: Any, key: Key) -> Any:
@@ -60,7 +63,7 @@ def value_at(data: Any, key: Key) -> Any:
     return data
 
 
-def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
+def _problem(error: Any, data: dict[str, Any], model: type[Section], places: list[Place]) -> Problem:
     key, kind, context = _key(error["loc"], data), error["type"], error.get("ctx", {})
     value = value_at(data, key)
     info, parent = field_at(key, data, model)
@@ -69,7 +72,12 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
         return Problem(key, "is missing", allowed=_words(info) + about)
     if kind == "extra_forbidden":
         known = tuple(parent.model_fields) if parent else ()
-        return Problem(key, "unknown key", value, listed(known, 40), nearest(key[-1], known))
+        near = suggestion(key, data, model, places, known)
+        if near not in known and (tag := kind_of_key(key, places)):
+            return Problem(
+                key, f'unknown key: kind = "{tag}" has it, and this section is of another kind', value
+            )
+        return Problem(key, "unknown key", value, listed(known, 40) if near in ("", *known) else "", near)
     if kind.startswith("union_tag"):
         tags = _tags(info.annotation if info else None)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
@@ -134,18 +142,13 @@ def _plain(kind: Any, data: object) -> Any:
         tag = data.get("kind") if isinstance(data, dict) else None
         if isinstance(data, dict) and tag is None:  # a section beside lists or words
             members.sort(key=lambda m: not (isinstance(m, type) and issubclass(m, Section)))
-        return next((m for m in members if tag is not None and tag in _tags_of(m)), members[0])
+        return next((m for m in members if tag is not None and tag in kinds_of(m)), members[0])
     return kind
-
-
-def _tags_of(section: object) -> tuple[Any, ...]:
-    info = getattr(section, "model_fields", {}).get("kind")
-    return typing.get_args(info.annotation) if info else ()
 
 
 def _tags(kind: object) -> list[str]:
     """All kinds of the union that a type is, or holds a list of."""
-    return [*_tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
+    return [*kinds_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:

@@ -193,7 +193,7 @@ class Compiler:
                 f'unknown attribute "{owner}.{tree.attr:.40}"',
                 tree,
                 listed(self.names, 30),
-                nearest(f"{owner}_{tree.attr}", self.names),
+                tree.attr if tree.attr in self.names else nearest(f"{owner}_{tree.attr}", self.names),
             )
         return self._name(ast.Name(f"{owner}_{tree.attr}"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -12,15 +13,17 @@ MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": l
 SHOWN = 15  # problems shown at once
 MOST = 200  # problems looked for; after you fix these, the next ones appear
 LONGEST = 200  # characters of a name that are compared with others
+# least similarity of a suggested name (difflib): a slip in a short word, in a longer one
+ALIKE, CLOSE = 0.66, 0.8
 
 
-def nearest(name: object, known: Iterable[str]) -> str:
+def nearest(name: object, known: Iterable[str], cutoff: float = ALIKE) -> str:
     """The known name most like `name`, or "" if none is; very many names or very long ones are not compared."""
     text = str(name) if isinstance(name, str | Path) else _written(name)
     if len(text) > LONGEST:
         return ""
     lower = {k.lower(): k for k in islice(known, 1000)}
-    matches = get_close_matches(text.lower(), lower, n=1, cutoff=0.5)
+    matches = get_close_matches(text.lower(), lower, n=1, cutoff=cutoff)
     return lower[matches[0]] if matches else ""
 
 
@@ -47,6 +50,7 @@ class Problem:
     source: str = ""  # file, "--set", or a word for a dict
     line: int | None = None  # in the file, counted from 1
     column: int | None = None  # in the file, counted from 1
+    written: str = ""  # the value as the file has it
 
     def moved(self, **changes: object) -> Problem:
         """Return the same problem with some fields changed."""
@@ -63,7 +67,7 @@ class Problem:
             place += f", line {self.line}" + (f", column {self.column}" if self.column is not None else "")
         head = ": ".join(part for part in (place, shortened(self.path, 200)) if part)
         if self.value is not MISSING:
-            head += (" = " if self.path else ": ") + _short(self.value)
+            head += (" = " if self.path else ": ") + (shortened(self.written, 90) or _short(self.value))
         tail = f"  {shortened(self.what, 500)}"
         if self.allowed:
             tail += f"; allowed: {self.allowed}"
@@ -132,22 +136,26 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """Return the repr of the first entries of any value: Python refuses to print a number of 5,000 digits
-    and prints endless lists."""
+    """Return the first entries of any value as TOML writes it: Python refuses to print a number of 5,000
+    digits and prints endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return (
             f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
         )
     if isinstance(value, list | tuple | dict) and not levels:
         return "…"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, dict):
-        parts = [f"{_written(k)}: {_written(v, levels - 1)}" for k, v in islice(value.items(), 40)]
-        return "{" + ", ".join(parts + ["…"] * (len(value) > 40)) + "}"
+        parts = [f"{k} = {_written(v, levels - 1)}" for k, v in islice(value.items(), 40)]
+        return "{ " + ", ".join(parts + ["…"] * (len(value) > 40)) + " }" if parts else "{}"
     if isinstance(value, list):
         return (
             "[" + ", ".join([_written(v, levels - 1) for v in value[:40]] + ["…"] * (len(value) > 40)) + "]"
         )
-    return repr(value[:200] if isinstance(value, str | bytes) else value)
+    if isinstance(value, str):
+        return json.dumps(value[:200], ensure_ascii=False)
+    return repr(value[:200] if isinstance(value, bytes) else value)
 
 
 class UnknownName(KeyError):
@@ -167,6 +175,10 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> s
 
 class RecordingError(ValueError):
     """A run folder that cannot be read or written."""
+
+
+class Halted(RecordingError):
+    """A run that cannot continue: its disk is full, or its worker was killed."""
 
 
 class CheckpointError(ValueError):

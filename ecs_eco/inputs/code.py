@@ -49,6 +49,7 @@ class Code:
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
+    unread: tuple[str, ...] = ()  # modules that it lists and whose text could not be read: refused already
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Code, (self.sources, self.allowed)
@@ -114,7 +115,7 @@ class Code:
         `faults`)."""
         try:
             if isinstance(name, str) and not self.lists(name):
-                return self.unlisted(key, name)
+                return None if name.partition(":")[0] in self.unread else self.unlisted(key, name)
             if self._unseen(name):
                 return None
             thing = self.function(name)
@@ -263,7 +264,8 @@ def read(
             )
         else:
             sources.append(source)
-    return Code(tuple(sources)), problems
+    unread = tuple(str(p.value).removesuffix(".py") for p in problems)
+    return Code(tuple(sources), unread=unread), problems
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:

@@ -12,7 +12,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
+from ecs_eco.engine.errors import ConfigError, Halted, Problem, RecordingError
 from ecs_eco.lab import island
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.work import completed
@@ -295,6 +295,6 @@ def _all(
         try:
             done[name] = future.result()
         except BrokenExecutor as error:
-            raise RecordingError(f"the worker of {name} was lost repeatedly: {error}") from error
+            raise Halted(f"the worker of {name} was lost repeatedly: {error}") from error
         note(len(done))
     return done

@@ -16,10 +16,10 @@ from ecs_eco.record.claim import Claim, half_written
 from ecs_eco.record.events import EVENTS
 
 if TYPE_CHECKING:
-    from ecs_eco.record import parquet
+    from ecs_eco.record import dictionary, parquet
     from ecs_eco.space.world import SpatialWorld
 else:
-    parquet = Later("ecs_eco.record.parquet")
+    parquet, dictionary = Later("ecs_eco.record.parquet"), Later("ecs_eco.record.dictionary")
 
 
 class Folder:
@@ -57,15 +57,18 @@ class Folder:
             if self.run is None
             else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
         )
-        self.heads[kind] = parquet.write_part(
-            parquet.to_arrow(columns, words, missing), folder / name_of(number), mark
-        )
+        table = dictionary.described(parquet.to_arrow(columns, words, missing), kind, self.world)
+        self.heads[kind] = parquet.write_part(table, folder / name_of(number), mark)
         self.parts[kind] += 1
 
     @property
     def written(self) -> dict[str, Any]:
         """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
+
+    def describe(self) -> None:
+        """Write the data dictionary of all that is recorded so far."""
+        dictionary.write_dictionary(self.path, self.parts, self.world)
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
         """Continue from the state in a checkpoint; raises ForeignFile,

@@ -16,7 +16,7 @@ from ecs_eco.config.loading import WorldSource, changed
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.engine.errors import CheckpointError, Halted, RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
@@ -530,7 +530,7 @@ def go_on(
                     keep_manifest(folder, manifest)
         whole = True
     except OSError as error:
-        raise RecordingError(_cannot_write(error, world, path)) from error
+        raise Halted(_cannot_write(error, world, path)) from error
     finally:
         manifest["wall_seconds"] = spent + time.perf_counter() - start
         _close(world, folder, manifest, finished=whole and world.tick >= until, last=whole)
@@ -559,8 +559,9 @@ def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: boo
         digest = world.digest() if world.underway is None else ""
         manifest |= _state(world) | {"finished": finished, "digest": digest, **folder.written}
         keep_manifest(folder, manifest)
+        folder.describe()
     except OSError as error:
-        raise RecordingError(_cannot_write(error, world, folder.path)) from error
+        raise Halted(_cannot_write(error, world, folder.path)) from error
 
 
 def _state(world: World) -> dict[str, Any]:

@@ -116,7 +116,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     )
     assert "holds another comparison: ticks, the arm world" in output
     (out / "plan.json").write_text("[")
-    assert "plan.json: is damaged" in invoke("--ticks", "11", "--out", "out", code=1)
+    assert "plan.json: is damaged" in invoke("--ticks", "11", "--out", "out", code=2)
 
 
 @pytest.mark.parametrize(

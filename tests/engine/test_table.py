@@ -112,6 +112,14 @@ def test_a_component_that_is_not_there_names_those_that_are():
     assert not table.has((Place, Mark))
     with pytest.raises(KeyError, match="table 'ant': unknown component 'Mark'; known: Place"):
         table[Mark]
+    with pytest.raises(
+        AttributeError, match=r"table 'ant' has no attribute 'x'; it is a column: table\[Place\].x"
+    ):
+        _ = table.x
+    with pytest.raises(
+        AttributeError, match=r"table 'ant' has no attribute 'hue'; its components are Place$"
+    ):
+        _ = table.hue
     with pytest.raises(TypeError, match="<class 'int'> is not a component; declare it with @component"):
         table.add_component(int)
     with pytest.raises(

@@ -161,7 +161,7 @@ def test_a_fork_is_not_repeated_from_its_start(tmp_path):
     manifest = {"format": 1, "config": {}, "seed": 1, "ticks": 5, "forked": {"from": "runs/a"}}
     write_manifest(tmp_path, manifest)
     result = CliRunner().invoke(app, ["repeat", str(tmp_path)])
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "is a fork of runs/a" in result.output
 
 

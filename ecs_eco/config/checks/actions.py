@@ -14,6 +14,14 @@ from ecs_eco.inputs.section import LARGEST
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the species' groups of actions."""
+    wrong = [*_check_groups(config, key, species)]
+    yield from wrong
+    if not wrong:  # else what names a group or an action may be right
+        yield from _check_neutral(key, species)
+        yield from _check_automatic(key, species)
+
+
+def _check_groups(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     groups, ranges = species.known_groups(), species.ranges()
     others = [*groups_of_systems(config), *_groups_of_exchange(species)]
     for group, actions in species.groups().items():
@@ -27,8 +35,6 @@ def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[P
             yield from _check_free_group(at, actions)
         else:
             yield from _check_known_group(config, at, species, group, *groups[group])
-    yield from _check_neutral(key, species)
-    yield from _check_automatic(key, species)
 
 
 def _check_known_group(

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -37,11 +38,11 @@ MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes sec
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
     """All problems of the species' nervous system; files are named from `folder`."""
     species, key = config.species[name], ("species", name)
-    yield from check_sensors(config, name)
-    yield from _check_channels(config, key, species)
-    yield from check_actions(config, key, species)
-    yield from _check_reflex(config, key, species)
-    yield from _check_happiness(config, key, species)
+    yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
+    yield from (unable := [*check_actions(config, key, species)])
+    sensors = species.readings(config.dims) if not wrong else None  # else what names them may be right
+    yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
+    yield from _check_happiness(key, species, sensors)
     yield from _check_policy(key, species, folder, config.dims)
 
 
@@ -134,32 +135,37 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
             seen[channel] = i
 
 
-def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    reflex, readings, rows = species.reflex, species.readings(config.dims), species.action_rows()
+def _check_reflex(
+    key: Key, species: Species, readings: Iterable[str] | None, rows: Iterable[str] | None
+) -> Iterator[Problem]:
+    reflex = species.reflex
     if reflex is None:
         return
     for i, connection in enumerate(reflex.connections):
         at = (*key, "reflex", "connections", i)
-        yield from named((*at, "sensor"), "sensor of the species", connection.sensor, readings)
-        yield from named((*at, "action"), "action of the species", connection.action, rows)
+        if readings is not None:
+            yield from named((*at, "sensor"), "sensor of the species", connection.sensor, readings)
+        if rows is not None:
+            yield from named((*at, "action"), "action of the species", connection.action, rows)
     for action, formula in reflex.formulas.items():
-        yield from named((*key, "reflex", "formulas", action), "action of the species", action, rows)
+        if rows is not None:
+            yield from named((*key, "reflex", "formulas", action), "action of the species", action, rows)
         yield from _check_formula((*key, "reflex", "formulas", action), formula, readings)
 
 
-def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    happiness, readings = species.happiness, species.readings(config.dims)
+def _check_happiness(key: Key, species: Species, readings: Iterable[str] | None) -> Iterator[Problem]:
+    happiness = species.happiness
     if happiness is None:
         return
-    for sensor in happiness.weights:
+    for sensor in happiness.weights if readings is not None else ():
         yield from named((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
     if happiness.formula is not None:
         yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
 
 
-def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Problem]:
+def _check_formula(key: Key, formula: str, names: Iterable[str] | None) -> Iterator[Problem]:
     try:
-        compile_formula(formula, names)
+        compile_formula(formula, re.findall(r"[A-Za-z_]\w*", formula) if names is None else names)
     except FormulaError as error:
         yield Problem(key, error.what, formula, error.allowed, error.nearest)
 

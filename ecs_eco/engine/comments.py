@@ -1,0 +1,21 @@
+"""Reads what a component's source says of its fields: the comment behind each, "# [unit] meaning"."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import textwrap
+from functools import cache
+from typing import Any
+
+FIELD = re.compile(r"^    (\w+)\s*:[^#\n]*# *(?:\[([^\]]*)\] *)?(.*)$", re.MULTILINE)
+
+
+@cache
+def comments_of(component: Any) -> dict[str, tuple[str, str]]:
+    """Return unit and meaning of each field of a component that has a comment; none without its source."""
+    try:
+        source = textwrap.dedent(inspect.getsource(component))
+    except (OSError, TypeError):
+        return {}
+    return {name: (unit, text) for name, unit, text in FIELD.findall(source) if name in component.fields}

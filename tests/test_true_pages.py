@@ -1,0 +1,62 @@
+"""What pages say of installing, of files and of results is so."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from ecs_eco.record import run_to_folder
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def read(page: str) -> str:
+    return " ".join((ROOT / "docs" / page).read_text(encoding="utf-8").split())
+
+
+def result(study: str) -> dict:
+    return json.loads((ROOT / "studies" / "results" / f"{study}.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_page_installs_ecs_eco_from_an_index_while_it_is_on_none(page):
+    assert not re.findall(r"pip install[^\n`]*?[\s\"']ecs-eco\b.*", page.read_text(encoding="utf-8"))
+
+
+def test_the_page_on_installing_lists_the_extras_that_there_are():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    page = (ROOT / "docs/start/install.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"\| `\[(\w+)\]`", page)) == sorted(project["optional-dependencies"])
+
+
+def test_a_run_leaves_what_the_page_lists(menagerie, tmp_path):
+    page = (ROOT / "docs/start/what_you_see.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`.*?`) \|", page.partition("## In the folder")[2], re.MULTILINE)
+    listed = {name.strip("/") for row in rows for name in re.findall(r"`(.+?)`", row)}
+    run_to_folder(menagerie(), seed=1, ticks=12, out=tmp_path / "run", policies="untrained", report=False)
+    assert listed >= {"series", "births", "checkpoints", "data_dictionary.md"}
+    assert listed - {"report.html"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_link_to_a_module_is_named_as_the_module(page):
+    links = re.findall(r"\[([\w/\\.]+\.py)\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    assert [(name, to) for name, to in links if not to.endswith(name.replace("\\", ""))] == []
+
+
+def test_what_isolation_does_is_told_with_the_numbers_of_its_study():
+    end = {row[0]: row for row in result("isolation")["table"]["rows"]}
+    page = read("how-to/archipelago.md")
+    assert f"heterozygosity of {end['isolated'][1]:.3f} on average, against {end['panmictic'][1]:.3f}" in page
+    assert f"a heterozygosity of {end['isolated'][2]:.3f} (difference" in page
+
+
+def test_what_random_search_does_is_told_with_the_numbers_of_its_study():
+    said = {v["statement"]: v["value"] for v in result("search")["verdicts"]}
+    search = said["the search: share of runs on fresh seeds in which all persist"].partition(" (")[0]
+    random = said["the same with candidates at random, in as much time"]
+    page = read("how-to/searching.md")
+    assert f"persisted in {search} runs, and those of two random searches in {random} (" in page
