@@ -15,15 +15,15 @@ ALIVE = -1
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run in the order of their uids, an array entry each; those of several islands in
-    the order of their births.
+    """All organisms of a run, one array entry each, in the order of their uids; for several islands, in the
+    order of births.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
-    [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
-    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` what the manifest says of genes.
+    [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
+    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` the manifest's data on genes.
     `recorded` has the fields of the world's key `record`, f64 by column, "birth: Strain.virulence" and
-    "death: Strain.virulence", NaN where there is none. Raises ValueError for an organism that is there twice,
-    or whose parent is unknown or not older than itself.
+    "death: Strain.virulence", NaN if missing. Raises ValueError for a duplicate organism, and for a parent
+    that is unknown or not older than its child.
     """
 
     uid: np.ndarray
@@ -44,25 +44,23 @@ class Pedigree:
         uid = np.sort(self.uid) if several else self.uid
         behind = np.flatnonzero(np.diff(uid.astype(np.int64)) <= 0)
         if behind.size:
-            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is there twice or out of order")
+            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is duplicate or out of order")
         for parent, place in ((self.parent, self.mother), (self.parent2, self.father)):
             same = island_of(parent) == island_of(self.uid)
             late = np.flatnonzero((place >= np.arange(len(self))) | (same & (parent >= self.uid)))
             if late.size:
                 fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
-                raise ValueError(
-                    f"lineage: {fault}; allowed are 0 and the uids of those born before it: no loops"
-                )
+                raise ValueError(f"lineage: {fault}; expected 0 or the uid of an earlier organism: no loops")
             unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
             if unknown.size:
                 fault = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
-                allowed = "allowed are 0 and the uids of those recorded"
-                raise ValueError(f"lineage: {fault}, of whom no birth is recorded; {allowed}")
+                allowed = "expected 0 or a recorded uid"
+                raise ValueError(f"lineage: {fault}, whose birth is not recorded; {allowed}")
 
     def __len__(self) -> int:
         return len(self.uid)
 
-    # --- parts of it
+    # --- parts of the lineage
 
     def of_species(self, name: str) -> Self:
         """Return the pedigree of one species.
@@ -97,7 +95,7 @@ class Pedigree:
     def _chosen(self, mask: np.ndarray) -> Self:
         whole = {f.name: getattr(self, f.name) for f in fields(self)}
         arrays = {name: values[mask] for name, values in whole.items() if isinstance(values, np.ndarray)}
-        for name in ("parent", "parent2"):  # a parent of another species is none of this lineage
+        for name in ("parent", "parent2"):  # a parent of another species is not in this lineage
             arrays[name] = np.where(
                 np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0)
             )
@@ -106,12 +104,12 @@ class Pedigree:
 
     @cached_property
     def mother(self) -> np.ndarray:
-        """Place of the first parent in the arrays, −1 where there is none: i64."""
+        """Index of the first parent in the arrays, −1 if there is none: i64."""
         return self._places(self.parent)
 
     @cached_property
     def father(self) -> np.ndarray:
-        """Place of the second parent in the arrays, −1 where there is none: i64."""
+        """Index of the second parent in the arrays, −1 if there is none: i64."""
         return self._places(self.parent2)
 
     @cached_property
@@ -119,7 +117,7 @@ class Pedigree:
         return np.argsort(self.uid, kind="stable")
 
     def _places(self, uids: np.ndarray) -> np.ndarray:
-        """Where organisms are in the arrays, −1 for 0 and for those that are not there: i64."""
+        """Return the indices of organisms in the arrays, −1 for 0 and for missing ones: i64."""
         if not len(self):
             return np.full(len(uids), -1)
         known = self.uid[self._by_uid]
@@ -128,7 +126,7 @@ class Pedigree:
 
     @property
     def founders(self) -> np.ndarray:
-        """Whether an organism has no parents: bool."""
+        """True for organisms without parents: bool."""
         return (self.parent == 0) & (self.parent2 == 0)
 
     def place(self, uid: int) -> int:
@@ -165,7 +163,7 @@ class Pedigree:
         """
         return (self.born <= tick) & ((self.died == ALIVE) | (self.died > tick))
 
-    # --- questions
+    # --- queries
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
         """Return the uids of parents, grandparents and so on, through both parents.
@@ -229,7 +227,7 @@ class Pedigree:
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
-        """Mark the ancestors of the marked, too; along first parents only where `fathers` is false."""
+        """Mark the ancestors of the marked organisms, too; only along first parents if `fathers` is false."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):
@@ -278,7 +276,7 @@ class Pedigree:
         return int(self.uid[lines.pop()])
 
     def samples(self, every: int) -> np.ndarray:
-        """The ticks at which a whole run is sampled: 0, every, 2 every, …"""
+        """Return the ticks at which a whole run is sampled: 0, every, 2 every, …"""
         if every < 1:
             raise ValueError(f"lineage: every is {every}; it must be at least 1 tick")
         return np.arange(0, self.end + 1, every)
@@ -286,8 +284,8 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Sum of weights (1 each) over those of a mask that live at the end of each
-        of these ascending ticks: [ticks]."""
+        """Return the sum of weights (default: 1) over masked organisms that live at the end of each of these
+        ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
