@@ -16,7 +16,7 @@ LATE = 0.25  # of a life: who begins to breed so late has generations that hardl
 
 def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
-    found = list(_on_land(config))
+    found = [*config._renamed, *_on_land(config)]
     for name, species in config.species.items():
         about = (
             *_on_energy(config, species),

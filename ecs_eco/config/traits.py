@@ -121,7 +121,9 @@ def _of_section(species: Species) -> Iterator[Trait]:
             yield _kept(".".join(key), value, number, low)
         elif isinstance(way := number.own, Column):
             span = number.low, number.high
-            yield _trait(".".join(key), way.component, value, number.text, number.unit, *span)
+            yield _trait(
+                ".".join(key), way.component, value, number.text, number.unit, *span, field=way.field
+            )
 
 
 def _kept(name: str, own: float, number: Number, low: float) -> Trait:

@@ -70,9 +70,11 @@ class Change:
 
 
 class Column(NamedTuple):
-    """The component whose field of the number's name holds an organism's own value."""
+    """The component that holds an organism's own value, in a field that has the number's name unless one is
+    given."""
 
     component: str
+    field: str = ""
 
 
 @dataclass(frozen=True)
@@ -132,10 +134,11 @@ def about(
     change: str | None = None,
     entries: str | None = None,
     own: bool | str | Column | None = None,
+    former: str | None = None,
     **limits: Any,
 ) -> Any:
-    """A field of a section that has no unit: a name, a choice, a table."""
-    field = Field(default, description=text, **limits)
+    """A field of a section that has no unit: a name, a choice, a table. `former` is the name it once had."""
+    field = Field(default, description=text, serialization_alias=former, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))
     if own is not None:

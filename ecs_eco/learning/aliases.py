@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-ALIASES = {  # their word → ours
+FORMER: dict[str, str] = {}  # what we called them once → what we call them now
+ALIASES = FORMER | {  # their word → ours
     "gamma": "discount",
     "lr": "learning_rate",
     "batch_size": "minibatch",

@@ -82,7 +82,7 @@ def _values(world: SpatialWorld) -> Any:
     """Return the values of the configuration as they are now, and the interventions that are still to come."""
     if world.config is None:
         return None
-    values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
+    values = {key: value for key, value in world.config.resolved(former=True).items() if key not in BEGINNING}
     for species in values["species"].values():
         species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves

@@ -10,6 +10,7 @@ import numpy as np
 
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.document import present
 from ecs_eco.config.extension import model_for
 from ecs_eco.config.loading import load as load_world
 from ecs_eco.config.models.species import Species
@@ -126,7 +127,7 @@ def thaw(
         )
     try:
         if config is None:
-            data = dict(meta["config"]) | {"viewer": meta.get("viewer") or {}}
+            data = present(meta["config"]) | {"viewer": meta.get("viewer") or {}}
             data["systems"] = [
                 handed.get(name, name) if isinstance(name, str) else name for name in data["systems"]
             ]
@@ -146,7 +147,7 @@ def thaw(
                 if isinstance(config, WorldConfig) and not systems
                 else load_world(config, systems=systems)
             )
-            if loaded.resolved() != meta["config"]:
+            if loaded.resolved() != present(meta["config"]):
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
         options["policies"] = {

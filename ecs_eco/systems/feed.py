@@ -260,7 +260,7 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
     }
     keys |= {
         "metabolism.energy_max": np.float32(metabolism.energy_max),
-        "metabolism.digestion": metabolism.digestion,
+        "metabolism.handling_time": metabolism.handling_time,
         kind + "chance": food.chance,
     }
     if food.until is not None:

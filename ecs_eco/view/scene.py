@@ -223,7 +223,7 @@ def grows(world: World, name: str) -> bool:
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)
-    return own is None or own.reproduction is not None or own.metabolism.growth > 0 or eaten
+    return own is None or own.reproduction is not None or own.metabolism.photosynthesis > 0 or eaten
 
 
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:

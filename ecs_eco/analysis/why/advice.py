@@ -11,7 +11,7 @@ MOST = 6
 GROWTH: tuple[Advice, ...] = (
     ("species.{s}.reproduction.rate", "higher", "{s} grow back faster"),
     ("species.{s}.reproduction.seed_rain", "higher", "{s} come back where they are gone"),
-    ("species.{s}.metabolism.growth", "higher", "{s} make more energy of light"),
+    ("species.{s}.metabolism.photosynthesis", "higher", "{s} make more energy of light"),
 )
 APPETITE: tuple[Advice, ...] = (
     ("{line}.chance", "lower", "{s} take {food} more slowly"),
@@ -88,7 +88,7 @@ def _at_end(key: str, value: Any, way: str) -> bool:
     """Whether a value cannot go further that way: numbers below 1, chances above 1;
     species without growth by light stay so."""
     if way == "higher":
-        return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
+        return (key.endswith(".chance") and value >= 1) or (key.endswith(".photosynthesis") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)
 
 
@@ -100,7 +100,7 @@ def _filled(lines: Iterable[Advice], **words: object) -> list[Advice]:
 def _appetite(case: Case, s: str, food: str) -> list[Advice]:
     """Changes that let one eater take less of one food."""
     of = [a for f in case.diet(s) if f.eats == food for a in _filled(APPETITE, s=s, food=food, line=f.key)]
-    return [*of, (f"species.{s}.metabolism.digestion", "higher", f"a meal keeps {s} busy")]
+    return [*of, (f"species.{s}.metabolism.handling_time", "higher", f"a meal keeps {s} busy")]
 
 
 def _catch(case: Case, s: str) -> list[Advice]:

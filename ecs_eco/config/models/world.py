@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.former import by_former_names
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.config.models.interventions import AnyIntervention, AnyUse
 from ecs_eco.config.models.reporters import Reporter
@@ -151,6 +152,7 @@ class WorldConfig(Section):
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
+    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys that were given by their former names
     _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as it was read
 
     @property
@@ -237,12 +239,13 @@ class WorldConfig(Section):
         """The object of "module:name" without parameters; None if it is wrong, or may not run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self, former: bool = False) -> dict[str, Any]:
         """Every value with JSON types, defaults included; loads as a world with the same hash.
 
-        `code` also lists the modules of functions that were passed; it is left out if empty.
+        `code` also lists the modules of functions that were passed; it is left out if empty. `former`: keys have
+        their former names, so that hashes and digests stay when a key gets another name.
         """
-        data = self.model_dump(mode="json")
+        data = by_former_names(self) if former else self.model_dump(mode="json")
         if not (code := code_of(self)):
             del data["code"]
             return data
@@ -251,7 +254,7 @@ class WorldConfig(Section):
     @property
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        text = json.dumps(self.resolved(former=True), separators=(",", ":"), allow_nan=False)
         text += "".join(s.sha256 for s in self._code.sources)
         text += self._land.sha256 if self._land is not None else ""
         return hashlib.sha256(text.encode()).hexdigest()
