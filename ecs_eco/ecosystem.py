@@ -5,6 +5,7 @@ A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -141,7 +142,12 @@ class World(SpatialWorld):
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
-        """Return what a reporter says now: a number, or a dict species → number. KeyError for an unknown
+        """Return `measure(name)`, by its former name."""
+        warnings.warn("World.report is World.measure now", DeprecationWarning, stacklevel=2)
+        return self.measure(name)
+
+    def measure(self, name: str) -> Any:
+        """Return a reporter's present value: a number, or a dict species → number. KeyError for an unknown
         one."""
 
         if name not in self.reporters:

@@ -42,7 +42,7 @@ class Islands:
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
         """Barriers [tick], and how many of a species went somewhere at each."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
-        every, end = self.plan.every, int(self.manifest["tick"])
+        every, end = self.plan.migration_interval, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)
         return ticks, np.array([rows[rows[:, 0] == tick, 4].sum() for tick in ticks], np.int64)
 
@@ -100,7 +100,7 @@ def chart(islands: Islands) -> Figure:
     were many."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
-    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)
+    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, ((ax,),) = panels(1, 1, 6.4, 6.4)
     at, moved = places(islands.plan), islands.moved()
@@ -152,7 +152,9 @@ def chart(islands: Islands) -> Figure:
 @styled
 def numbers(islands: Islands) -> Figure:
     """The numbers of each species that wanders, a line for each island; below, its migrants."""
-    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)[:1]
+    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)[
+        :1
+    ]
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
@@ -171,7 +173,7 @@ def numbers(islands: Islands) -> Figure:
         )
         top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)
-        bottom.bar(ticks, count, width=0.8 * islands.plan.every, color=hue[species])
+        bottom.bar(ticks, count, width=0.8 * islands.plan.migration_interval, color=hue[species])
         bottom.set(xlabel="tick", ylabel="migrants at a barrier" if not column else "")
     return figure
 

@@ -56,6 +56,9 @@ def by_former_names(config: Any) -> dict[str, Any]:
         return ".".join(map(str, both_names(tuple(name.split(".")), section, None)[1]))
 
     for species, own in zip(config.species.values(), data["species"].values(), strict=True):
+        way = own["reproduction"] or {}
+        if (way.get("kind"), way.get("place")) == ("asexual", "anywhere"):
+            way |= {"kind": "simplified", "dispersal": None}
         own["ppo"] = {before(f"ppo.{name}", species)[4:]: value for name, value in own["ppo"].items()}
         genome = own["genome"] or {"genes": []}
         for coded in (*genome["genes"], *genome.get("derived", {}).values()):

@@ -166,7 +166,7 @@ class Archipelago:
         self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
     ) -> None:
         """Run all islands to the next barrier; note where they are then."""
-        every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
+        every = Plan.model_validate(self.manifest["config"]["archipelago"]).migration_interval
         start = self.tick
         goal = min(until, (start // every + 1) * every)
         root = str(self.folder.absolute())

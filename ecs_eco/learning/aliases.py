@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-FORMER: dict[str, str] = {}  # what we called them once → what we call them now
+FORMER = {
+    "entropy": "entropy_coef",
+    "minibatch": "minibatch_size",
+}  # what we called them once → what we call them now
 ALIASES = FORMER | {  # their word → ours
     "gamma": "discount",
     "lr": "learning_rate",
-    "batch_size": "minibatch",
-    "minibatch_size": "minibatch",
+    "batch_size": "minibatch_size",
     "n_steps": "horizon",
     "num_steps": "horizon",
     "n_epochs": "epochs",
     "update_epochs": "epochs",
     "lam": "gae_lambda",
-    "ent_coef": "entropy",
+    "ent_coef": "entropy_coef",
     "vf_coef": "value_weight",
     "clip_range": "clip",
     "clip_coef": "clip",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.elementary import power
-from ecs_eco.components import Metabolism, Position, Vigour
+from ecs_eco.components import Metabolism, Position, SpeedScale
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.life.climate import temperatures
@@ -22,7 +22,7 @@ class SlowDown(System):
     rate in this tick; at and below its temperature of torpor it does not move.
     """
 
-    needs = (Position, Metabolism, Vigour)
+    needs = (Position, Metabolism, SpeedScale)
     phase = "environment"
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
@@ -36,7 +36,7 @@ class SlowDown(System):
         )
         warmth = temperatures(table, world).astype(np.float64)
         rate = power(q10, (warmth - reference) / 10.0)
-        table[Vigour].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
+        table[SpeedScale].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
         basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
         credit = np.broadcast_to((1.0 - rate) * basal * world.dt, high)[alive]
         before = m.energy[:high][alive]

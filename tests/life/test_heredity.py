@@ -7,9 +7,9 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import (
     Body,
-    Desires,
     Experience,
     Genome,
+    HappinessWeights,
     LifeHistory,
     Nervous,
     Policy,
@@ -81,7 +81,7 @@ def test_a_newborn_is_what_its_genome_says():
             ), gene
     goat = world.tables["goat"]
     assert (goat[Reflexes].weight[goat.rows(), 1] == 1).all()  # no gene changes the other connection
-    assert (goat[Desires].weight[goat.rows(), 1] == F(0.1)).all()
+    assert (goat[HappinessWeights].weight[goat.rows(), 1] == F(0.1)).all()
     assert (goat[Senses].radius[goat.rows(), 0] == 0).all()  # the sense of the own energy has no range
     assert goat[Wool].length[goat.rows()].std() > 0.01
 

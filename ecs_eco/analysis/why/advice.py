@@ -15,7 +15,7 @@ GROWTH: tuple[Advice, ...] = (
 )
 APPETITE: tuple[Advice, ...] = (
     ("{line}.chance", "lower", "{s} take {food} more slowly"),
-    ("{line}.until", "lower", "sated {s} leave {food} alone"),
+    ("{line}.satiation", "lower", "sated {s} leave {food} alone"),
     ("{line}.reach", "lower", "{s} must come closer to eat"),
 )
 CATCH: tuple[Advice, ...] = (
@@ -169,7 +169,7 @@ def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield from (*_catch(case, s), *_upkeep(case, s))
     for i, sensor in enumerate(case.of(s).get("sensors") or ()):
         if sensor.get("target") in {f.eats for f in case.diet(s)}:
-            yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from further away"
+            yield f"species.{s}.sensors.{i}.range", "higher", f"{s} see {sensor['target']} from further away"
 
 
 def _ran_out(case: Case, s: str, victim: str) -> Iterator[Advice]:

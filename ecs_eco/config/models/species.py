@@ -125,12 +125,15 @@ class Species(
         dict,
         change=SHAPE,
     )
-    neutral: dict[str, Neutral] = table(
+    default_action: dict[str, Neutral] = table(
         "group = action taken if none is decided; of a continuous one: the number, else that nearest to 0",
         dict,
         own=True,
+        former="neutral",
     )
-    automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
+    always_on: list[str] = table(
+        "actions that need no decision: always on unless a reflex blocks them", list, former="automatic"
+    )
     reflex: Reflex | None = about("the reflex network", None, change=FREE)
     happiness: Happiness | None = about("the happiness network", None, change=FREE)
     policy: Policy = table("the policy network", Policy)

@@ -43,12 +43,14 @@ class Ramp(Section):
 
     key: str = about("dotted key of a number, as species.krill.diet.0.chance")
     values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
-    until: Share = quantity("share of the training after which it is constant", "1", 1.0)
+    duration: Share = quantity(
+        "share of the training over which it changes; then it is constant", "1", 1.0, former="until"
+    )
 
     def at(self, share: float) -> float:
         """Its value after a share of the training."""
         first, last = self.values
-        return last if share >= self.until else first + (last - first) * share / self.until
+        return last if share >= self.duration else first + (last - first) * share / self.duration
 
 
 class Training(Section):
@@ -204,7 +206,7 @@ class WorldConfig(Section):
         """The species whose members must know whose children they are."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
         if self.archipelago is not None:  # those who wander keep their descent
-            young |= {one for name in self.archipelago.emigration for one in self.family(name)}
+            young |= {one for name in self.archipelago.migration_probability for one in self.family(name)}
         return frozenset(
             young
             | {
