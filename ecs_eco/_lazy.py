@@ -7,7 +7,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -59,7 +59,6 @@ def present_name(name: str) -> str | None:
     return f"{FORMER[package]}.{module}"
 
 
-@cache
 def stored_name(component: type[Any]) -> str:
     """Return the name of a component in checkpoints and digests: the first that it had."""
     name = f"{component.__module__.rpartition('.')[0]}.{component.__name__}"

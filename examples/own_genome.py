@@ -22,7 +22,7 @@ layout = Layout(
     ],
     alphabet="RYKW",
     ploidy=2,
-    dominance="mean",
+    expression="mean",
 )
 
 

@@ -252,7 +252,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         "",
     ),
     "no stones": ("count = 3\n", "count = 0\n", "objects.stone.count", "0", "at least 1", ""),
-    "radius": ("radius = 5.0", "radius = 16.0", "goat.sensors.1.radius", "16.0", "at most 15 m", ""),
+    "radius": ("radius = 5.0", "radius = 16.0", "goat.sensors.1.range", "16.0", "at most 15 m", ""),
     "cell": ("cell = 2.0", "cell = 20.0", "fields.smoke.cell", "20.0", "at most 15 m", ""),
     "tiny cell": ("cell = 2.0", "cell = 1e-6", "fields.smoke.cell", "1e-06", "cells", ""),
     "body": ("radius = 0.4", "radius = 40.0", "goat.body.radius", "40.0", "at most 15 m", ""),

@@ -15,7 +15,7 @@ from ecs_eco.learning.aliases import FORMER
 def present_names(model: type[Section]) -> dict[str, str]:
     """Return the present name of each key of a section that had another one, by its former name."""
     fields = model.model_fields.items()
-    return {field.serialization_alias: name for name, field in fields if field.serialization_alias}
+    return {field.alias: name for name, field in fields if field.alias}
 
 
 def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
@@ -40,7 +40,7 @@ def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
         if is_section(kind):
             now[i] = part = present_names(kind).get(str(part), part)
             field = kind.model_fields.get(str(part))
-            before[i] = (field and field.serialization_alias) or part
+            before[i] = (field and field.alias) or part
         elif now[max(i - 1, 0)] == "ppo":
             now[i] = FORMER.get(str(part), part)
             before[i] = next((old for old, name in FORMER.items() if name == now[i]), part)

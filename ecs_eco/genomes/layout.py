@@ -43,23 +43,25 @@ class Layout:
         genes: Sequence[Gene],
         alphabet: str | Alphabet = "ACGT",
         ploidy: Literal[1, 2] = 1,
-        dominance: Expression = "first",
+        expression: Expression = "first",
         loci: int | None = None,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | None = None,
+        dominance: Expression | None = None,  # the former name of expression
     ) -> None:
+        expression = dominance or expression
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
         shapes, size = shapes or {}, len(self.alphabet)
         wrong = list(problems(genes, size, loci, traits, shapes))
         for key, value, allowed in (
             ("ploidy", ploidy, (1, 2)),
-            ("dominance", dominance, get_args(Expression)),
+            ("expression", expression, get_args(Expression)),
         ):
             if value not in allowed:
                 wrong.append(Problem((key,), "not possible", value, listed(allowed)))
         if wrong:
             raise ConfigError(wrong, "this genome is refused")
-        self.ploidy, self.dominance = ploidy, dominance
+        self.ploidy, self.expression = ploidy, expression
         at = places(genes, traits or {}, shapes) or []
         self.genes = tuple(
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
@@ -285,7 +287,7 @@ class Layout:
 
     def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:
         first = code.values(code.codons.read(loci, 0))
-        if self.ploidy == 1 or (how := code.gene.expression or self.dominance) == "first":
+        if self.ploidy == 1 or (how := code.gene.expression or self.expression) == "first":
             return first
         second = code.values(code.codons.read(loci, self.length))
         if how == "greater":

@@ -155,7 +155,7 @@ class VariableLayout(Layout):
             (a, b), (has_a, has_b) = (
                 x.reshape(len(loci), 2, *x.shape[1:]).swapaxes(0, 1) for x in (value, has)
             )
-            how, any_has = code.gene.expression or self.dominance, has_a | has_b
+            how, any_has = code.gene.expression or self.expression, has_a | has_b
             both = {"first": a, "greater": np.maximum(a, b), "mean": (a + b) / 2}[how]
             a_only, b_only = (h.reshape(-1, *[1] * len(code.width)) for h in (has_a & ~has_b, has_b & ~has_a))
             out = np.where(a_only, a, np.where(b_only, b, both))

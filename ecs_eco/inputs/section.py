@@ -93,7 +93,14 @@ class Section(BaseModel):
     the field that holds the section.
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        frozen=True,
+        populate_by_name=True,
+        loc_by_alias=False,
+    )
     marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
 
     def __init_subclass__(
@@ -138,7 +145,7 @@ def about(
     **limits: Any,
 ) -> Any:
     """A field of a section that has no unit: a name, a choice, a table. `former` is the name it once had."""
-    field = Field(default, description=text, serialization_alias=former, **limits)
+    field = Field(default, description=text, alias=former, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))
     if own is not None:

@@ -67,7 +67,7 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     ]
     if layout.ploidy > 1:
         for gene, code in zip(genes, layout.genes, strict=True):
-            gene["dominance"] = code.gene.expression or layout.dominance
+            gene["dominance"] = code.gene.expression or layout.expression
     out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
     if layout.longest is not None:
         for gene, code in zip(genes, layout.genes, strict=True):

@@ -63,7 +63,7 @@ def test_a_neutral_gene_may_be_read_and_whole_numbers_are_rounded():
 
 
 def test_strings_of_variable_length_have_derived_traits():
-    genome = {"genes": [SIZE | {"copies": 1}], "derived": DERIVED, "longest": 60}
+    genome = {"genes": [SIZE | {"copies": 1}], "derived": DERIVED, "max_length": 60}
     table = World.from_config(config(genome=genome)).table("deer")
     rows = table.rows()
     radius = table[Body].radius[rows].astype(float)

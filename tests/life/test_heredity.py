@@ -36,7 +36,7 @@ def test_a_herd_with_genes_for_everything_keeps_its_promises():
             "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
             "genome": {
                 "ploidy": 2,
-                "dominance": "mean",
+                "expression": "mean",
                 "genes": [gene_for("size", "body.radius", low=0.2, high=0.6)],
             },
         },

@@ -70,7 +70,7 @@ def test_each_dies_at_an_age_of_its_own():
         reproduction=None,
         count=40,
         actions={"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-        lethal=[{"property": "age", "max": 10.0, "high": "too old"}],
+        lethal=[{"property": "age", "max": 10.0, "cause_above": "too old"}],
     )
     world, died = World.from_config(config), []
     world.on_death.append(
