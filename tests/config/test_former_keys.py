@@ -8,6 +8,8 @@ from ecs_eco.config.edit import edited
 from ecs_eco.config.loading import changed
 from ecs_eco.config.notes import notes
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.genomes import Layout
+from ecs_eco.genomes.models import Gene
 from tests.conftest import MENAGERIE, merge
 
 FELL = """
@@ -90,3 +92,29 @@ def test_a_gene_codes_for_a_trait_by_its_former_name():
     genes[0]["trait"] = "metabolism.handling_time"
     present = load(merge(MENAGERIE, {"species": {"lynx": {"genome": {"genes": genes}}}}))
     assert former.config_hash == present.config_hash
+
+
+def test_reproduction_that_was_called_simplified_is_asexual_at_any_place():
+    way = {"rate": 0.02, "energy_min": 0.6, "energy_given": 0.3, "spacing": 2.0}
+    former = load(merge(MENAGERIE, {"species": {"lynx": {"reproduction": way | {"kind": "simplified"}}}}))
+    asexual = way | {"kind": "asexual", "place": "anywhere"}
+    present = load(merge(MENAGERIE, {"species": {"lynx": {"reproduction": asexual}}}))
+    assert former.config_hash == present.config_hash
+    note = 'species.lynx.reproduction: write kind = "asexual", place = "anywhere" for simplified'
+    assert note in notes(former)
+    assert note not in notes(present)
+
+
+def test_hyperparameters_have_their_former_names_in_the_hash_alone():
+    former, present = (
+        load(merge(MENAGERIE, {"species": {"ram": {"ppo": {name: 0.03}}}}))
+        for name in ("entropy", "entropy_coef")
+    )
+    assert former.species["ram"].ppo["entropy_coef"] == 0.03
+    assert former.config_hash == present.config_hash
+    assert "species.ram.ppo: entropy is called entropy_coef here" in notes(former)
+
+
+def test_sections_in_python_take_former_names():
+    assert Gene(name="size", letters=1, low=0.0, high=3.0, dominance="mean").expression == "mean"
+    assert Layout([Gene(name="size", letters=1, low=0.0, high=3.0)], dominance="mean").expression == "mean"

@@ -60,9 +60,10 @@ def _sensors(draw, kinds):
 
 
 def _reproduction(draw):
-    kind = draw(st.sampled_from(["simplified", "asexual", None]))
-    return kind and {
-        "kind": kind,
+    place = draw(st.sampled_from(["anywhere", "near", None]))
+    return place and {
+        "kind": "asexual",
+        "place": place,
         "rate": draw(_number(0, 0.125)),
         "energy_min": 0.5,
         "energy_given": draw(_number(0, 0.5)),
