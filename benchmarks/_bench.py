@@ -123,23 +123,23 @@ def _animal(count: int, eats: str, smell: str, speed: float) -> dict[str, Any]:
         "diet": [{"eats": eats, "reach": 0.5, "chance": 0.5, "gain": 0.2}],
         "sensors": _senses(),
         "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-        "neutral": {"speed": "still", "turn": "none"},
-        "automatic": ["eat"],
+        "default_action": {"speed": "still", "turn": "none"},
+        "always_on": ["eat"],
         "happiness": {"formula": "energy - 0.2 * hunter_smell", "minimum": -1.0},
         "policy": {"kind": "shared", "hidden": [64, 64]},
         "ppo": {"horizon": 64, "epochs": 3, "learning_rate": 1e-3},
         "lethal": [
-            {"property": "energy", "min": 0.0, "low": "starved"},
-            {"property": "age", "max": 3000.0, "high": "too old"},
+            {"property": "energy", "min": 0.0, "cause_below": "starved"},
+            {"property": "age", "max": 3000.0, "cause_above": "too old"},
         ],
     }
 
 
 def _senses() -> list[dict[str, Any]]:
     return [
-        {"kind": "nearest", "target": "plant", "radius": 6.0},
-        {"kind": "nearest", "target": "grazer", "radius": 6.0},
-        {"kind": "nearest", "target": "hunter", "radius": 12.0},
+        {"kind": "nearest", "target": "plant", "range": 6.0},
+        {"kind": "nearest", "target": "grazer", "range": 6.0},
+        {"kind": "nearest", "target": "hunter", "range": 12.0},
         *({"kind": "smell", "field": f, "at": [1.0, side]} for f in SMELLS for side in (0.5, -0.5)),
         {"kind": "own", "property": "energy"},
         {"kind": "own", "property": "age", "scale": 1000.0},

@@ -30,7 +30,7 @@ TRAITS: list[dict[str, Any]] = [
     {"name": "span", "trait": "life.age_max", "letters": 4, "low": 100.0, "high": 400.0},
     {"name": "ripe", "trait": "reproduction.energy_min", "letters": 4, "low": 0.2, "high": 0.6},
 ]
-EYE = {"name": "eye", "trait": "sensors.plant.radius", "letters": 4, "low": 1.0, "high": 6.0}
+EYE = {"name": "eye", "trait": "sensors.plant.range", "letters": 4, "low": 1.0, "high": 6.0}
 GENES = {
     "a marker": [{"name": "marker", "letters": 4, "low": 0.0, "high": 1.0}],
     "3 traits, neutral-drift": TRAITS,
@@ -47,8 +47,8 @@ def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
             "max_count": species["count"],
             "diet": [{"eats": "plant", "reach": 0.5, "gain": 0.8}],
             "lethal": [
-                {"property": "energy", "min": 0.0, "low": "starved"},
-                {"property": "age", "max": 200.0, "high": "too old"},
+                {"property": "energy", "min": 0.0, "cause_below": "starved"},
+                {"property": "age", "max": 200.0, "cause_above": "too old"},
             ],
             "reproduction": {
                 "kind": "sexual",

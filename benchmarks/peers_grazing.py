@@ -143,10 +143,10 @@ def config(n: int) -> dict[str, Any]:
                 "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": COST},
                 "locomotion": {"speed": {"walk": SPEED}, "turn": TURN},
                 "diet": [{"eats": "tuft", "reach": BITE - 0.5, "gain": GAIN}],
-                "sensors": [{"kind": "nearest", "target": "grazer", "radius": REACH}],
+                "sensors": [{"kind": "nearest", "target": "grazer", "range": REACH}],
                 "actions": {"speed": ["walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-                "automatic": ["eat"],
-                "neutral": {"speed": "walk", "turn": "none"},
+                "always_on": ["eat"],
+                "default_action": {"speed": "walk", "turn": "none"},
                 "reflex": {"formulas": {"walk": "1", "left": "-grazer_left", "right": "grazer_left"}},
                 "reproduction": {
                     "kind": "asexual",
@@ -155,7 +155,7 @@ def config(n: int) -> dict[str, Any]:
                     "energy_given": GIVEN,
                     "dispersal": 0.1,
                 },
-                "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+                "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
             },
         },
     }

@@ -23,7 +23,7 @@ def meadow(plants: int) -> dict:
     plant = {
         "count": plants,
         "body": {"radius": 0.4},
-        "metabolism": {"energy": 0.1, "energy_max": 1.0, "growth": 0.002},
+        "metabolism": {"energy": 0.1, "energy_max": 1.0, "photosynthesis": 0.002},
         "reproduction": {
             "kind": "spread",
             "rate": 0.01,
@@ -32,7 +32,7 @@ def meadow(plants: int) -> dict:
             "place": "near",
             "dispersal": 10.0,
         },
-        "lethal": [{"property": "age", "max": 500.0, "high": "too old"}],
+        "lethal": [{"property": "age", "max": 500.0, "cause_above": "too old"}],
     }
     return {"format": 1, "name": "meadow", "space": {"size": [side, side]}, "species": {"plant": plant}}
 

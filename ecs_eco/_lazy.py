@@ -17,6 +17,9 @@ from typing import Any
 FORMER = {  # what the documentation of former versions imported from; of a package also what is in it
     "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
     "ecs_eco.archipelago": "ecs_eco.lab",
+    "ecs_eco.components.Desires": "ecs_eco.components.HappinessWeights",
+    "ecs_eco.components.Plasticity": "ecs_eco.components.LearningRates",
+    "ecs_eco.components.Vigour": "ecs_eco.components.SpeedScale",
     "ecs_eco.experiments": "ecs_eco.lab",
     "ecs_eco.experiments.compare": "ecs_eco.lab.comparison",
     "ecs_eco.random": "ecs_eco.engine.random",
@@ -35,7 +38,11 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
     packages within it."""
 
     def find(name: str) -> Any:
-        if name in rooms or present_name(f"{package}.{name}"):
+        present = present_name(f"{package}.{name}")
+        if present and file_of(name) != name:  # a class
+            warnings.warn(f"{package}.{name} is {present} now", DeprecationWarning, stacklevel=2)
+            return getattr(import_module(package), present.rpartition(".")[2])
+        if name in rooms or present:
             return import_module(f"{package}.{name}")
         if name not in modules:
             raise AttributeError(f"{package} has no {name!r}; it has {', '.join((*modules, *rooms))}")
@@ -50,6 +57,12 @@ def present_name(name: str) -> str | None:
     if name in FORMER or package not in FORMER:
         return FORMER.get(name)
     return f"{FORMER[package]}.{module}"
+
+
+def stored_name(component: type[Any]) -> str:
+    """Return the name of a component in checkpoints and digests: the first that it had."""
+    name = f"{component.__module__.rpartition('.')[0]}.{component.__name__}"
+    return next((old for old, now in FORMER.items() if now == name), name).rpartition(".")[2]
 
 
 class Later:

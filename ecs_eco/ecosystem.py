@@ -5,6 +5,7 @@ A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -335,12 +336,17 @@ class World(SpatialWorld):
         >>> from ecs_eco import World
         >>> world = World.from_config("predator-prey", seed=1)
         >>> world.add_reporter("animals", lambda world: world.table("deer").n + world.table("wolf").n)
-        >>> world.report("animals")
+        >>> world.measure("animals")
         950.0
         """
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
+        """Return `measure(name)`, by its former name."""
+        warnings.warn("World.report is World.measure now", DeprecationWarning, stacklevel=2)
+        return self.measure(name)
+
+    def measure(self, name: str) -> Any:
         """Return the present value of a reporter.
 
         Parameters
@@ -362,7 +368,7 @@ class World(SpatialWorld):
         --------
         >>> from ecs_eco import World
         >>> world = World.from_config("predator-prey", reporters={"energy": "sum(Metabolism.energy)"})
-        >>> sorted(world.report("energy"))
+        >>> sorted(world.measure("energy"))
         ['deer', 'grass', 'wolf']
         """
 

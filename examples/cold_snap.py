@@ -12,7 +12,7 @@ HARE = {
     "max_count": 300,
     "body": {"radius": 0.15, "mass": 2.0, "opaque": False},
     "properties": {"temperature": 312.0},
-    "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": 1e-4, "growth": 1e-3},
+    "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": 1e-4, "photosynthesis": 1e-3},
     # 15 W at rest; shivering adds up to 40 W, which costs 2.4 times the basal rate
     "heat": {
         "metabolic_heat": 150_000.0,
@@ -40,9 +40,15 @@ HARE = {
         "dispersal": 20.0,
     },
     "lethal": [
-        {"property": "temperature", "min": 300.0, "max": 316.0, "low": "frozen", "high": "overheated"},
-        {"property": "energy", "min": 0.0, "low": "starved"},
-        {"property": "age", "max": 3 * YEAR * 60.0, "high": "too old"},
+        {
+            "property": "temperature",
+            "min": 300.0,
+            "max": 316.0,
+            "cause_below": "frozen",
+            "cause_above": "overheated",
+        },
+        {"property": "energy", "min": 0.0, "cause_below": "starved"},
+        {"property": "age", "max": 3 * YEAR * 60.0, "cause_above": "too old"},
     ],
 }
 

@@ -17,8 +17,8 @@ def light(world: World, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarr
 algae = {
     "count": 500,
     "body": {"radius": 0.1, "opaque": False},
-    "metabolism": {"energy": 0.5, "basal": 0.004, "growth": 0.04},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "dark"}],
+    "metabolism": {"energy": 0.5, "basal": 0.004, "photosynthesis": 0.04},
+    "lethal": [{"property": "energy", "min": 0.0, "cause_below": "dark"}],
 }
 
 if __name__ == "__main__":

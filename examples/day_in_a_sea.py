@@ -18,7 +18,7 @@ SEA = {
             "locomotion": {"speed": {"swim": 0.5}, "climb": 0.5},
             "sensors": [{"kind": "light", "name": "light"}],
             "actions": {"climb": ["up", "none", "down"]},
-            "neutral": {"climb": "none"},
+            "default_action": {"climb": "none"},
             "reflex": {"formulas": {"up": "1 if light < 0.05 else -1", "down": "1 if light > 0.15 else -1"}},
         }
     },

@@ -25,10 +25,10 @@ RABBIT = {
     "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "cost": {"hop": 0.015}, "turn": 0.8},
     "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}],
     "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 300.0}],
-    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 5.0}],
+    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "range": 5.0}],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-    "automatic": ["eat"],
-    "neutral": {"speed": "sit", "turn": "none"},
+    "always_on": ["eat"],
+    "default_action": {"speed": "sit", "turn": "none"},
     "reflex": {
         "connections": [
             {"name": "hungry", "sensor": "energy", "below": 0.5, "action": "hop", "weight": 1},

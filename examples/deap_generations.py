@@ -55,7 +55,7 @@ def rabbits(genes: dict[str, float]) -> dict:
         "lethal": [{"property": "energy", "min": 0.0}],
         "sensors": [
             {"kind": "own", "property": "energy"},
-            {"kind": "nearest", "target": "grass", "radius": 5.0},
+            {"kind": "nearest", "target": "grass", "range": 5.0},
         ],
         "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
         "reflex": {"function": reflex},

@@ -13,11 +13,11 @@ DUCK = {
     "body": {"radius": 0.25, "mass": 1.0, "opaque": False},
     "metabolism": {"energy": 2.5, "energy_max": 3.0, "basal": 5e-4},
     "growth": {"law": "west", "rate": 0.02, "newborn": 0.05, "cost": 0.1, "reserve": 0.03, "pace": 0.05},
-    "care": {"rate": 2e-3, "reach": 0.5, "until": 200.0, "reserve": 0.5},
+    "care": {"rate": 2e-3, "reach": 0.5, "age_max": 200.0, "reserve": 0.5},
     "locomotion": {"speed": {"still": 0.0, "swim": 1.0}, "cost": {"swim": 2e-4}, "turn": 0.8},
-    "sensors": [{"kind": "nearest", "name": "mother", "target": "duck", "radius": 15.0, "kin": "mother"}],
+    "sensors": [{"kind": "nearest", "name": "mother", "target": "duck", "range": 15.0, "kin": "mother"}],
     "actions": {"speed": ["still", "swim"], "turn": ["left", "none", "right"]},
-    "neutral": {"speed": "still", "turn": "none"},
+    "default_action": {"speed": "still", "turn": "none"},
     # without a mother all readings are 0, the policy decides, and ducks swim about
     "reflex": {
         "formulas": {
@@ -38,7 +38,7 @@ DUCK = {
         "dispersal": 1.0,
         "eggs": "duck_egg",
     },
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+    "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
 }
 EGG = {
     "count": 0,
@@ -53,9 +53,9 @@ CROW = {
     "metabolism": {"energy": 0.5},
     "locomotion": {"speed": {"fly": 2.0}, "turn": 0.8},
     "diet": [{"eats": "duck_egg", "efficiency": 0.5}],
-    "sensors": [{"kind": "nearest", "target": "duck_egg", "radius": 4.0}],
+    "sensors": [{"kind": "nearest", "target": "duck_egg", "range": 4.0}],
     "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
-    "neutral": {"speed": "fly", "turn": "none"},
+    "default_action": {"speed": "fly", "turn": "none"},
     "reflex": {"formulas": {"left": "duck_egg_left", "right": "-duck_egg_left", "none": "-duck_egg_near"}},
 }
 POND = {

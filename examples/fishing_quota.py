@@ -18,9 +18,10 @@ SEA = {
             "max_count": 1200,
             "color": "#4477aa",
             "body": {"radius": 0.2, "opaque": False},
-            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.03},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "photosynthesis": 0.03},
             "reproduction": {
-                "kind": "simplified",
+                "kind": "asexual",
+                "place": "anywhere",
                 "rate": 0.04,
                 "energy_min": 0.9,
                 "energy_given": 0.4,
@@ -29,7 +30,7 @@ SEA = {
             "genome": {
                 "genes": [{"name": "girth", "trait": "body.radius", "letters": 4, "low": 0.1, "high": 0.4}]
             },
-            "lethal": [{"property": "age", "max": 150.0, "high": "too old"}],
+            "lethal": [{"property": "age", "max": 150.0, "cause_above": "too old"}],
         }
     },
 }

@@ -16,15 +16,16 @@ POND = {
             "count": 200,
             "max_count": 5000,
             "body": {"radius": 0.1, "opaque": False},
-            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.02},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "photosynthesis": 0.02},
             "reproduction": {
-                "kind": "simplified",
+                "kind": "asexual",
+                "place": "anywhere",
                 "rate": 0.03,
                 "energy_min": 0.8,
                 "energy_given": 0.4,
                 "spacing": 2.0,
             },
-            "lethal": [{"property": "age", "max": 100.0, "high": "too old"}],
+            "lethal": [{"property": "age", "max": 100.0, "cause_above": "too old"}],
         }
     },
 }

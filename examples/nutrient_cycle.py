@@ -10,7 +10,7 @@ GRASS = {
     "body": {"radius": 0.05, "opaque": False},  # half a liter
     "substances": {"nitrogen": 0.3},
     "born_with": "soil",  # a seed sprouts if the soil has 0.16 mol for it
-    "metabolism": {"energy": 0.2, "energy_max": 1.0, "growth": 0.02},
+    "metabolism": {"energy": 0.2, "energy_max": 1.0, "photosynthesis": 0.02},
     "reproduction": {"kind": "spread", "rate": 0.04, "spacing": 0.5, "place": "near", "dispersal": 2.0},
     "lethal": [{"property": "age", "max": 20 * DAY}],
     "remains": "litter",
@@ -25,7 +25,7 @@ VOLE = {
     "diet": [{"eats": "grass", "reach": 0.1, "gain": 0.1, "assimilation": 0.4}],  # the rest is dung
     "exchange": [{"kind": "release", "substance": "nitrogen", "field": "soil", "rate": 0.02, "above": 0.5}],
     "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]},
-    "automatic": ["walk"],
+    "always_on": ["walk"],
     "reproduction": {
         "kind": "asexual",
         "rate": 0.01,
@@ -33,7 +33,10 @@ VOLE = {
         "energy_given": 0.3,
         "dispersal": 1.0,
     },
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}, {"property": "age", "max": 40 * DAY}],
+    "lethal": [
+        {"property": "energy", "min": 0.0, "cause_below": "starved"},
+        {"property": "age", "max": 40 * DAY},
+    ],
     "remains": "carcass",
 }
 

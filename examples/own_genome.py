@@ -18,11 +18,11 @@ layout = Layout(
         # the three loci before it are neutral
         Gene(name="age", letters=6, low=600, high=6000, scale="log", at=8),
         # mutates more often than the others
-        Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation=0.05),
+        Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation_rate=0.05),
     ],
     alphabet="RYKW",
     ploidy=2,
-    dominance="mean",
+    expression="mean",
 )
 
 

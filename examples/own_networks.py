@@ -35,7 +35,7 @@ rabbit = {
     "metabolism": {"energy": 0.5, "basal": 0.01},
     "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
     "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}],
-    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 5.0}],
+    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "range": 5.0}],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
     "reflex": {"function": reflex},  # in a file: function = "own_networks:reflex"
     "happiness": {"function": happiness, "minimum": 0.0},

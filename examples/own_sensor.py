@@ -20,7 +20,7 @@ goose = {
     # in a file: function = "own_sensor:compass"
     "sensors": [{"kind": "custom", "function": compass, "width": 2}],
     "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
-    "automatic": ["fly"],
+    "always_on": ["fly"],
     "reflex": {"formulas": {"left": "compass_2 > 0.1", "right": "compass_2 < -0.1"}},
 }
 

@@ -26,7 +26,7 @@ HILL: dict[str, Any] = {
             "color": "#67001f",
             "metabolism": {"energy": 1.0, "energy_max": 50.0, "basal": 0.02},
             "diet": [{"eats": "seed", "reach": 2.0, "efficiency": 1.0}],
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+            "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
         },
         "ant": {
             "count": 30,
@@ -36,16 +36,16 @@ HILL: dict[str, Any] = {
             "carries": [{"object": "seed", "reach": 0.1}],
             "sensors": [
                 {"kind": "own", "property": "load", "scale": 0.002},
-                {"kind": "nearest", "target": "seed", "radius": 4.0},
-                {"kind": "nearest", "target": "queen", "radius": 20.0},
+                {"kind": "nearest", "target": "seed", "range": 4.0},
+                {"kind": "nearest", "target": "queen", "range": 20.0},
             ],
             "actions": {
                 "speed": ["walk"],
                 "turn": ["left", "none", "right"],
                 "carry": ["take", "none", "drop"],
             },
-            "neutral": {"turn": "none", "carry": "none"},
-            "automatic": ["walk"],
+            "default_action": {"turn": "none", "carry": "none"},
+            "always_on": ["walk"],
         },
     },
 }

@@ -48,16 +48,16 @@ hare = {
             "name": "eye",
             "count": RAYS,
             "fov": 2.4,
-            "radius": 8.0,
+            "range": 8.0,
             "targets": KINDS,
             "report": "per_ray",
         },
     ],
     "actions": {"speed": ["hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-    "automatic": ["hop"],
+    "always_on": ["hop"],
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "learn": True, "network": Eye},
-    "ppo": {"learning_rate": 0.003, "discount": 0.9, "horizon": 16, "minibatch": 800, "epochs": 6},
+    "ppo": {"learning_rate": 0.003, "discount": 0.9, "horizon": 16, "minibatch_size": 800, "epochs": 6},
 }
 
 if __name__ == "__main__":

@@ -98,5 +98,5 @@ if __name__ == "__main__":
         ill = world.run(200).series()["prevalence"].to_numpy()
         print(
             f"beta {beta}: at most {ill.max():.0%} ill, at tick {ill.argmax()}; "
-            f"finally {world.report('immune'):.0%} immune"
+            f"finally {world.measure('immune'):.0%} immune"
         )

@@ -32,11 +32,11 @@ count = 20
 body = { radius = 0.1, mass = 0.1 }
 metabolism = { energy = 0.8, energy_max = 1.0, basal = 0.01 }
 reproduction = { kind = "asexual", rate = 0.1, energy_min = 0.5, energy_given = 0.2, dispersal = 1.0 }
-lethal = [{ property = "energy", min = 0.0, low = "starved" }]
+lethal = [{ property = "energy", min = 0.0, cause_below = "starved" }]
 """
 ISLANDS = """[archipelago]
 every = 4
-emigration = { moss = 0.3 }
+migration_probability = { moss = 0.3 }
 islands = { north = {}, south = {} }
 """
 PLAN = 'world = "world.toml"\nticks = 6\nworld_seeds = {seeds}\n[grid]\nspecies.moss.count = [10, 20]\n'

@@ -14,18 +14,24 @@ exploration; seed 100 was seen before. The cases of Stable-Baselines3 need stabl
 import os
 import statistics
 import time
-from dataclasses import asdict
 from typing import Any
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 from ecs_eco.learning import PPO, Training, train
+from studies.common.settings import as_hashed, from_hashed
 from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
 STEPS, N_ENVS, LEARNT, NEVER, DIVISOR = 100_000, 4, -250.0, 10**9, 10.0
 SETTINGS = PPO(
-    horizon=1024, learning_rate=1e-3, discount=0.9, gae_lambda=0.95, epochs=10, minibatch=256, entropy=0.0
+    horizon=1024,
+    learning_rate=1e-3,
+    discount=0.9,
+    gae_lambda=0.95,
+    epochs=10,
+    minibatch_size=256,
+    entropy_coef=0.0,
 )
 
 
@@ -85,7 +91,7 @@ ARMS = {"ecs-eco": ours, "stable-baselines3": stable_baselines}
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Train one arm with one seed."""
-    return ARMS[case["arm"]](case["seed"], config["steps"], PPO(**config["settings"]))
+    return ARMS[case["arm"]](case["seed"], config["steps"], from_hashed(config["settings"]))
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -141,7 +147,7 @@ STUDY = Study(
     run=run,
     summarise=summarise,
     config={
-        "settings": asdict(SETTINGS),
+        "settings": as_hashed(SETTINGS),
         "steps": STEPS,
         "environments": N_ENVS,
         "learnt": LEARNT,

@@ -52,7 +52,7 @@ def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
             **both(
                 {
                     f"{DEER}locomotion.cost.run": cost,
-                    f"{DEER}sensors.3.radius": sight,
+                    f"{DEER}sensors.3.range": sight,
                     f"{WOLF}locomotion.speed.run": speed,
                 }
             ),

@@ -359,7 +359,7 @@ def identity() -> str:
     """Hash of the world as it is shipped: a study of another world is another study."""
     from ecs_eco.config import load
 
-    return config_hash(load("happiness").resolved())[:16]
+    return config_hash(load("happiness").resolved(former=True))[:16]
 
 
 STUDY = Study(

@@ -23,13 +23,14 @@ import os
 import statistics
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 from ecs_eco.learning import PPO, Training, train
 from studies.common.networks import ByAutograd, Remembering
+from studies.common.settings import as_hashed, from_hashed
 from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
@@ -40,11 +41,11 @@ SEEN = PPO(
     discount=0.98,
     gae_lambda=0.9,
     epochs=10,
-    minibatch=64,
-    entropy=0.0,
+    minibatch_size=64,
+    entropy_coef=0.0,
     anneal=STEPS // N_ENVS,
 )
-MASKED = replace(SEEN, gae_lambda=0.8, epochs=20, minibatch=256, unroll=32)
+MASKED = replace(SEEN, gae_lambda=0.8, epochs=20, minibatch_size=256, unroll=32)
 BUILT_IN, TWIN, BLIND = "built-in", "its twin by autograd", "built-in, no velocities"
 GRU, CONTRIB = "GRU, no velocities", "sb3-contrib's recurrent PPO, no velocities"
 ARMS: dict[str, Callable[..., Any] | None] = {
@@ -75,7 +76,7 @@ def without_velocities(env: Any) -> Any:
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Train one arm with one seed until the task is solved or the steps are over."""
     masked, start = case["arm"] not in (BUILT_IN, TWIN), time.process_time()
-    ppo = PPO(**config["masked" if masked else "seen"])
+    ppo = from_hashed(config["masked" if masked else "seen"])
     if case["arm"] == CONTRIB:
         training, unit, took = sb3_contrib(case["seed"], config["steps"], ppo)
     else:
@@ -187,8 +188,8 @@ STUDY = Study(
     run=run,
     summarise=summarise,
     config={
-        "seen": asdict(SEEN),
-        "masked": asdict(MASKED),
+        "seen": as_hashed(SEEN),
+        "masked": as_hashed(MASKED),
         "steps": STEPS,
         "environments": N_ENVS,
         "solved": SOLVED,

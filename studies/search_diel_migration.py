@@ -31,7 +31,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "krill.diet.0.chance": (0.3, 1.0),
     "krill.locomotion.speed.chase": (0.8, 1.3),
     "krill.diet.0.reach": (0.2, 0.6),
-    "copepod.sensors.3.radius": (1.2, 2.5),
+    "copepod.sensors.3.range": (1.2, 2.5),
     "copepod.metabolism.basal": (0.0015, 0.003),
 }
 

@@ -24,16 +24,16 @@ RABBIT = {
     "metabolism": {"energy": 0.6, "basal": 0.004},
     "locomotion": {"speed": {"hop": 0.7}, "cost": {"hop": 0.002}, "turn": 0.8},
     "diet": [{"eats": "grass", "reach": 0.2, "gain": 0.25}],
-    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 4.0}],
+    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "range": 4.0}],
     "actions": {"speed": ["hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-    "automatic": ["hop", "eat"],
+    "always_on": ["hop", "eat"],
     "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
     "policy": {"kind": "individual", "hidden": [8], "learn": True, "inherit": "learned"},
     "ppo": {"horizon": 32, "epochs": 2, "learning_rate": 0.01},
     "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.7, "energy_given": 0.3},
     "lethal": [
-        {"property": "energy", "min": 0.0, "low": "starved"},
-        {"property": "age", "max": 400.0, "high": "too old"},
+        {"property": "energy", "min": 0.0, "cause_below": "starved"},
+        {"property": "age", "max": 400.0, "cause_above": "too old"},
     ],
 }
 WORLD = {

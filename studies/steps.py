@@ -57,7 +57,7 @@ def flow(made: Any, column: str, after: float = 0.0) -> float:
     return float(series.loc[series.tick >= after / made.dt, column].sum()) if column in series else 0.0
 
 
-GO: dict[str, Any] = {"locomotion": {"speed": {"go": 1.0}}, "actions": {"speed": ["go"]}, "automatic": ["go"]}
+GO: dict[str, Any] = {"locomotion": {"speed": {"go": 1.0}}, "actions": {"speed": ["go"]}, "always_on": ["go"]}
 FOOD: dict[str, Any] = {"count": 1600, "body": {"radius": 0.1, "opaque": False}, "renewal": 5.0}
 RICH = {"energy": 0.0, "energy_max": 1e4}
 
@@ -79,7 +79,7 @@ def at_the_table(
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
     one = {
         "count": 300,
-        "metabolism": RICH | {"digestion": digestion},
+        "metabolism": RICH | {"handling_time": digestion},
         "diet": [{"eats": "grass", "reach": 3.0, "gain": 1.0, "chance": chance}],
     }
     made = lived(seconds, world(dt, seed, one, food={"grass": grass}))
@@ -98,7 +98,7 @@ def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0)
                 "count": 2000,
                 "age": [1000.0, 1000.0],
                 "fertility": fertility,
-                "metabolism": {"growth": 100.0},
+                "metabolism": {"photosynthesis": 100.0},
                 "reproduction": way,
             },
             400.0,
@@ -178,7 +178,7 @@ def walk(dt: float, seed: int) -> float:
         "locomotion": {"speed": {"go": 1.0}, "turn": 1.0},
         "sensors": [{"kind": "own", "property": "energy"}],
         "actions": {"speed": ["go"], "turn": ["left", "none", "right"]},
-        "automatic": ["go"],
+        "always_on": ["go"],
         "happiness": {"formula": "energy", "minimum": -1.0},
         "policy": {"kind": "shared", "hidden": [4]},
     }
@@ -200,7 +200,7 @@ def circle(dt: float, seed: int) -> float:
         {
             "locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
             "actions": {"speed": ["go"], "turn": ["left"]},
-            "automatic": ["go", "left"],
+            "always_on": ["go", "left"],
         },
     )
     places = []

@@ -8,8 +8,8 @@ from importlib import import_module
 import pytest
 
 import ecs_eco
-from ecs_eco import lab
-from ecs_eco._lazy import FORMER
+from ecs_eco import components, lab
+from ecs_eco._lazy import FORMER, stored_name
 from ecs_eco.lab.searching.sampler import Sampler
 
 
@@ -17,6 +17,9 @@ from ecs_eco.lab.searching.sampler import Sampler
     ("former", "name", "present"),
     [
         ("ecs_eco.archipelago", "Archipelago", lab.Archipelago),
+        ("ecs_eco.components", "Desires", components.HappinessWeights),
+        ("ecs_eco.components", "Plasticity", components.LearningRates),
+        ("ecs_eco.components", "Vigour", components.SpeedScale),
         ("ecs_eco.experiments.compare", "compare", lab.compare),
         ("ecs_eco.experiments.pretraining", "pretrain", lab.pretrain),
         ("ecs_eco.search", "search", lab.search),
@@ -45,3 +48,11 @@ def test_the_package_leads_to_former_packages_and_lists_the_present_one() -> Non
     assert "search" not in ecs_eco.__all__
     with pytest.raises(ModuleNotFoundError):
         import_module("ecs_eco.sweeps.nothing")
+
+
+def test_a_class_by_its_former_name_warns_and_keeps_that_name_in_checkpoints() -> None:
+    with pytest.warns(DeprecationWarning, match=r"components\.Vigour is ecs_eco\.components\.SpeedScale now"):
+        assert components.Vigour is components.SpeedScale
+    assert (stored_name(components.SpeedScale), stored_name(components.Body)) == ("Vigour", "Body")
+    with pytest.raises(AttributeError, match="has no 'Vigor'"):
+        components.Vigor  # noqa: B018

@@ -35,21 +35,21 @@ diet = [{ eats = "grass", gain = 0.1, chance = 0.5 }]
 locomotion = { speed = { still = 0.0, walk = 0.5 }, cost = { walk = 0.01 }, turn = 0.5 }
 sensors = [
   { kind = "own", property = "energy" },
-  { kind = "nearest", target = "grass", radius = 5.0 },
+  { kind = "nearest", target = "grass", range = 5.0 },
   { kind = "smell", field = "smoke", at = [1.0, 0.0] },
   { kind = "touch", target = "stone" },
-  { kind = "rays", count = 3, radius = 4.0, targets = ["grass", "wall"] },
-  { kind = "property", property = "fertility", of = "goat", radius = 3.0 },
+  { kind = "rays", count = 3, range = 4.0, targets = ["grass", "wall"] },
+  { kind = "property", property = "fertility", of = "goat", range = 3.0 },
 ]
 actions = { speed = ["still", "walk"], turn = ["left", "none", "right"], eat = ["eat"] }
-neutral = { speed = "still", turn = "none" }
-automatic = ["eat"]
+default_action = { speed = "still", turn = "none" }
+always_on = ["eat"]
 happiness = { formula = "energy - 0.1 * smoke", minimum = -1.0 }
 reflex = { connections = [{ sensor = "touch_stone", action = "walk", weight = -1, above = 0.5 }] }
 policy = { kind = "shared", hidden = [8] }
 ppo = { horizon = 16 }
-reproduction = { kind = "simplified", rate = 0.01, energy_min = 0.6, energy_given = 0.3 }
-lethal = [{ property = "energy", min = 0.0, low = "starved" }]
+reproduction = { kind = "asexual", place = "anywhere", rate = 0.01, energy_min = 0.6, energy_given = 0.3 }
+lethal = [{ property = "energy", min = 0.0, cause_below = "starved" }]
 """
 
 # what stands there, what is written instead; key (goat is species.goat), value,
@@ -144,15 +144,15 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     ),
     "cost": ("cost = { walk", "cost = { wlk", "goat.locomotion.cost.wlk", '"wlk"', "still, walk", "walk"),
     "neutral": (
-        'neutral = { speed = "still"',
-        'neutral = { speed = "stil"',
-        "goat.neutral.speed",
+        'default_action = { speed = "still"',
+        'default_action = { speed = "stil"',
+        "goat.default_action.speed",
         '"stil"',
         "still, walk",
         "still",
     ),
-    "automatic": ('automatic = ["eat"]', 'automatic = ["eta"]', "goat.automatic.0", '"eta"', "eat", "eat"),
-    "chosen": ('automatic = ["eat"]', 'automatic = ["walk"]', "goat.automatic.0", '"walk"', "alone", ""),
+    "automatic": ('always_on = ["eat"]', 'always_on = ["eta"]', "goat.always_on.0", '"eta"', "eat", "eat"),
+    "chosen": ('always_on = ["eat"]', 'always_on = ["walk"]', "goat.always_on.0", '"walk"', "alone", ""),
     "reflex sensor": (
         'sensor = "touch_stone"',
         'sensor = "touch_ston"',
@@ -224,12 +224,12 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "kind": ('kind = "touch"', 'kind = "tuch"', "goat.sensors.3.kind", '"tuch"', "own, nearest", "touch"),
     "no kind": ('kind = "touch", ', "", "goat.sensors.3.kind", "", "own, nearest", ""),
     "reproduction": (
-        'kind = "simplified"',
-        'kind = "simple"',
+        'kind = "asexual"',
+        'kind = "asexul"',
         "goat.reproduction.kind",
-        '"simple"',
-        "simplified, spread, asexual",
-        "simplified",
+        '"asexul"',
+        "asexual, spread, sexual",
+        "asexual",
     ),
     "rate": ("rate = 0.01", "rate = -0.01", "goat.reproduction.rate", "-0.01", "at least 0", ""),
     "basal": ("basal = 0.01", "basal = -1", "goat.metabolism.basal", "-1", "at least 0", ""),
@@ -252,7 +252,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         "",
     ),
     "no stones": ("count = 3\n", "count = 0\n", "objects.stone.count", "0", "at least 1", ""),
-    "radius": ("radius = 5.0", "radius = 16.0", "goat.sensors.1.radius", "16.0", "at most 15 m", ""),
+    "range": ("range = 5.0", "range = 16.0", "goat.sensors.1.range", "16.0", "at most 15 m", ""),
     "cell": ("cell = 2.0", "cell = 20.0", "fields.smoke.cell", "20.0", "at most 15 m", ""),
     "tiny cell": ("cell = 2.0", "cell = 1e-6", "fields.smoke.cell", "1e-6", "cells", ""),
     "body": ("radius = 0.4", "radius = 40.0", "goat.body.radius", "40.0", "at most 15 m", ""),

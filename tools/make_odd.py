@@ -11,7 +11,10 @@ from ecs_eco.config.shipped import shipped, titles
 from ecs_eco.odd import describe
 
 PAGES = Path(__file__).parents[1] / "docs" / "reference" / "odd"
-NOTE = "<!-- Written by tools/make_odd.py from the world files and the declarations: change those, not this page. -->"
+NOTE = (
+    "<!-- Written by tools/make_odd.py from the world files and the declarations: change those, not this "
+    "page. -->"
+)
 INDEX = """# ODD descriptions
 
 {note}

@@ -64,7 +64,8 @@ MOMENTS = {
         "diel-migration",
         0,
         without(
-            "species.phytoplankton.metabolism.growth=0", "species.phytoplankton.reproduction.immigration=0"
+            "species.phytoplankton.metabolism.photosynthesis=0",
+            "species.phytoplankton.reproduction.immigration=0",
         ),
         "copepod",
         panel="why",

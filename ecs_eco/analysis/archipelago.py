@@ -43,7 +43,7 @@ class Islands:
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the barriers [tick], and the number of migrants of a species at each."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
-        every, end = self.plan.every, int(self.manifest["tick"])
+        every, end = self.plan.migration_interval, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)
         return ticks, np.array([rows[rows[:, 0] == tick, 4].sum() for tick in ticks], np.int64)
 
@@ -103,7 +103,7 @@ def chart(islands: Islands) -> Figure:
     number of migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
-    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)
+    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, ((ax,),) = panels(1, 1, 6.4, 6.4)
     at, moved = places(islands.plan), islands.moved()
@@ -155,7 +155,7 @@ def chart(islands: Islands) -> Figure:
 @styled
 def numbers(islands: Islands) -> Figure:
     """Draw the numbers of each migrating species, one line per island; below, its migrants."""
-    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)[:1]
+    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)[:1]
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
@@ -174,7 +174,7 @@ def numbers(islands: Islands) -> Figure:
         )
         top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)
-        bottom.bar(ticks, count, width=0.8 * islands.plan.every, color=hue[species])
+        bottom.bar(ticks, count, width=0.8 * islands.plan.migration_interval, color=hue[species])
         bottom.set(xlabel="tick", ylabel="migrants at a barrier" if not column else "")
     return figure
 

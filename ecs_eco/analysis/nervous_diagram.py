@@ -203,7 +203,7 @@ def _text(sensor: Any) -> str:
         case "nearest":
             hidden = ", if in sight" if sensor.occlusion else ""
             return (
-                f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}"
+                f"nearest {sensor.target} within {sensor.range:g} m{_angle(sensor.fov)}"
                 f"{f', {_place(sensor.at)}' * any(sensor.at)}{hidden}"
             )
         case "rays":
@@ -211,12 +211,12 @@ def _text(sensor: Any) -> str:
             where = f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(
                 sensor.angle
             ) + f", {_place(sensor.at)}" * any(sensor.at)
-            return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}{where}: {', '.join(sensor.targets)}"
+            return f"{rays} of {sensor.range:g} m{_angle(sensor.fov)}{where}: {', '.join(sensor.targets)}"
         case "property":
             decay = {"none": "", "linear": ", falling linearly", "inverse_square": ", by inverse square"}
             mean, whose = "mean " * (sensor.report == "mean"), " or ".join(sensor.kinds()) or "all bodies"
             return (
-                f"{mean}{sensor.property} of {whose} within {sensor.radius:g} m{decay[sensor.decay]}, "
+                f"{mean}{sensor.property} of {whose} within {sensor.range:g} m{decay[sensor.decay]}, "
                 f"{_place(sensor.at)}"
             )
         case "touch":
@@ -228,7 +228,7 @@ def _text(sensor: Any) -> str:
             )
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
         case "approach":
-            return f"optic flow of the nearest approaching {sensor.target}, within {sensor.radius:g} m"
+            return f"optic flow of the nearest approaching {sensor.target}, within {sensor.range:g} m"
         case "gradient":
             return f"direction in which {sensor.field} rises, over {sensor.span:g} m"
         case "custom":
@@ -250,7 +250,7 @@ def _place(at: list[float]) -> str:
 def _actions(species: Species) -> list[ActionNode]:
     nodes, ranges = [], species.ranges()
     for row, (group, name) in enumerate(species.action_list()):
-        automatic = bool({name, f"{group}.{name}"} & set(species.automatic))
+        automatic = bool({name, f"{group}.{name}"} & set(species.always_on))
         chosen = species.policy.kind != "none" and not automatic
         nodes.append(
             ActionNode(
@@ -259,7 +259,7 @@ def _actions(species: Species) -> list[ActionNode]:
                 name,
                 row,
                 automatic,
-                species.neutral.get(group) == name,
+                species.default_action.get(group) == name,
                 chosen,
                 ranges.get(group),
             )
@@ -383,7 +383,7 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 def _options(species: Species) -> list[tuple[str, int]]:
     """Return (group, number of options) of the groups in which the policy chooses; a single action has "not"
     as its alternative."""
-    automatic = set(species.automatic)
+    automatic = set(species.always_on)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()
     ]

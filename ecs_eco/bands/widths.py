@@ -96,7 +96,7 @@ def _sensors(table: Table) -> list[Any]:
 
 def _reaches(table: Table) -> Iterator[float]:
     for sensor in _sensors(table):
-        if (radius := getattr(sensor, "radius", None)) is not None:
+        if (radius := getattr(sensor, "range", None)) is not None:
             at = getattr(sensor, "at", None) or [0.0]
             yield float(radius) + largest_of(table) * math.hypot(*at[:2])
 

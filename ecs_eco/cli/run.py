@@ -240,6 +240,8 @@ def _run(
 ) -> None:
     """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
     config = load(world, changes)
+    for note in config._renamed:
+        complain(f"Note: {note}")
     islands = _has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on)
     if islands:
         check_engine(on)

@@ -70,7 +70,7 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
         ("substances", list(config.substances), list(world.substances)),
         ("space.size", config.dims, world.dims),
     ]
-    for species in config.archipelago.emigration if config.archipelago is not None else ():
+    for species in config.archipelago.migration_probability if config.archipelago is not None else ():
         one, other = (w.species[species].model_dump(mode="json") for w in (config, world))
         pairs += [(f"species.{species}.{'.'.join(path)}", _at(one, path), _at(other, path)) for path in ALIKE]
         pairs += [
@@ -100,10 +100,10 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
     at, names = ("archipelago",), plan.names
     if plan.here is not None and plan.here not in names:
         yield Problem((*at, "here"), "no such island", plan.here, listed(names), nearest(plan.here, names))
-    for name in plan.emigration:
+    for name in plan.migration_probability:
         if name not in config.species:
             yield Problem(
-                (*at, "emigration", name),
+                (*at, "migration_probability", name),
                 "no such species",
                 name,
                 listed(config.species),
@@ -111,7 +111,7 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
             )
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
             yield Problem(
-                (*at, "emigration", name),
+                (*at, "migration_probability", name),
                 "keeps its site: plants that spread do not wander",
                 name,
                 "a species that has no reproduction of the kind spread",

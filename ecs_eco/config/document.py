@@ -11,6 +11,7 @@ from typing import Any
 
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.features.feature import Feature
+from ecs_eco.config.former import both_names, rename
 from ecs_eco.config.lines import key_lines, value_spans
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.reading import parse_toml, read_toml, too_deep
@@ -37,7 +38,8 @@ class Document:
     @cached_property
     def lines(self) -> dict[Key, int]:
         """The line of every key of the text; none where there is no text."""
-        return key_lines(self.text) if self.text else {}
+        lines = key_lines(self.text) if self.text else {}
+        return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
 
     def quoted(self, key: Key, value: object) -> str:
         """The value of a key as the text has it on one line, or ""."""
@@ -53,6 +55,7 @@ class Document:
 
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
+        self.renamed = dict(rename(self.data, WorldConfig))  # key, and its former name, by which it was given
 
     def refused(self, problems: Sequence[Problem]) -> ConfigError:
         """The error for these problems, each with its place."""
@@ -86,6 +89,11 @@ def read_document(world: object) -> Document:
     path = _path(world)
     text, data = read_toml(path)
     return Document(data, path.name, path.parent, text)
+
+
+def present(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of a stored configuration in which keys have their present names."""
+    return Document(copy.deepcopy(dict(data)), "dict", Path()).data
 
 
 def _path(world: object) -> Path:

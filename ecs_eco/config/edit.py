@@ -5,8 +5,11 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+from ecs_eco.config.document import present
 from ecs_eco.config.explain import value_at
+from ecs_eco.config.former import both_names
 from ecs_eco.config.lines import value_spans
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import take_ranges
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING
@@ -14,10 +17,10 @@ from ecs_eco.engine.errors import MISSING
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:
     """The text with these values, and the ranges beside numbers kept; None if it cannot be edited so."""
-    for key, value in values.items():
-        text = _put(text, key, value)
     try:
-        data = tomllib.loads(text)
+        for key, value in values.items():
+            text = _put(text, key, value)
+        data = present(tomllib.loads(text))
     except tomllib.TOMLDecodeError:
         return None
     take_ranges(data)
@@ -26,7 +29,8 @@ def edited(text: str, values: Mapping[Key, Any]) -> str | None:
 
 
 def _put(text: str, key: Key, value: object) -> str:
-    spans = value_spans(text)
+    data = present(tomllib.loads(text))
+    spans = {both_names(at, data, WorldConfig)[0]: span for at, span in value_spans(text).items()}
     if (*key, "value") in spans and (*key, "search") in spans:
         key = (*key, "value")
     if key in spans:

@@ -1,15 +1,15 @@
 """Describes pydantic's errors in words: key, value, what is allowed, the nearest right name."""
 
-import types
 import typing
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from ecs_eco.config.former import tags_of, type_of
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
-from ecs_eco.config.suggest import Place, kind_of_key, kinds_of, places_of, suggestion
+from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
 from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
 from ecs_eco.inputs.section import Section
 
@@ -84,7 +84,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         fault = "is missing" if tag is MISSING else "unknown kind"
         return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
     if kind in ("literal_error", "enum"):
-        choices = [str(c) for c in typing.get_args(_plain(info.annotation, None))] if info else []
+        choices = [str(c) for c in typing.get_args(type_of(info.annotation, None))] if info else []
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
     if error["loc"] and error["loc"][-1] == "[key]":
         return Problem(key, "not a name", allowed="a letter, then letters, digits or _ (at most 40)")
@@ -129,31 +129,18 @@ def field_at(
         else:
             kind = typing.get_args(kind)[-1] if typing.get_args(kind) else None
         data = value_at(data, (part,))
-        kind = _plain(kind, data)
+        kind = type_of(kind, data)
     return info, parent
-
-
-def _plain(kind: Any, data: object) -> Any:
-    """The type without Annotated and None; of a union of sections the one that `kind` in the data names."""
-    while typing.get_origin(kind) is typing.Annotated:
-        kind = typing.get_args(kind)[0]
-    if typing.get_origin(kind) in (types.UnionType, typing.Union):
-        members = [_plain(m, data) for m in typing.get_args(kind) if m is not type(None)]
-        tag = data.get("kind") if isinstance(data, dict) else None
-        if isinstance(data, dict) and tag is None:  # a section beside lists or words
-            members.sort(key=lambda m: not (isinstance(m, type) and issubclass(m, Section)))
-        return next((m for m in members if tag is not None and tag in kinds_of(m)), members[0])
-    return kind
 
 
 def _tags(kind: object) -> list[str]:
     """All kinds of the union that a type is, or holds a list of."""
-    return [*kinds_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
+    return [*tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:
     """The values that a field allows, in words."""
-    kind = _plain(info.annotation, None) if info else None
+    kind = type_of(info.annotation, None) if info else None
     if typing.get_origin(kind) is typing.Literal:
         return listed(map(str, typing.get_args(kind)))
     return WORDS.get(typing.get_origin(kind) or kind, "a table")

@@ -36,7 +36,7 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
 
     It limits single values; only `ecs-eco check` checks that values fit together.
     """
-    schema = _without_null(model.model_json_schema())
+    schema = _without_null(model.model_json_schema(by_alias=False))
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
     schema = {
         **_ranged({k: v for k, v in schema.items() if k != "$defs"}),

@@ -20,6 +20,7 @@ from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.world import Ramp, Training, WorldConfig
 from ecs_eco.config.mutable_keys import refused
 from ecs_eco.config.names import names_in, own_features
+from ecs_eco.config.notes import on_former_names
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
@@ -286,6 +287,7 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
     code, problems = _read_code(document, data.get("code"))
     config = _model(document, code).model_validate(data)
     config._folder, config._source, config._code = document.folder, document.source, code
+    config._renamed = tuple(on_former_names(config, document.renamed))
     problems += unknown_keys(config)
     if known is not None and (known.terrain, known.space) == (config.terrain, config.space):
         config._land = known._land

@@ -72,7 +72,7 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
     yield (*key, "count"), rows * (ROW + 8 * channels + 4 * len(config.substances))
     if species.genome is not None:
         loci = (
-            species.genome.longest
+            species.genome.max_length
             or species.genome.loci
             or sum(
                 gene.letters

@@ -99,7 +99,11 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
     before, now = (traits_of(species, config.dims, own) for species in (old, new))
     genes = {gene.trait: gene.name for gene in all_genes(new) if gene.trait}
     used = {before[name].component for name in genes if name in before}
-    for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):
+    for section, component in (
+        ("reflex", "Reflexes"),
+        ("happiness", "HappinessWeights"),
+        ("lethal", "LifeHistory"),
+    ):
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]
         if component in used and names[0] != names[1]:
             yield Problem(

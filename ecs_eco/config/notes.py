@@ -1,12 +1,14 @@
 """Notes on a world: what is allowed, and may not be what its author means."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from ecs_eco.config.derived import all_genes
 from ecs_eco.config.features.feature import of_each
-from ecs_eco.config.models.reproduction import Bearing
+from ecs_eco.config.models.reproduction import Bearing, Simplified
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.ranges import name_of
+from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
@@ -16,7 +18,7 @@ LATE = 0.25  # of a life: who begins to breed so late has generations that hardl
 
 def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
-    found = list(_on_land(config))
+    found = [*config._renamed, *_on_land(config)]
     for name, species in config.species.items():
         about = (
             *_on_energy(config, species),
@@ -28,6 +30,15 @@ def notes(config: WorldConfig) -> list[str]:
         )
         found += [f"species.{name}{note}" for note in about]
     return found
+
+
+def on_former_names(config: WorldConfig, renamed: Mapping[Key, str]) -> Iterator[str]:
+    """Yield the present name of each key that was given by a former one, at its first place."""
+    first = {(former, key[-1]): key for key, former in reversed(renamed.items())}
+    yield from (f"{name_of(key)} was called {former}" for (former, _), key in reversed(first.items()))
+    for name, species in config.species.items():
+        if isinstance(way := species.reproduction, Simplified):
+            yield f'species.{name}.reproduction: write kind = "asexual", place = "{way.place}" for simplified'
 
 
 def _on_land(config: WorldConfig) -> Iterator[str]:
@@ -66,9 +77,9 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
                 "costs its mother; she has none until she can pay for it"
             )
     for i, food in enumerate(species.diet):
-        if food.until is not None and food.until > most:
+        if food.satiation is not None and food.satiation > most:
             yield (
-                f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
+                f".diet.{i}.satiation = {food.satiation:g}: it never holds so much, metabolism.energy_max is "
                 f"{most:g}; it eats when it is full, too, and gains nothing"
             )
 
@@ -79,12 +90,13 @@ def _on_decisions(species: Species) -> Iterator[str]:
         f"{group}.{action}"
         for group, actions in groups.items()
         for action in actions
-        if not {action, f"{group}.{action}"} & set(species.automatic) and species.neutral.get(group) != action
+        if not {action, f"{group}.{action}"} & set(species.always_on)
+        and species.default_action.get(group) != action
     ]
     if free and species.reflex is None and species.policy.kind == "none":
         yield (
             f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
-            "or name under automatic what it always does"
+            "or name under always_on what it always does"
         )
     formulas = species.reflex.formulas if species.reflex is not None else {}
     for group, actions in groups.items():

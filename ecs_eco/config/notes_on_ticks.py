@@ -68,7 +68,7 @@ def _radius(config: WorldConfig, name: str) -> float:
 def _on_times(config: WorldConfig) -> Iterator[str]:
     """Times are whole ticks, rounded up."""
     for name, species in config.species.items():
-        times = {"metabolism.digestion": species.metabolism.digestion}
+        times = {"metabolism.handling_time": species.metabolism.handling_time}
         times |= {
             f"reproduction.{key}": getattr(species.reproduction, key, 0.0)
             for key in ("gestation", "rest", "father_rest")

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ecs_eco.config.document import Document, Key
+from ecs_eco.config.former import both_names, rename
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import entries_in_words, key_of, names_code, names_of, place_in, real_key
 from ecs_eco.config.reading import parse_toml
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
@@ -24,6 +26,11 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
         key = written = key_of(name)
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
+        key, before, kind = both_names(key, document.data, WorldConfig)
+        if isinstance(value := copy.deepcopy(value), dict | list):
+            document.renamed |= dict(rename(value, kind, key))
+        if key[-1:] != written[-1:] and written[-1:] == before[-1:]:
+            document.renamed[key] = str(written[-1])
         if isinstance(value, Problem):
             problems.append(value)
         elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
@@ -70,7 +77,7 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
             return Problem(key, fault, allowed=listed(node), nearest=near)
         real = (*real, part)
         if len(real) == len(key):
-            node[part] = copy.deepcopy(value)
+            node[part] = value
         elif isinstance(node, dict) and node.get(part) is None:
             node[part] = {}
         elif names_code(node[part]):  # its first parameter

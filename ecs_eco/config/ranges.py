@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ecs_eco.config.former import both_names
 from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
@@ -98,6 +99,7 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
     """The key with whole numbers as list indices, and the value there, or the problem with the key."""
     real: list[str | int] = []
+    key = both_names(key, data, WorldConfig)[0]
     for part in key:
         if isinstance(data, list) and (number := place_in(data, part)) is not None:
             part = number

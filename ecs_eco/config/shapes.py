@@ -47,7 +47,7 @@ def _options(species: Species) -> list[int]:
     """How many options the policy has in each group that is neither automatic nor continuous."""
     options = []
     for group, actions in species.groups().items():
-        automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
+        automatic = [a in species.always_on or f"{group}.{a}" in species.always_on for a in actions]
         if not all(automatic) and group not in species.ranges():
             options.append(max(len(actions), 2))
     return options

@@ -107,7 +107,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
     yield _trait("body.mass", owner, body.mass, "mass of the body", "kg", TINY)
     if species.locomotion is not None:
         text = "factor of all its speeds; the cost of moving grows with its square"
-        yield _trait("locomotion.pace", "Vigour", 1.0, text)
+        yield _trait("locomotion.pace", "SpeedScale", 1.0, text)
     for name, value in species.properties.items():
         text, unit = f"{name.replace('_', ' ')} at birth", PROPERTIES.get(name, "1")
         yield _trait(f"properties.{name}", "Physical", value, text, unit, -LARGEST)
@@ -121,7 +121,9 @@ def _of_section(species: Species) -> Iterator[Trait]:
             yield _kept(".".join(key), value, number, low)
         elif isinstance(way := number.own, Column):
             span = number.low, number.high
-            yield _trait(".".join(key), way.component, value, number.text, number.unit, *span)
+            yield _trait(
+                ".".join(key), way.component, value, number.text, number.unit, *span, field=way.field
+            )
 
 
 def _kept(name: str, own: float, number: Number, low: float) -> Trait:
@@ -133,9 +135,9 @@ def _kept(name: str, own: float, number: Number, low: float) -> Trait:
 def _of_sensors(species: Species) -> Iterator[Trait]:
     for i, sensor in enumerate(species.sensors):
         name = f"sensors.{sensor.name}"
-        if (radius := getattr(sensor, "radius", None)) is not None:
+        if (reach := getattr(sensor, "range", None)) is not None:
             text = f"how far the sensor {sensor.name} reaches"
-            yield _trait(f"{name}.radius", "Senses", radius, text, "m", TINY, index=i)
+            yield _trait(f"{name}.range", "Senses", reach, text, "m", TINY, field="radius", index=i)
         if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
             continue  # of the own body only the height of the place counts, and that is no gene
         for own, way in zip(at, ("forward", "left"), strict=False):
@@ -155,7 +157,9 @@ def _of_nerves(species: Species) -> Iterator[Trait]:
         yield _trait(f"{name}.threshold", "Reflexes", float(own), text, "reading", -LARGEST, index=i)
     for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
         text = f"what {channel} adds to happiness"
-        yield _trait(f"happiness.{channel}", "Desires", weight, text, low=-LARGEST, field="weight", index=i)
+        yield _trait(
+            f"happiness.{channel}", "HappinessWeights", weight, text, low=-LARGEST, field="weight", index=i
+        )
     for word in ("reflex", "happiness"):  # networks that evolution alone changes, made by `fit_network`
         if getattr(getattr(species, word), "function", None) is not None:
             text = f"weights of its {word} network, where the function is one of fit_network"
@@ -168,11 +172,11 @@ def _of_learning(species: Species) -> Iterator[Trait]:
     text = "weights of the policy network at birth"
     yield _trait("policy.weights", "Policy", 0.0, text, low=-LARGEST, kind="weights")
     settings = ppo_defaults() | species.ppo
-    for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
+    for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy_coef": LARGEST}.items():
         # anything else is reported elsewhere
         own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
         text = f"{field.replace('_', ' ')} of its learning by PPO"
-        yield _trait(f"ppo.{field}", "Plasticity", own, text, high=high)
+        yield _trait(f"ppo.{field}", "LearningRates", own, text, high=high, field=field.removesuffix("_coef"))
     if species.policy.network is not None or species.ranges():
         return  # torch learns with the species' own
     for name, number in numbers_of_species().items():

@@ -225,7 +225,7 @@ class Operators:
             (at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
             for at in (np.flatnonzero(rates == r) for r in np.unique(rates))
         ]
-        if all(code.gene.mutation is None for code in self.layout.genes):
+        if all(code.gene.mutation_rate is None for code in self.layout.genes):
             parts = [(np.arange(strings.shape[1]), {})]
         with kept_random():
             for birth in range(len(strings)):

@@ -10,7 +10,7 @@ from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, listed, unk
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
 from ecs_eco.genomes.later import kernels
-from ecs_eco.genomes.models import Derived, Dominance, Gene, GenomeSection
+from ecs_eco.genomes.models import Derived, Expression, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
 from ecs_eco.genomes.traits import Shapes, Trait
 
@@ -68,23 +68,25 @@ class Layout:
         genes: Sequence[Gene],
         alphabet: str | Alphabet = "ACGT",
         ploidy: Literal[1, 2] = 1,
-        dominance: Dominance = "first",
+        expression: Expression = "first",
         loci: int | None = None,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | None = None,
+        dominance: Expression | None = None,  # the former name of expression
     ) -> None:
+        expression = dominance or expression
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
         shapes, size = shapes or {}, len(self.alphabet)
         wrong = list(problems(genes, size, loci, traits, shapes))
         for key, value, allowed in (
             ("ploidy", ploidy, (1, 2)),
-            ("dominance", dominance, get_args(Dominance)),
+            ("expression", expression, get_args(Expression)),
         ):
             if value not in allowed:
                 wrong.append(Problem((key,), "not possible", value, listed(allowed)))
         if wrong:
             raise ConfigError(wrong, "this genome is refused")
-        self.ploidy, self.dominance = ploidy, dominance
+        self.ploidy, self.expression = ploidy, expression
         at = places(genes, traits or {}, shapes) or []
         self.genes = tuple(
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
@@ -122,7 +124,7 @@ class Layout:
         ConfigError
             With every problem of the genes.
         """
-        if section.longest is not None:
+        if section.max_length is not None:
             raise ValueError(
                 "Layout.from_config: strings of this section vary in length; "
                 "ecs_eco.genomes.layout_of takes it"
@@ -131,7 +133,7 @@ class Layout:
             section.genes,
             section.alphabet,
             section.ploidy,
-            section.dominance,
+            section.expression,
             section.loci,
             traits,
             by_trait(shapes),
@@ -356,8 +358,8 @@ class Layout:
         """Return each locus' chance of mutation f32[length] for one string: a gene's own, else `chance`."""
         out = np.full(self.length, chance, np.float32)
         for code in self.genes:
-            if code.gene.mutation is not None:
-                out[code.first : code.stop] = code.gene.mutation
+            if code.gene.mutation_rate is not None:
+                out[code.first : code.stop] = code.gene.mutation_rate
         return out
 
     def text(self, row: np.ndarray) -> str:
@@ -452,7 +454,7 @@ class Layout:
 
     def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:
         first = code.values(code.codons.read(loci, 0))
-        if self.ploidy == 1 or (how := code.gene.dominance or self.dominance) == "first":
+        if self.ploidy == 1 or (how := code.gene.expression or self.expression) == "first":
             return first
         second = code.values(code.codons.read(loci, self.length))
         if how == "greater":

@@ -24,8 +24,8 @@ from ecs_eco.inputs.section import (
     with_keyword,
 )
 
-Dominance = Literal["first", "mean", "greater"]
-Doubled = Literal["first", "mean", "sum", "greatest"]
+Expression = Literal["first", "mean", "greater"]
+CopyRule = Literal["first", "mean", "sum", "greatest"]
 
 
 OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
@@ -64,23 +64,26 @@ class Gene(Section, own=LETTERS):
         None,
     )
     coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
-    mutation: Share | None = quantity(
-        "its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None
+    mutation_rate: Share | None = quantity(
+        "its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None, former="mutation"
     )
-    dominance: Dominance | None = about(
-        "with two strings, how two alleles make the value; absent: that of the genome", None
+    expression: Expression | None = about(
+        "with two strings, how two alleles make the value; absent: that of the genome",
+        None,
+        former="dominance",
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
-        "with `longest`: the letters that begin each copy of the gene; absent: a word chosen by its number",
+        "with `max_length`: the letters that begin each copy of the gene; absent: a word chosen by its number",
         None,
         exclude_if=is_absent,
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
-        "with `longest`: copies of the gene in a founder's string", "1", 1, exclude_if=lambda n: n == 1
+        "with `max_length`: copies of the gene in a founder's string", "1", 1, exclude_if=lambda n: n == 1
     )
-    doubled: Doubled | None = about(
-        "with `longest`: what several copies in a string make; absent: that of the genome",
+    copy_rule: CopyRule | None = about(
+        "with `max_length`: what several copies in a string make; absent: that of the genome",
         None,
+        former="doubled",
         exclude_if=is_absent,
     )
 
@@ -166,7 +169,7 @@ class Mate(Operator, own=LETTERS):
     """How two strings are crossed."""
 
     operator: OperatorName = about(
-        "cxOnePoint, cxTwoPoint, cxUniform …; with `longest` absent means cxUnequal", "cxTwoPoint"
+        "cxOnePoint, cxTwoPoint, cxUniform …; with `max_length` absent means cxUnequal", "cxTwoPoint"
     )
     chance: Share = quantity("chance of a crossing; without one the child copies one parent, drawn", "1", 1.0)
 
@@ -200,8 +203,8 @@ class GenomeSection(Section, own=LETTERS):
         str, Field(min_length=2, max_length=256), AfterValidator(lambda letters: Alphabet(letters).letters)
     ] = about("letters, in an order of your choice", "ACGT")
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
-    dominance: Dominance = about(
-        "with two strings: the first one's value, the mean, or the greater one", "first"
+    expression: Expression = about(
+        "with two strings: the first one's value, the mean, or the greater one", "first", former="dominance"
     )
     loci: Count | None = quantity(
         "length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None
@@ -211,38 +214,50 @@ class GenomeSection(Section, own=LETTERS):
     )
     mate: Mate = table("crossover", Mate, change=FREE)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}), change=FREE)
-    longest: Count | None = quantity(
+    max_length: Count | None = quantity(
         "letters that a string may have at most, which gives strings a length of their own; absent: all have "
         "the same length, and genes a fixed place",
         "1",
         None,
+        former="longest",
         exclude_if=is_absent,
     )
-    doubled: Doubled = about(
-        "with `longest`: what several copies of a gene in a string make: the first one's value, the mean, "
+    copy_rule: CopyRule = about(
+        "with `max_length`: what several copies of a gene in a string make: the first one's value, the mean, "
         "the sum (within what one copy can say) or the greatest",
         "first",
+        former="doubled",
         exclude_if=lambda how: how == "first",
     )
     insertion: Share = quantity(
-        "with `longest`: chance per letter that one is inserted before it",
+        "with `max_length`: chance per letter that one is inserted before it",
         "1",
         0.0,
         exclude_if=is_empty,
         change=FREE,
     )
-    deletion: Share = quantity(
-        "with `longest`: chance per letter to be lost", "1", 0.0, exclude_if=is_empty, change=FREE
+    base_deletion: Share = quantity(
+        "with `max_length`: chance per letter to be lost",
+        "1",
+        0.0,
+        former="deletion",
+        exclude_if=is_empty,
+        change=FREE,
     )
     duplication: Share = quantity(
-        "with `longest`: chance per copy of a gene to be doubled, in tandem",
+        "with `max_length`: chance per copy of a gene to be doubled, in tandem",
         "1",
         0.0,
         exclude_if=is_empty,
         change=FREE,
     )
-    loss: Share = quantity(
-        "with `longest`: chance per copy of a gene to be lost", "1", 0.0, exclude_if=is_empty, change=FREE
+    gene_deletion: Share = quantity(
+        "with `max_length`: chance per copy of a gene to be lost",
+        "1",
+        0.0,
+        former="loss",
+        exclude_if=is_empty,
+        change=FREE,
     )
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
     derived: dict[Name, Derived] = about("name = trait that is a formula of genes", {}, exclude_if=is_empty)
@@ -251,7 +266,7 @@ class GenomeSection(Section, own=LETTERS):
     @classmethod
     def _unequal_crossover(cls, given: object) -> Any:
         """Let strings of variable length cross at genes, unless an operator is named."""
-        if not isinstance(given, dict) or given.get("longest") is None:
+        if not isinstance(given, dict) or given.get("max_length") is None:
             return given
         mate = given.get("mate", {})
         if isinstance(mate, dict) and "operator" not in mate:

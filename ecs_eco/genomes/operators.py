@@ -55,7 +55,7 @@ REFUSED = {  # operators of DEAP that cannot work on letters
     "cxPartialyMatched": _ORDER,
     "cxUniformPartialyMatched": _ORDER,
     "cxOrdered": _ORDER,
-    "cxMessyOnePoint": "it changes the length of a genome, which needs genome.longest",
+    "cxMessyOnePoint": "it changes the length of a genome, which needs genome.max_length",
     "cxTwoPoints": "its name is now cxTwoPoint",
 }
 
@@ -155,7 +155,7 @@ def check_name(word: str, name: str, layout: Layout) -> None:
     known = known_operators(word, layout)
     if name == "cxUnequal" and name not in known:
         raise ValueError(
-            f"{word}: {name} cuts strings at genes, which needs genome.longest; "
+            f"{word}: {name} cuts strings at genes, which needs genome.max_length; "
             f"allowed are {listed(known, 30)}"
         )
     if name in REFUSED and name not in known and name.startswith(PREFIX[word]):
@@ -220,7 +220,7 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
         given = arguments.get(share, 0)
         if not isinstance(given, int | float) or not 0 <= given <= 1:
             raise ValueError(f"{word}: {name} with {share} = {given}; allowed are 0 to 1")
-    own = [code.name for code in layout.genes if code.gene.mutation is not None]
+    own = [code.name for code in layout.genes if code.gene.mutation_rate is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
             f"mutate: {name} does not know where genes are, so the gene {own[0]!r} cannot have "

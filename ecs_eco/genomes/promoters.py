@@ -17,7 +17,7 @@ MOST_WORDS = 2**16  # of the longest promoter's length
 LONGEST = 1_000_000  # letters of a string of variable length
 RARE = 64  # random letters begin a gene about once in so many, with promoters by default
 MOST_LETTERS = 254  # of an alphabet: two numbers more mean the end of a string, and in texts its separator
-ONLY = {"promoter": None, "copies": 1, "doubled": None}  # keys of a gene that need a variable length
+ONLY = {"promoter": None, "copies": 1, "copy_rule": None}  # keys of a gene that need a variable length
 
 
 def default_promoters(n: int, letters: str) -> list[str]:
@@ -73,10 +73,12 @@ def problems_of_variable(
     section: GenomeSection, traits: Mapping[str, Trait] | None, shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
     """All problems of a genome section that have to do with strings of variable length."""
-    if section.longest is None:
-        for key in ("insertion", "deletion", "duplication", "loss"):
+    if section.max_length is None:
+        for key in ("insertion", "base_deletion", "duplication", "gene_deletion"):
             if value := getattr(section, key):
-                yield Problem((key,), "strings keep their length here", value, "longest = …, or nothing here")
+                yield Problem(
+                    (key,), "strings keep their length here", value, "max_length = …, or nothing here"
+                )
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
@@ -84,7 +86,7 @@ def problems_of_variable(
                         ("genes", i, key),
                         "strings keep their length here",
                         value,
-                        "genome.longest = …, or nothing here",
+                        "genome.max_length = …, or nothing here",
                     )
         return
     if len(section.alphabet) > MOST_LETTERS:
@@ -94,7 +96,7 @@ def problems_of_variable(
             section.alphabet,
             f"at most {MOST_LETTERS}",
         )
-    for first, second in (("insertion", "deletion"), ("duplication", "loss")):
+    for first, second in (("insertion", "base_deletion"), ("duplication", "gene_deletion")):
         if (total := getattr(section, first) + getattr(section, second)) > 1:
             yield Problem(
                 (second,),
@@ -139,9 +141,9 @@ def _of_lengths(
     section: GenomeSection, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
     """Whether a founder's genes fit into its string, and this into the longest."""
-    longest = section.longest or 0
+    longest = section.max_length or 0
     if longest > LONGEST:
-        yield Problem(("longest",), "too many letters", longest, f"at most {LONGEST}")
+        yield Problem(("max_length",), "too many letters", longest, f"at most {LONGEST}")
     words = promoters_of(section.genes, section.alphabet)
     needed = sum(
         gene.copies * (len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters)
@@ -162,5 +164,8 @@ def _of_lengths(
         )
     if longest < max(needed, section.loci or 0):
         yield Problem(
-            ("longest",), "founders have more letters", longest, f"at least {max(needed, section.loci or 0)}"
+            ("max_length",),
+            "founders have more letters",
+            longest,
+            f"at least {max(needed, section.loci or 0)}",
         )

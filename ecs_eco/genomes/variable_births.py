@@ -60,9 +60,9 @@ class VariableOperators(Operators):
             layout,
             section.mate.chance,
             insertion=section.insertion,
-            deletion=section.deletion,
+            deletion=section.base_deletion,
             duplication=section.duplication,
-            loss=section.loss,
+            loss=section.gene_deletion,
             mates=mates,
         )
 
@@ -111,7 +111,7 @@ class VariableOperators(Operators):
             return
         chance, low, up = (arguments.get(k, 0) for k in ("indpb", "low", "up"))
         given = letters, keys, salt, way, float(chance)
-        if all(code.gene.mutation is None for code in self.layout.genes):
+        if all(code.gene.mutation_rate is None for code in self.layout.genes):
             variable_kernels.mutate_letters(*given, int(low), int(up), self.layout.blank)
         else:
             variable_kernels.mutate_by_gene(

@@ -35,10 +35,10 @@ class VariableLayout(Layout):
         if wrong := list(problems_of_variable(section, traits, shapes or {})):
             raise ConfigError(wrong, "this genome is refused")
         super().__init__(
-            section.genes, section.alphabet, section.ploidy, section.dominance, None, traits, shapes
+            section.genes, section.alphabet, section.ploidy, section.expression, None, traits, shapes
         )
-        self.doubled, self.derived = section.doubled, section.derived
-        self.length = self.longest = section.longest or 0
+        self.doubled, self.derived = section.copy_rule, section.derived
+        self.length = self.longest = section.max_length or 0
         self.row = self.length * self.ploidy
         self.blank = self.highest = len(self.alphabet)
         self.separator = next(c for c in SEPARATORS + chr(0x2016) if c not in self.alphabet.letters)
@@ -134,7 +134,7 @@ class VariableLayout(Layout):
             return out, has
         begin = np.flatnonzero(np.diff(string, prepend=-1))
         has[string[begin]] = True
-        how = code.gene.doubled or self.doubled
+        how = code.gene.copy_rule or self.doubled
         if how == "first":
             out[string[begin]] = values[begin]
             return out, has
@@ -155,7 +155,7 @@ class VariableLayout(Layout):
             (a, b), (has_a, has_b) = (
                 x.reshape(len(loci), 2, *x.shape[1:]).swapaxes(0, 1) for x in (value, has)
             )
-            how, any_has = code.gene.dominance or self.dominance, has_a | has_b
+            how, any_has = code.gene.expression or self.expression, has_a | has_b
             both = {"first": a, "greater": np.maximum(a, b), "mean": (a + b) / 2}[how]
             a_only, b_only = (h.reshape(-1, *[1] * len(code.width)) for h in (has_a & ~has_b, has_b & ~has_a))
             out = np.where(a_only, a, np.where(b_only, b, both))
@@ -201,7 +201,8 @@ class VariableLayout(Layout):
         """Return each gene's chance of mutation of a letter behind its promoter f64[genes]: its own, else
         `chance`."""
         return np.array(
-            [chance if code.gene.mutation is None else code.gene.mutation for code in self.genes], np.float64
+            [chance if code.gene.mutation_rate is None else code.gene.mutation_rate for code in self.genes],
+            np.float64,
         )
 
     def _blanks(self, n: int) -> np.ndarray:
@@ -306,6 +307,6 @@ def layout_of(
     >>> layout_of(section).row
     8
     """
-    if section.longest is None:
+    if section.max_length is None:
         return Layout.from_config(section, traits, shapes)
     return VariableLayout(section, traits, by_trait(shapes))

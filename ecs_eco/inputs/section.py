@@ -71,9 +71,10 @@ class Change:
 
 
 class Column(NamedTuple):
-    """The component whose field of the same name stores an organism's own value."""
+    """The component that stores an organism's own value, in a field of the number's name or in `field`."""
 
     component: str
+    field: str = ""
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,14 @@ class Section(BaseModel):
     0.5
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        frozen=True,
+        populate_by_name=True,
+        loc_by_alias=False,
+    )
     marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
     submodel: ClassVar[Submodel | None] = None
     """Its part of the world's description (`ecs-eco describe`)."""
@@ -173,6 +181,7 @@ def about(
     change: str | None = None,
     entries: str | None = None,
     own: bool | str | Column | None = None,
+    former: str | None = None,
     **limits: Any,
 ) -> Any:
     """Declare a key without a unit: a name, a choice, a table.
@@ -190,6 +199,8 @@ def about(
         The same for the entries of a table, if it differs.
     own : bool or str, optional
         True if a gene may code for the number, else the reason why not.
+    former : str, optional
+        A former name of the key, which is still accepted.
     **limits
         Arguments of `pydantic.Field`.
 
@@ -205,7 +216,7 @@ def about(
     >>> Song().dialect
     'northern'
     """
-    field = Field(default, description=text, **limits)
+    field = Field(default, description=text, alias=former, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))
     if own is not None:

@@ -56,7 +56,7 @@ class Archipelago:
     ...     "actions": {"speed": ["fly"]},
     ...     "automatic": ["fly"],
     ... }
-    >>> plan = {"islands": 2, "every": 5, "emigration": {"moth": 0.2}}
+    >>> plan = {"islands": 2, "migration_interval": 5, "migration_probability": {"moth": 0.2}}
     >>> pair = {"format": 1, "name": "pair", "space": {"size": [20.0, 20.0]}, "species": {"moth": moth}}
     >>> moths = Archipelago.from_config(pair | {"archipelago": plan}, seed=1, ticks=10, out="moths")
     >>> moths.run(report=False)["finished"], moths.tick
@@ -124,7 +124,7 @@ class Archipelago:
                     Problem(
                         ("archipelago",),
                         "is missing: this world has no islands",
-                        allowed="a table with islands, every and emigration",
+                        allowed="a table with islands, migration_interval and migration_probability",
                     )
                 ]
             )
@@ -262,7 +262,7 @@ class Archipelago:
         self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
     ) -> None:
         """Run all islands to the next barrier; record their state there."""
-        every = Plan.model_validate(self.manifest["config"]["archipelago"]).every
+        every = Plan.model_validate(self.manifest["config"]["archipelago"]).migration_interval
         start = self.tick
         goal = min(until, (start // every + 1) * every)
         root = str(self.folder.absolute())

@@ -71,7 +71,7 @@ def arrivals(
                 read_migrants(
                     inside(root, file),
                     {"archipelago": archipelago, "island": name, "tick": tick},
-                    list(islands.emigration),
+                    list(islands.migration_probability),
                 ),
             )
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-ALIASES = {  # their name → ours
+FORMER = {"entropy": "entropy_coef", "minibatch": "minibatch_size"}  # our former names → ours
+ALIASES = FORMER | {  # their name → ours
     "gamma": "discount",
     "lr": "learning_rate",
-    "batch_size": "minibatch",
-    "minibatch_size": "minibatch",
+    "batch_size": "minibatch_size",
     "n_steps": "horizon",
     "num_steps": "horizon",
     "n_epochs": "epochs",
     "update_epochs": "epochs",
     "lam": "gae_lambda",
-    "ent_coef": "entropy",
+    "ent_coef": "entropy_coef",
     "vf_coef": "value_weight",
     "clip_range": "clip",
     "clip_coef": "clip",

@@ -253,7 +253,7 @@ class Individuals(PlainNetwork):
         """Return the hyperparameters f64[n, Hyperparameters] of n animals: those of the species, replaced
         by their plasticity and their `own` [n]."""
         if plasticity is not None:
-            own = {**own, **dict(zip(("learning_rate", "discount", "entropy"), plasticity, strict=True))}
+            own = {**own, **dict(zip(("learning_rate", "discount", "entropy_coef"), plasticity, strict=True))}
         settings = np.empty((n, len(kernels.Hyperparameters._fields)))
         for i, name in enumerate(kernels.Hyperparameters._fields):
             settings[:, i] = own.get(name, getattr(self.ppo, name))

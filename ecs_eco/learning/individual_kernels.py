@@ -42,7 +42,7 @@ class Hyperparameters(NamedTuple):
 
     learning_rate: np.float32
     discount: np.float32
-    entropy: np.float32
+    entropy_coef: np.float32
     gae_lambda: np.float32
     clip: np.float32
     clip_value: np.float32
@@ -51,7 +51,7 @@ class Hyperparameters(NamedTuple):
     max_grad_norm: np.float64
     weight_decay: np.float64
     epochs: np.int64
-    minibatch: np.int64
+    minibatch_size: np.int64
     normalise_advantage: np.bool_
 
 
@@ -177,7 +177,7 @@ def train(
         mean, deviation, terms[6], terms[7] = summarize(lived)
         shift, scale = (mean, 1 / (deviation + 1e-8)) if own.normalise_advantage and n > 1 else (0.0, 1.0)
         loss = LossSettings(
-            own.clip, own.clip_value, own.entropy, own.value_weight, np.float32(shift), np.float32(scale)
+            own.clip, own.clip_value, own.entropy_coef, own.value_weight, np.float32(shift), np.float32(scale)
         )
         if j + 1 < last:  # the next animal's data arrive while this one learns
             for column in networks:
@@ -246,7 +246,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
     order = work.order[:n]
     for i in range(n):
         order[i] = i
-    epochs, parts = own.epochs, max(1, (n + own.minibatch - 1) // own.minibatch)
+    epochs, parts = own.epochs, max(1, (n + own.minibatch_size - 1) // own.minibatch_size)
     for epoch in range(epochs):
         if parts > 1:
             _shuffle(order, key + np.uint64(epoch))

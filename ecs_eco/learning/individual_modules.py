@@ -212,13 +212,15 @@ class IndividualModules(Individuals):
             *(tensor(steps[name]) for name in ("log_probability", "value", "advantage")),
             tensor(began),
         )
-        scalars = tuple(tensor(v.astype(np.float32)) for v in (setting_of(settings, "entropy"), shift, scale))
+        scalars = tuple(
+            tensor(v.astype(np.float32)) for v in (setting_of(settings, "entropy_coef"), shift, scale)
+        )
         kept = policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows]
         weights, moment_1, moment_2 = kept
         report, n_steps = np.zeros((len(rows), len(TERMS) + 3)), 0
         report[:, -2], report[:, -1] = explained, reward
         slope = self._each(grad_and_value(self._loss, has_aux=True))
-        parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch))
+        parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch_size))
         there, updates = np.arange(ppo.horizon) < lengths[:, None], policy.updates[rows]
         for epoch in range(ppo.epochs):
             for chosen in _minibatches(there, parts, self.seed, uid, updates, epoch):

@@ -80,7 +80,7 @@ class Learner(TorchLearner):
             self._scratch.append(scratch_for(brain.layers))
         terms = np.zeros((n_chunks, len(TERMS) + 1))
         first, last = self.bands.part(n_chunks)
-        numbers = clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale
+        numbers = clip, ppo.clip_value, ppo.entropy_coef, ppo.value_weight, shift, scale
         settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(chosen))
         log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
 

@@ -60,7 +60,7 @@ class PPO:
         0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)"
     )
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
-    minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
+    minibatch_size: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
     unroll: int = _setting(
         16,
         1,
@@ -72,7 +72,7 @@ class PPO:
     clip_value: float = _setting(
         0.0, 0, math.inf, "clip range of the value around its old one; 0: no clipping"
     )
-    entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus", own="COLUMN")
+    entropy_coef: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus", own="COLUMN")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
     max_grad_norm: float = _setting(
         0.5, 0, math.inf, "largest norm of the gradient of a minibatch; 0: no limit"

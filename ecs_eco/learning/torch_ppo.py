@@ -93,7 +93,7 @@ class TorchLearner:
         ):  # stretches of a life are shuffled if the brain has a memory, otherwise single transitions
             self._lives, self._stretches = rollout.stretches(ppo.unroll)
         n = len(self._stretches) - 1 if self.brain.memory else rollout.n
-        parts = max(1, -(-rollout.n // ppo.minibatch))
+        parts = max(1, -(-rollout.n // ppo.minibatch_size))
         edges = [n * i // parts for i in range(parts + 1)]
         terms, steps = np.zeros(len(TERMS) + 1), 0
         for _ in range(ppo.epochs if n else 0):
@@ -186,7 +186,7 @@ class TorchLearner:
             old,
             self.ppo,
             clip,
-            self.ppo.entropy,
+            self.ppo.entropy_coef,
             shift,
             scale,
         )

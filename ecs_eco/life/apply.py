@@ -237,7 +237,7 @@ def learner_seed(seed: int, number: int) -> int:
 def cell(config: WorldConfig) -> float:
     """Choose the side of the index cells: half the largest sensor radius,
     so that a search covers about 5 × 5 of them."""
-    radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
+    radii = [getattr(s, "range", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
         radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]
     shortest = min(config.space.size)

@@ -20,6 +20,6 @@ def register_eaters(world: World, table: Table) -> None:
 def register_limits(world: World, table: Table) -> None:
     """Register a cause of death for each end of each interval in which a species can live."""
     for limit in table.species.lethal:
-        for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
+        for cause, bound in ((limit.cause_below, limit.min), (limit.cause_above, limit.max)):
             if bound is not None:
                 world.cause(cause)

@@ -108,7 +108,7 @@ def apply_heredity(
     heredity = table.species.heredity
     if heredity is None:
         return
-    heredity.inherit, heredity.noise = species.policy.inherit, float(species.policy.mutation)
+    heredity.inherit, heredity.noise = species.policy.inherit, float(species.policy.mutation_sd)
     if species.genome is None:
         return
     now, former = _traits(world, species), None if before is None else _traits(world, before)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.components import Position
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import CheckpointError
@@ -37,7 +38,7 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     plan = world.config.archipelago
     targets = np.array(plan.neighbours()[plan.number], np.int64)
     out = {}
-    for name, chance in plan.emigration.items() if targets.size and plan.meets(world.tick) else ():
+    for name, chance in plan.migration_probability.items() if targets.size and plan.meets(world.tick) else ():
         table = world.tables[name]
         rows = table.by_uid()
         rows = rows[table.cause[rows] == 0]
@@ -106,7 +107,7 @@ def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants
 def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Return copies of all columns of some rows."""
     return {
-        f"{component.__name__}.{field}": np.array(array[rows])
+        f"{stored_name(component)}.{field}": np.array(array[rows])
         for component, held in table.columns.items()
         for field, array in vars(held).items()
     }
@@ -115,7 +116,7 @@ def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
 def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:
     """Return columns by component and field."""
     known = {
-        f"{component.__name__}.{field}": (component, field, array)
+        f"{stored_name(component)}.{field}": (component, field, array)
         for component, held in table.columns.items()
         for field, array in vars(held).items()
     }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
+from ecs_eco.components import Experience, LearningRates, Memory, Motor, Nervous, Policy, Traits
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.decision import all_finite
@@ -323,8 +323,8 @@ class Nerves:
         rows = self.rows[due]
         _, values = self._ask_each(table, world, rows, self.x_by_row[due])
         settings = None
-        if Plasticity in table:
-            own = table[Plasticity]
+        if LearningRates in table:
+            own = table[LearningRates]
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         began: dict[str, Any] = {"memory": table[Memory].began[rows]} if Memory in table else {}
         if self.ranges.groups:

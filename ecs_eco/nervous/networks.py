@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.components import Desires, Instincts, Nervous, Reflexes
+from ecs_eco.components import HappinessWeights, Instincts, Nervous, Reflexes
 from ecs_eco.config.formula import compile_formula
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.inputs.code import handed_over
@@ -119,7 +119,9 @@ class HappinessNetwork:
                 felt = np.broadcast_to(felt, len(x))
         else:
             own = (
-                table[Desires].weight if self.individual and table is not None and Desires in table else None
+                table[HappinessWeights].weight
+                if self.individual and table is not None and HappinessWeights in table
+                else None
             )
             felt = np.empty(len(x), np.float32)
             which = np.zeros(len(x), np.int64) if own is None or rows is None else rows

@@ -68,6 +68,6 @@ class Readings(Columns):
 def _of_species(sensor: Sensor, name: str) -> float:
     """Return a species' value for one of its sensors; 0 if there is none."""
     if name == "radius":
-        return float(getattr(sensor, "radius", None) or 0.0)
+        return float(getattr(sensor, "range", None) or 0.0)
     at = None if isinstance(sensor, Touch) else getattr(sensor, "at", None)
     return 0.0 if at is None else float(at[("forward", "left").index(name)])

@@ -79,7 +79,7 @@ def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str
     for group, actions in species.actions.items():
         if isinstance(actions, list):
             options = ", ".join(actions)
-            automatic = ["automatic"] * bool(set(actions) & set(species.automatic))
+            automatic = ["automatic"] * bool(set(actions) & set(species.always_on))
         else:
             options, automatic = f"a number in {shown(actions.continuous)}", []
         policy = ["policy"] * (species.policy.kind != "none" and not automatic)

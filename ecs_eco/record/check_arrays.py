@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.uids import island_of
 from ecs_eco.life.matter import is_island
@@ -95,7 +96,7 @@ class ArrayChecks:
         self.range(f"{prefix}/cause", own["cause"], 0, len(self.meta["causes"]))
         for component, held in table.columns.items():
             for field, column in vars(held).items():
-                self.array(f"{prefix}/{component.__name__}.{field}", column.dtype, (n, *column.shape[1:]))
+                self.array(f"{prefix}/{stored_name(component)}.{field}", column.dtype, (n, *column.shape[1:]))
         self.limits(table, prefix, f"{name}, uid {{}}", uid)
         for i, birth in enumerate(made["births"]):
             self.births(table, f"{prefix}/births/{i}", birth)
@@ -118,7 +119,7 @@ class ArrayChecks:
     def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:
         """Check that the fields in the file are within the limits of the gate."""
         for limits in gate.limits_of(self.world, table, heavy=True):
-            values = self.arrays.get(f"{prefix}/{limits.name}")
+            values = self.arrays.get(f"{prefix}/{stored_name(limits.component)}.{limits.field}")
             if values is not None and (wrong := limits.outside(values)).any():
                 first = int(np.flatnonzero(wrong)[0])
                 try:
@@ -131,7 +132,9 @@ class ArrayChecks:
         k = len(np.atleast_1d(self.arrays.get(f"{prefix}/parent", np.zeros(0))))
         for word in ("parent", *(["second"] if birth["second"] else [])):
             self.array(f"{prefix}/{word}", np.uint64, (k,))
-        known = {f"{c.__name__}.{f}": d for c, fields in table.defaults.items() for f, d in fields.items()}
+        known = {
+            f"{stored_name(c)}.{f}": d for c, fields in table.defaults.items() for f, d in fields.items()
+        }
         for word in birth["values"]:
             if word not in known:
                 self.fail(f"newborn of {table.name!r} have {word!r}, which their table lacks")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.inputs.section import Use, function_name
@@ -82,7 +83,7 @@ def _values(world: SpatialWorld) -> Any:
     """Return the values of the configuration as they are now, and the interventions that are still to come."""
     if world.config is None:
         return None
-    values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
+    values = {key: value for key, value in world.config.resolved(former=True).items() if key not in BEGINNING}
     for species in values["species"].values():
         species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
@@ -98,12 +99,12 @@ def _values(world: SpatialWorld) -> Any:
 def _species(table: Table) -> dict[str, Any]:
     nerves = table.species.nerves
     return {
-        "components": [c.__name__ for c in table.columns],
+        "components": [stored_name(c) for c in table.columns],
         "barren": bool(table.species.barren),
         "learning": bool(nerves is not None and nerves.learning),
         "policy": bool(nerves is not None and nerves.policy),
         "births": [
-            [second is not None, [f"{c.__name__}.{f}" for c, f in values]]
+            [second is not None, [f"{stored_name(c)}.{f}" for c, f in values]]
             for _, second, values in table.births
         ],
     }
@@ -123,7 +124,7 @@ def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
         yield f"{table.name} doomed", table.uid[_doomed(table)]
         for component, columns in table.columns.items():
             for field, array in sorted(vars(columns).items()):
-                yield f"{table.name} {component.__name__}.{field}", ordered(component, field, array[rows])
+                yield f"{table.name} {stored_name(component)}.{field}", ordered(component, field, array[rows])
         for i, (parents, second, values) in enumerate(table.births):
             yield f"{table.name} birth {i}", parents
             if second is not None:
@@ -131,7 +132,7 @@ def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
             for (component, field), array in values.items():
                 kind = table.defaults[component][field].dtype
                 array = ordered(component, field, np.asarray(array, kind))
-                yield f"{table.name} birth {i} {component.__name__}.{field}", array
+                yield f"{table.name} birth {i} {stored_name(component)}.{field}", array
     for name, smell in sorted(world.fields.items()):
         yield f"field {name}", smell.value
         yield f"emitted {name}", smell.source

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def values_of(table: Table, field: str) -> np.ndarray | None:
     """Return the column of a field, "Component.field", in a table; None where it has none."""
     component, _, name = field.partition(".")
     for part, columns in table.columns.items():
-        if part.__name__ == component and name in part.fields:
+        if component in (part.__name__, stored_name(part)) and name in part.fields:
             values: np.ndarray = getattr(columns, name)
             return values
     return None

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.document import present
 from ecs_eco.config.extension import model_for
 from ecs_eco.config.loading import load as load_world
 from ecs_eco.config.models.species import Species
@@ -126,7 +128,7 @@ def thaw(
         )
     try:
         if config is None:
-            data = dict(meta["config"]) | {"viewer": meta.get("viewer") or {}}
+            data = present(meta["config"]) | {"viewer": meta.get("viewer") or {}}
             data["systems"] = [
                 handed.get(name, name) if isinstance(name, str) else name for name in data["systems"]
             ]
@@ -146,7 +148,7 @@ def thaw(
                 if isinstance(config, WorldConfig) and not systems
                 else load_world(config, systems=systems)
             )
-            if loaded.resolved() != meta["config"]:
+            if loaded.resolved() != present(meta["config"]):
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
         options["policies"] = {
@@ -228,9 +230,9 @@ def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
         arrays[f"{prefix}/{name}"] = getattr(table, name)[rows]
     columns: dict[str, dict[str, Any]] = {}
     for component, held in table.columns.items():
-        fields = columns[component.__name__] = {}
+        fields = columns[stored_name(component)] = {}
         for field, array in vars(held).items():
-            arrays[f"{prefix}/{component.__name__}.{field}"] = array[rows]
+            arrays[f"{prefix}/{stored_name(component)}.{field}"] = array[rows]
             fields[field] = [array.dtype.str, list(array.shape[1:])]
     births = []
     for i, (parents, second, values) in enumerate(table.births):
@@ -238,10 +240,10 @@ def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
         if second is not None:
             arrays[f"{prefix}/births/{i}/second"] = second
         for (component, field), array in values.items():
-            arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(
+            arrays[f"{prefix}/births/{i}/{stored_name(component)}.{field}"] = np.asarray(
                 array, table.defaults[component][field].dtype
             )
-        births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
+        births.append({"second": second is not None, "values": [f"{stored_name(c)}.{f}" for c, f in values]})
     nerves = table.species.nerves
     return {
         "columns": columns,
@@ -264,10 +266,10 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
     table.n, table.high = rows.size, int(rows[-1]) + 1 if rows.size else 0
     if table.onlooker is not None:
         table.onlooker.empty(table)
-    known = {c.__name__: c for c in table.columns}
+    known = {stored_name(c): c for c in table.columns}
     for component, held in table.columns.items():
         for field, array in vars(held).items():
-            array[rows] = arrays[f"{prefix}/{component.__name__}.{field}"]
+            array[rows] = arrays[f"{prefix}/{stored_name(component)}.{field}"]
     table.births = []
     for i, birth in enumerate(made["births"]):
         values = {}
@@ -308,7 +310,7 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
         )
     for name, table in world.tables.items():
         made = {
-            c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
+            stored_name(c): {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
             for c, held in table.columns.items()
         }
         theirs = meta["tables"][name]["columns"]

@@ -67,14 +67,14 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     ]
     if layout.ploidy > 1:
         for gene, code in zip(genes, layout.genes, strict=True):
-            gene["dominance"] = code.gene.dominance or layout.dominance
+            gene["dominance"] = code.gene.expression or layout.expression
     out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
     if layout.longest is not None:
         for gene, code in zip(genes, layout.genes, strict=True):
             del gene["at"]
             gene |= {
                 "promoter": layout.promoters[gene["name"]],
-                "doubled": code.gene.doubled or layout.doubled,
+                "doubled": code.gene.copy_rule or layout.doubled,
                 "without": layout.own_value(code),
             }
         out |= {"longest": layout.longest, "separator": layout.separator}

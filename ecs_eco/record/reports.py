@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.config.checks.reporters import fault_of_name
 from ecs_eco.config.formula import FormulaError
 from ecs_eco.config.models.reporters import EATEN, is_reporter
@@ -125,7 +126,7 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
 
 
 def _has(table: Any, component: str, field: str) -> bool:
-    return any(c.__name__ == component and field in c.fields for c in table.columns)
+    return any(component in (c.__name__, stored_name(c)) and field in c.fields for c in table.columns)
 
 
 def absent(column: str, n: int) -> np.ndarray:

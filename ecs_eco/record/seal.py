@@ -15,6 +15,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from ecs_eco.config.document import present
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.record.manifest import Run
@@ -88,6 +89,8 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
         raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")
     if name == "manifest.json":
         validate(file, content, Run)
+    if "species" in manifest.get("config", {}):
+        manifest["config"] = present(manifest["config"])
     return manifest
 
 

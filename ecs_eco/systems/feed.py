@@ -281,11 +281,11 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
     }
     keys |= {
         "metabolism.energy_max": np.float32(metabolism.energy_max),
-        "metabolism.digestion": metabolism.digestion,
+        "metabolism.handling_time": metabolism.handling_time,
         kind + "chance": food.chance,
     }
-    if food.until is not None:
-        keys[kind + "until"] = np.float32(food.until)
+    if food.satiation is not None:
+        keys[kind + "satiation"] = np.float32(food.satiation)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
     chance, store = in_ticks(chance, dt), of_size(table, store)
     digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]

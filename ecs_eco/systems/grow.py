@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Grow(System):
-    """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full.
+    """A plant gains `photosynthesis` [energy/s] in full light, in proportion where there is less, until it is full.
 
     The share that it spends on its defence does not grow. Classes of land cover multiply it.
     """
@@ -32,15 +32,15 @@ class Grow(System):
     divisible = True
     submodel = Submodel(
         "Growth by light",
-        where=("metabolism.growth", "genome.genes.trait=metabolism.growth"),
+        where=("metabolism.photosynthesis", "genome.genes.trait=metabolism.photosynthesis"),
         rules={"": "`dE/dt = growth × light`, up to `energy_max`; light is 1 in full daylight."},
         changes=("Metabolism.energy", "Metabolism.taken"),
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species grow; those without `growth` stay as they are."""
+        """Let one species grow; those without `photosynthesis` stay as they are."""
         way = table.species.metabolism
-        if way.growth == 0 and Growth not in table:
+        if way.photosynthesis == 0 and Growth not in table:
             return
         p, m, high = table[Position], table[Metabolism], table.high
         light = world.surroundings("light", p.x[:high], p.y[:high], p.z[:high])
@@ -48,7 +48,7 @@ class Grow(System):
             light = light * table[Growth].growth[:high]
             rate = 1.0
         else:
-            rate = way.growth
+            rate = way.photosynthesis
         light = light * left_by_defence(table, high)
         if world.terrain is not None and world.terrain.land is not None:
             if (land := world.terrain.land.growth) is not None:

@@ -10,7 +10,7 @@ from ecs_eco.compiled.elementary import arrays, power
 from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import is_own, of_row, row_of
 from ecs_eco.compiled.trigonometry import sine_and_cosine
-from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
+from ecs_eco.components import Motor, Nervous, Position, SpeedScale, Velocity
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
-NO_VIGOUR = np.ones(0, np.float32)
+NO_SCALE = np.ones(0, np.float32)
 NOT_ASKED = np.zeros(0, np.float32)
 BLOCK = 64  # rows
 # height, ground, scale and cost of slopes without a terrain
@@ -39,7 +39,7 @@ ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros
 class Move(System):
     """An animal turns, then moves ahead at the speed of its gait and pays for it.
 
-    Uphill costs more. Vigour multiplies the speed of every gait, and the cost by its square; so does the size
+    Uphill costs more. SpeedScale multiplies the speed of every gait, and the cost by its square; so does the size
     of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its
     costs; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or
     along a slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait −
@@ -156,7 +156,7 @@ def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
 
 def paces(table: Table) -> np.ndarray:
     """Return the factor of each organism's speeds f32[rows], by its genes and its size; empty: 1 for all."""
-    pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
+    pace = table[SpeedScale].pace if SpeedScale in table else NO_SCALE
     if (growth := table.species.growth) is None:
         return pace
     exponent = own_value(table, "growth.pace", np.float32(growth.pace))

@@ -97,8 +97,8 @@ class Perish(System):
                 table.alive[: table.high],
                 column,
                 *ends,
-                0 if low is None else codes[limit.low],
-                0 if high is None else codes[limit.high],
+                0 if low is None else codes[limit.cause_below],
+                0 if high is None else codes[limit.cause_above],
                 table.cause,
             )
 
@@ -138,8 +138,8 @@ class Limits(NamedTuple):
         columns = [column for column, _ in twice]
         codes = [
             (
-                0 if limit.min is None else world.codes[limit.low],
-                0 if limit.max is None else world.codes[limit.high],
+                0 if limit.min is None else world.codes[limit.cause_below],
+                0 if limit.max is None else world.codes[limit.cause_above],
             )
             for limit in lethal
         ]

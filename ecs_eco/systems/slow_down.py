@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.elementary import power
-from ecs_eco.components import Metabolism, Position, Vigour
+from ecs_eco.components import Metabolism, Position, SpeedScale
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
@@ -23,13 +23,13 @@ class SlowDown(System):
     rate in this tick; at and below its temperature of torpor it does not move.
     """
 
-    needs = (Position, Metabolism, Vigour)
+    needs = (Position, Metabolism, SpeedScale)
     phase = "environment"
     submodel = Submodel(
         "Temperature dependence",
         reads=("ectothermy",),
         rules={"": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884)."},
-        changes=("Vigour.pace",),
+        changes=("SpeedScale.pace",),
     )
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
@@ -43,7 +43,7 @@ class SlowDown(System):
         )
         warmth = temperatures(table, world).astype(np.float64)
         rate = power(q10, (warmth - reference) / 10.0)
-        table[Vigour].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
+        table[SpeedScale].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
         basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
         credit = np.broadcast_to((1.0 - rate) * basal * world.dt, high)[alive]
         before = m.energy[:high][alive]

@@ -51,7 +51,7 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
                 f"{where}: the values of a genome depend on the others that are decoded with it"
             )
         _check_bounds(where, code, decoded)
-        if layout.longest is None or (code.gene.doubled or layout.doubled) in ("first", "greatest"):
+        if layout.longest is None or (code.gene.copy_rule or layout.doubled) in ("first", "greatest"):
             _check_again(where, code, first[code.name], decoded_again[code.name])  # not what copies make
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")

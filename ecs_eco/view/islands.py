@@ -55,13 +55,13 @@ def describe(folder: Path) -> Message:
         "tick": manifest["tick"],
         "ticks": manifest["ticks"],
         "finished": manifest["finished"],
-        "every": plan.every,
+        "every": plan.migration_interval,
         "graph": plan.graph,
         "species": [
             {
                 "name": name,
                 "color": values.get("color") or "#888888",
-                "wanders": name in plan.emigration,
+                "wanders": name in plan.migration_probability,
                 "moves": bool(values.get("locomotion")),
             }
             for name, values in named

@@ -36,7 +36,7 @@ def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]
             "name": sensor.get("name") or "",
             "kind": sensor["kind"],
             "targets": _targets(sensor),
-            "reach": float(sensor["radius"]),
+            "reach": float(sensor["range"]),
             "fov": min(float(sensor.get("fov", 2 * math.pi)), 2 * math.pi),
         }
         if sensor["kind"] == "rays":
@@ -63,7 +63,7 @@ def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
     for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in SEEING:
             continue
-        reach = float(sensor.radius)
+        reach = float(sensor.range)
         if number in table.species.own_ranges:
             reach = float(table[Senses].radius[row, number])
         sight = getattr(sensor, "sight", None)
@@ -72,7 +72,7 @@ def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
             places = (np.array([axis[row]], np.float32) for axis in (p.x, p.y, p.z))
             light = float(world.surroundings("light", *places)[0])
             reach = min(reach, float(sensor.blind) + float(sight) * light)
-        if reach != float(sensor.radius):
+        if reach != float(sensor.range):
             out[str(number)] = round(reach, 3)
     return out
 
@@ -225,7 +225,7 @@ def grows(world: World, name: str) -> bool:
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)
-    return own is None or own.reproduction is not None or own.metabolism.growth > 0 or eaten
+    return own is None or own.reproduction is not None or own.metabolism.photosynthesis > 0 or eaten
 
 
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:

@@ -83,7 +83,7 @@ class Tally:
         recorder = self.world.recorder
         if recorder is not None:
             return {} if recorder.reports is None else recorder.reports.latest
-        return {name: self.world.report(name) for name in self.world.reporters}
+        return {name: self.world.measure(name) for name in self.world.reporters}
 
     def _sums(self) -> dict[Key, float]:
         """Return births, deaths by cause, and energy flows up to now."""

@@ -250,8 +250,8 @@ def _species_table(world: SpatialWorld, name: str, species: Species) -> None:
             species.channels(dims),
             senses,
             species.groups(),
-            species.neutral,
-            species.automatic,
+            species.default_action,
+            species.always_on,
             species.readings(dims),
             species.ranges(),
         )

@@ -81,13 +81,13 @@ def _walker(rng: np.random.Generator, basal: float, low: str, high: str, age: fl
         "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": basal},
         "locomotion": {"speed": gaits, "cost": {"still": 0.0, "walk": 0.004}, "turn": 0.6},
         "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]},
-        "neutral": {"speed": "walk", "turn": "none"},
+        "default_action": {"speed": "walk", "turn": "none"},
         "sensors": [{"kind": "own", "property": "energy"}],
         "policy": {"kind": "shared", "hidden": [2]},
         "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
         "lethal": [
-            {"property": "energy", "min": 0.0, "low": low},
-            {"property": "age", "max": age, "high": high},
+            {"property": "energy", "min": 0.0, "cause_below": low},
+            {"property": "age", "max": age, "cause_above": high},
         ],
     }
 
@@ -96,10 +96,17 @@ def _grazer(rng: np.random.Generator, plant: str, side: float, words: dict[str, 
     return _walker(rng, about(rng, 0.006), **words, age=about(rng, 900)) | {
         "count": round(side**2 * about(rng, 0.022)),
         "diet": [
-            {"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19), "until": 0.9}
+            {
+                "eats": plant,
+                "reach": 0.4,
+                "chance": about(rng, 0.4),
+                "gain": about(rng, 0.19),
+                "satiation": 0.9,
+            }
         ],
         "reproduction": {
-            "kind": "simplified",
+            "kind": "asexual",
+            "place": "anywhere",
             "rate": about(rng, 0.012),
             "energy_min": 0.6,
             "energy_given": 0.3,
@@ -118,11 +125,12 @@ def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[st
                 "reach": 0.6,
                 "chance": about(rng, 0.25),
                 "gain": about(rng, 0.45),
-                "until": 0.65,
+                "satiation": 0.65,
             }
         ],
         "reproduction": {
-            "kind": "simplified",
+            "kind": "asexual",
+            "place": "anywhere",
             "rate": about(rng, 0.006),
             "energy_min": 0.5,
             "energy_given": 0.25,
@@ -210,7 +218,7 @@ def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
             "gain": -grazer["diet"][0]["gain"] * float(rng.uniform(0.6, 1.5)),
             "chance": grazer["diet"][0]["chance"],
         }
-    grazer["diet"].append({"eats": other, "reach": 0.1, "until": 0.9} | bad)
+    grazer["diet"].append({"eats": other, "reach": 0.1, "satiation": 0.9} | bad)
 
 
 CHANGES = {

@@ -80,7 +80,7 @@ def identity() -> str:
 
     from ecs_eco.config import load
 
-    return hashlib.sha256(str(load("reflexes").resolved()).encode()).hexdigest()[:16]
+    return hashlib.sha256(str(load("reflexes").resolved(former=True)).encode()).hexdigest()[:16]
 
 
 def live(

@@ -143,7 +143,7 @@ def _moss(rng: Any, soil: dict[str, float] | None) -> dict[str, Any]:
         "substances": soil if rooted else _held(rng),
         "reactions": _reactions(rng),
         "born_with": "soil" if rooted else "declared",
-        "metabolism": {"energy": 0.2, "energy_max": 0.5, "growth": 0.02},
+        "metabolism": {"energy": 0.2, "energy_max": 0.5, "photosynthesis": 0.02},
         "lethal": [{"property": "age", "max": 25.0}],
         "remains": "carcass",
         "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 1.0},
@@ -173,7 +173,7 @@ def _slug(rng: Any, fields: dict[str, Any], food: list[str]) -> dict[str, Any]:
             for name in food
         ],
         "actions": {"speed": ["crawl"], "turn": ["left", "none", "right"]},
-        "automatic": ["crawl"],
+        "always_on": ["crawl"],
         "genome": gene if rng.random() < 0.5 else None,
         "reproduction": {
             "kind": "asexual",

@@ -26,7 +26,7 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
 
 def without_policies(config: Any) -> dict[str, Any]:
     """Return a configuration without the bundled policies, on which training does not depend."""
-    data: dict[str, Any] = config.resolved()
+    data: dict[str, Any] = config.resolved(former=True)
     for species in data["species"].values():
         species["policy"]["file"] = None
     return data

@@ -7,7 +7,7 @@
     explored = "what was seen before this file was written, and with which seeds"
 
     [arms.shipped]          # what each arm changes in its world, {} for nothing
-    "species.deer.ppo.entropy" = 0.01
+    "species.deer.ppo.entropy_coef" = 0.01
 
     [hypotheses.runs]
     statement = "deer run more often beside a wolf than elsewhere"

@@ -15,11 +15,11 @@ def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
 
     return {
         "n_steps": ppo.horizon,
-        "batch_size": ppo.minibatch,
+        "batch_size": ppo.minibatch_size,
         "n_epochs": ppo.epochs,
         "gamma": ppo.discount,
         "gae_lambda": ppo.gae_lambda,
-        "ent_coef": ppo.entropy,
+        "ent_coef": ppo.entropy_coef,
         "learning_rate": schedule(ppo.learning_rate),
         "clip_range": schedule(ppo.clip),
     }

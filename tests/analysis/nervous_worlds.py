@@ -62,14 +62,7 @@ def lamb(**changes: Any) -> WorldConfig:
 
 def many() -> WorldConfig:
     """A lamb of 40 channels with ten reflexes, four of them for one action, and lines of every kind."""
-    eye = {
-        "kind": "rays",
-        "name": "eye",
-        "count": 32,
-        "radius": 5.0,
-        "targets": ["lamb"],
-        "report": "per_ray",
-    }
+    eye = {"kind": "rays", "name": "eye", "count": 32, "range": 5.0, "targets": ["lamb"], "report": "per_ray"}
     reflex = copy.deepcopy(LAMB["species"]["lamb"]["reflex"])
     for threshold in (0.1, 0.2, 0.3):
         reflex["connections"] += [

@@ -58,7 +58,12 @@ def test_a_report_opens_with_who_persisted(lost: Series) -> None:
 
 
 def test_an_end_that_was_to_be_expected_is_called_so() -> None:
-    config = {"species": {"deer": {"reproduction": None}, "wolf": {"reproduction": {"kind": "simplified"}}}}
+    config = {
+        "species": {
+            "deer": {"reproduction": None},
+            "wolf": {"reproduction": {"kind": "asexual", "place": "anywhere"}},
+        }
+    }
     barren = run([1, 0], [2, 2], [0, 1], [0, 0], [0, 0], config=config)
     assert opening(barren)[-1] == "deer cannot reproduce in this world, so its extinction was expected."
     assert (multiplies(barren, "deer"), multiplies(barren, "wolf")) == (False, True)

@@ -54,9 +54,9 @@ def test_values_are_those_that_the_layout_decodes(more, ploidy):
 def test_values_of_genes_without_a_place_are_those_that_the_layout_decodes(doubled, ploidy):
     layout = layout_of(
         GenomeSection(
-            longest=40,
+            max_length=40,
             loci=40,
-            doubled=doubled,
+            copy_rule=doubled,
             **ploidy,
             genes=[
                 {"name": "red", "promoter": "TA", "letters": 1, "values": [3, 1, 2, 0]},

@@ -83,12 +83,12 @@ def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
 
 
 def test_senses_of_bodies_around_say_what_of_whom_how_far_and_where() -> None:
-    feels = {"kind": "property", "radius": 6.0}
+    feels = {"kind": "property", "range": 6.0}
     sensors = [
         feels | {"property": "mass", "of": ["lamb"], "at": [1.0, -0.5], "decay": "linear"},
         feels | {"property": "glucose", "report": "mean", "decay": "inverse_square", "zero": 0.001},
-        {"kind": "rays", "count": 3, "radius": 5.0, "targets": ["lamb"], "angle": -math.pi / 2, "at": [1, 0]},
-        {"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "fov": 1.0, "targets": ["lamb"]},
+        {"kind": "rays", "count": 3, "range": 5.0, "targets": ["lamb"], "angle": -math.pi / 2, "at": [1, 0]},
+        {"kind": "rays", "name": "eye", "count": 1, "range": 5.0, "fov": 1.0, "targets": ["lamb"]},
     ]
     happiness = {"formula": "abs(lamb_mass) - any_glucose", "minimum": -1.0}
     d = diagram(lamb(sensors=sensors, reflex=None, happiness=happiness), "lamb")

@@ -15,7 +15,7 @@ MOSS = {
     "count": 6,
     "body": {"radius": 0.1},
     "metabolism": {"energy": 1.0, "basal": 0.01},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+    "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
 }
 STARVES = {"metabolism": {"energy": 1.0, "basal": 1.5}}
 SIZE = {"name": "size", "letters": 2, "trait": "body.mass", "low": 0.5, "high": 1.0}
@@ -42,8 +42,8 @@ RUNS = {
     ),
     "odd causes": (
         {
-            "moss": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": ODD}]},
-            "mite": MOSS | {"lethal": [{"property": "age", "max": 2.0, "high": " "}]},
+            "moss": MOSS | {"lethal": [{"property": "age", "max": 2.0, "cause_above": ODD}]},
+            "mite": MOSS | {"lethal": [{"property": "age", "max": 2.0, "cause_above": " "}]},
         },
         {"title": ODD},
     ),

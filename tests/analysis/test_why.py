@@ -32,10 +32,16 @@ def animal(eats: str, **more: Any) -> dict[str, Any]:
     return {
         "diet": [{"eats": eats, "gain": 0.1, "chance": 0.5, "deadly": False}],
         "metabolism": {"basal": 0.01},
-        "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3},
+        "reproduction": {
+            "kind": "asexual",
+            "place": "anywhere",
+            "rate": 0.02,
+            "energy_min": 0.6,
+            "energy_given": 0.3,
+        },
         "lethal": [
-            {"property": "energy", "min": 0.0, "max": None, "low": HUNGER, "high": ""},
-            {"property": "age", "min": None, "max": 300.0, "low": "", "high": AGE},
+            {"property": "energy", "min": 0.0, "max": None, "cause_below": HUNGER, "cause_above": ""},
+            {"property": "age", "min": None, "max": 300.0, "cause_below": "", "cause_above": AGE},
         ],
     } | more
 
@@ -171,7 +177,7 @@ def test_hunters_that_catch_too_little_among_prey_were_too_few() -> None:
 
 def test_hunters_that_age_and_hardly_breed_were_too_few() -> None:
     prey, hunters = course((0, 200), (99, 300)), course((0, 20), (90, 0), (99, 0))
-    way = {"kind": "simplified", "rate": 0.001, "energy_min": 0.6, "energy_given": 0.3}
+    way = {"kind": "asexual", "place": "anywhere", "rate": 0.001, "energy_min": 0.6, "energy_given": 0.3}
     run = chain(
         prey,
         hunters,
@@ -209,7 +215,7 @@ def test_newborn_that_cannot_last_until_a_meal_starve() -> None:
     n = {"a": course((0, 500), (99, 500)), "b": course((0, 100), (90, 0), (99, 0))}
     fell = np.maximum(-np.diff(n["b"], append=0), 0)
     born = np.where(n["b"] > 0, 2.0, 0.0)
-    way = {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.01}
+    way = {"kind": "asexual", "place": "anywhere", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.01}
     tick = np.repeat(np.arange(2, 90), 2)
     deaths = {"b": {"tick": tick, "age": np.ones(len(tick)), "cause": np.full(len(tick), HUNGER)}}
     died = {("a", "eaten by b"): n["b"] / 8, ("b", HUNGER): born, ("b", AGE): fell}

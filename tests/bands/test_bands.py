@@ -8,7 +8,7 @@ from ecs_eco.config import load
 SHORT = [
     "species.deer.ppo.horizon=8",
     "species.wolf.ppo.horizon=8",
-    "species.deer.ppo.minibatch=4096",
+    "species.deer.ppo.minibatch_size=4096",
     "species.goat.ppo.horizon=8",
     "space.size=[120.0, 120.0]",
     "species.grass.count=1000",

@@ -36,11 +36,11 @@ LETHAL = [  # property, deadly value, cause
     ("oxygen", 0.0, "suffocated"),
 ]
 MORE = [
-    {"property": "pressure", "max": 1e5, "high": "crushed"},
-    {"property": "electric_current", "max": 0.05, "high": "electrocuted"},
-    {"property": "luminous_intensity", "max": 0.5, "high": "burst into light"},
-    {"property": "fertility", "min": 0.1, "low": "barren"},
-    {"property": "oxygen", "min": 0.001, "low": "suffocated"},
+    {"property": "pressure", "max": 1e5, "cause_above": "crushed"},
+    {"property": "electric_current", "max": 0.05, "cause_above": "electrocuted"},
+    {"property": "luminous_intensity", "max": 0.5, "cause_above": "burst into light"},
+    {"property": "fertility", "min": 0.1, "cause_below": "barren"},
+    {"property": "oxygen", "min": 0.001, "cause_below": "suffocated"},
 ]
 
 
@@ -119,7 +119,7 @@ def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any
             "kind": "property",
             "property": name,
             "of": kind,
-            "radius": 1.0,
+            "range": 1.0,
             "at": [2.0, -3.0],
             "decay": "inverse_square",
             "scale": 2.0,

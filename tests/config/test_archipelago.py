@@ -8,7 +8,9 @@ from ecs_eco.engine.errors import ConfigError
 
 
 def islands(menagerie, **more):
-    return menagerie(archipelago={"islands": 3, "every": 5, "emigration": {"ram": 0.1}} | more)
+    return menagerie(
+        archipelago={"islands": 3, "migration_interval": 5, "migration_probability": {"ram": 0.1}} | more
+    )
 
 
 def test_a_number_of_islands_are_so_many_alike(menagerie):
@@ -59,9 +61,12 @@ def test_two_islands_in_a_ring_are_one_neighbour_each(menagerie):
         ({"islands": 1}, "at least 2"),
         ({"islands": 33}, "at most 32"),
         ({"every": 0}, "at least 1"),
-        ({"emigration": {"ram": 1.5}}, "at most 1"),
-        ({"emigration": {"rams": 0.5}}, 'no such species; allowed: moss, ram, lynx; did you mean "ram"?'),
-        ({"emigration": {"moss": 0.5}}, "plants that spread do not wander"),
+        ({"migration_probability": {"ram": 1.5}}, "at most 1"),
+        (
+            {"migration_probability": {"rams": 0.5}},
+            'no such species; allowed: moss, ram, lynx; did you mean "ram"?',
+        ),
+        ({"migration_probability": {"moss": 0.5}}, "plants that spread do not wander"),
         ({"graph": "star"}, "star"),
         ({"graph": "own"}, "is missing"),
         ({"edges": [["island_1", "island_2"]]}, 'graph = "own", or no edges'),

@@ -29,8 +29,8 @@ REFUSED = {
         RICH | {"species.deer.locomotion.cost.walk": 3.0},
         "at least 64 per second",
     ),
-    "species.grass.metabolism.growth": (
-        {"species.grass.metabolism.energy_max": 1e8, "species.grass.metabolism.growth": 3.0},
+    "species.grass.metabolism.photosynthesis": (
+        {"species.grass.metabolism.energy_max": 1e8, "species.grass.metabolism.photosynthesis": 3.0},
         "at least 64 per second",
     ),
     "species.deer.locomotion.turn": (

@@ -33,15 +33,15 @@ def test_a_knob_has_label_ends_and_the_unit_of_its_key():
     config = load(
         world(
             knob(label="upkeep"),
-            knob("species.wolf.metabolism.digestion", 0, 60),
+            knob("species.wolf.metabolism.handling_time", 0, 60),
             knob("species.deer.diet.0.chance", 0, 1, unit="chance"),
         )
     )
     assert offered(config)["knobs"] == [
         {"key": BASAL, "label": "upkeep", "low": 0.0, "high": 0.02, "unit": "energy/s"},
         {
-            "key": "species.wolf.metabolism.digestion",
-            "label": "species.wolf.metabolism.digestion",
+            "key": "species.wolf.metabolism.handling_time",
+            "label": "species.wolf.metabolism.handling_time",
             "low": 0.0,
             "high": 60.0,
             "unit": "s",
@@ -106,8 +106,8 @@ def test_values_from_outside_may_lie_beyond_the_ends():
         [
             "species.wolf.diet=[]",
             'species.wolf.actions={"turn" = ["left"]}',
-            "species.wolf.neutral={}",
-            "species.wolf.automatic=[]",
+            "species.wolf.default_action={}",
+            "species.wolf.always_on=[]",
         ],
     )
     left = {knob["key"] for knob in offered(no_hunters)["knobs"]}

@@ -20,7 +20,7 @@ GOAT: dict[str, Any] = {
     "locomotion": {"speed": {"walk": 1.0}},
     "sensors": [{"kind": "own", "property": "energy"}],
     "actions": {"speed": ["walk"]},
-    "neutral": {"speed": "walk"},
+    "default_action": {"speed": "walk"},
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "hidden": [8]},
 }
@@ -71,8 +71,8 @@ def refused(changes: dict[str, Any]) -> str:
             "needs about 8 GB",
         ),
         (
-            {"species.goat.lethal": [{"property": "energy", "min": 0.0, "low": "x" * 61}]},
-            "lethal.0.low",
+            {"species.goat.lethal": [{"property": "energy", "min": 0.0, "cause_below": "x" * 61}]},
+            "lethal.0.cause_below",
             "at most 60 characters",
         ),
         ({"title": "x" * 201}, "title", "at most 200 characters"),

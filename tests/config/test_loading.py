@@ -70,7 +70,7 @@ def test_what_is_left_out_has_its_default_and_is_resolved() -> None:
         "energy_max": 1.0,
         "basal": 0.0,
         "growth": 0.0,
-        "digestion": 0.0,
+        "handling_time": 0.0,
     }
     assert moss["policy"]["kind"] == "none"
     assert moss["reproduction"] is None
@@ -224,12 +224,12 @@ def sqrt(world, table, seekers, out, first):
 
 SENSORS = [
     {"kind": "own", "property": "energy"},
-    {"kind": "nearest", "target": "moss", "radius": 2.0},
+    {"kind": "nearest", "target": "moss", "range": 2.0},
     {"kind": "smell", "field": "smoke"},
     {"kind": "smell", "field": "smoke", "at": [0.0, 1.0]},
     {"kind": "smell", "field": "smoke", "name": "tail"},
     {"kind": "touch", "target": "wall"},
-    {"kind": "rays", "count": 2, "radius": 1.0, "targets": ["moss", "wall"], "report": "per_ray"},
+    {"kind": "rays", "count": 2, "range": 1.0, "targets": ["moss", "wall"], "report": "per_ray"},
     {"kind": "light"},
     {"kind": "custom", "function": sqrt, "width": 2},
 ]

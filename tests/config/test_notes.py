@@ -44,7 +44,7 @@ def test_nobody_in_a_shipped_world_lives_on_with_less_than_no_energy(name):
     ("species", "why"),
     [
         ({}, ""),
-        ({"metabolism": {"growth": 0.5}}, ""),
+        ({"metabolism": {"photosynthesis": 0.5}}, ""),
         ({"metabolism": {"basal": 0.25}}, "metabolism.basal"),
         ({"metabolism": {"basal": 0.25, "torpor": True}}, ""),
         ({"metabolism": {"basal": 0.25}, "lethal": [{"property": "energy", "min": -1.0}]}, ""),
@@ -94,10 +94,10 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
     [
         (WALKS, "species.hermit.actions: nothing decides on speed.still, speed.walk: give it a reflex or"),
         (
-            WALKS | {"neutral": {"speed": "still"}},
+            WALKS | {"default_action": {"speed": "still"}},
             "species.hermit.actions: nothing decides on speed.walk: give",
         ),
-        (WALKS | {"actions": {"speed": ["walk"]}, "neutral": {"speed": "walk"}}, ""),
+        (WALKS | {"actions": {"speed": ["walk"]}, "default_action": {"speed": "walk"}}, ""),
         (WALKS | THINKS, ""),
         (WALKS | {"reflex": {"formulas": {"walk": "1"}}}, ""),
         (
@@ -138,8 +138,8 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         ),
         (PAIRS | {"reproduction": PAIRS["reproduction"] | {"energy_min": 0.2, "father_share": 0.5}}, ""),
         (
-            {"diet": [{"eats": "hermit", "gain": 0.5, "until": 1.5}]},
-            "species.hermit.diet.0.until = 1.5: it never holds so much, metabolism.energy_max is 1",
+            {"diet": [{"eats": "hermit", "gain": 0.5, "satiation": 1.5}]},
+            "species.hermit.diet.0.satiation = 1.5: it never holds so much, metabolism.energy_max is 1",
         ),
     ],
 )

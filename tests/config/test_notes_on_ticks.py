@@ -12,7 +12,7 @@ def _pond(dt=1.0, world=None, **heron):
         "body": {"radius": 0.1},
         "locomotion": {"speed": {"go": 1.0}},
         "actions": {"speed": ["go"]},
-        "automatic": ["go"],
+        "always_on": ["go"],
         "diet": [{"eats": "fish", "reach": 0.2, "gain": 0.5}],
     } | heron
     return load(
@@ -52,11 +52,11 @@ def test_the_share_met_is_that_of_points_thrown_at_random(way):
     ("heron", "note"),
     [
         (
-            {"metabolism": {"digestion": 0.3}},
-            "species.heron.metabolism.digestion = 0.3: times are whole ticks of "
+            {"metabolism": {"handling_time": 0.3}},
+            "species.heron.metabolism.handling_time = 0.3: times are whole ticks of "
             "dt = 0.4 s, and this one lasts 0.4 s",
         ),
-        ({"metabolism": {"digestion": 2.0}}, ""),
+        ({"metabolism": {"handling_time": 2.0}}, ""),
         (
             {"sensors": [{"kind": "touch", "target": "fish"}], "diet": []},
             "species.heron.sensors.0: heron and fish",

@@ -133,7 +133,7 @@ def test_its_keys_are_in_the_world_its_component_in_the_table_and_its_system_in_
     deep = column(world, "Wear", "depth")
     assert (deep[:20] >= 1.0).all()
     assert (deep[:20] <= 3.0).all()
-    assert world.report("worn")["rat"] == pytest.approx(deep.mean(), rel=1e-6)
+    assert world.measure("worn")["rat"] == pytest.approx(deep.mean(), rel=1e-6)
 
 
 def test_without_trust_its_keys_are_taken_as_they_are_and_likely_slips_are_named(burrow):

@@ -243,7 +243,7 @@ def test_own_sensors_lethal_limits_and_formulas_take_fields_of_own_components() 
         "reflex": {"formulas": {"left": "Health.state > 0"}},
         "sensors": [
             {"kind": "own", "property": "Health.state"},
-            {"kind": "property", "property": "Health.fever", "radius": 4.0},
+            {"kind": "property", "property": "Health.fever", "range": 4.0},
         ],
         "lethal": [{"property": "Health.fever", "max": 2.0}],
     }
@@ -267,7 +267,7 @@ def test_own_sensors_lethal_limits_and_formulas_take_fields_of_own_components() 
         ({"lethal": [{"property": "Health.fevr", "max": 1.0}]}, "Health.fever"),
         ({"reflex": {"formulas": {"left": "Helth.state"}}}, "Health_state"),
         (
-            {"sensors": [{"kind": "property", "property": "Health.fevr", "radius": 2.0, "of": "moss"}]},
+            {"sensors": [{"kind": "property", "property": "Health.fevr", "range": 2.0, "of": "moss"}]},
             "Health.fever",
         ),
     ],

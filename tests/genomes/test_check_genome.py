@@ -22,7 +22,7 @@ GOAT = {
     "diet": [{"eats": "goat", "gain": 0.1}],
     "sensors": [
         {"kind": "own", "property": "energy"},
-        {"kind": "nearest", "name": "eye", "target": "goat", "radius": 5.0},
+        {"kind": "nearest", "name": "eye", "target": "goat", "range": 5.0},
     ],
     "actions": {"speed": ["sit", "hop"], "eat": ["eat"]},
     "reflex": {
@@ -114,7 +114,7 @@ WRONG = [
     (gene(1, low=0.7), "genome.genes.1.low", "less than 0.6"),
     (gene(1, at=0), "genome.genes.1.at", "overlaps the gene red"),
     (gene(1, high=30.0), "genome.genes.1.high", "at most 20 m"),
-    (gene(1, trait="sensors.eye.radius", high=21.0), "genome.genes.1.high", "larger than half of the torus"),
+    (gene(1, trait="sensors.eye.range", high=21.0), "genome.genes.1.high", "larger than half of the torus"),
     (gene(1, trait="reproduction.energy_min", high=2.0), "genome.genes.1.high", "at most 1"),
     (lambda goat: goat["genome"].update(loci=4), "genome.loci", "at least 5"),
     (larger_than_own, "genome.genes.1.trait", "cannot code for the species' own value, 0.4"),
@@ -142,7 +142,7 @@ ASEXUAL = {"kind": "asexual", "rate": 0.5, "energy_min": 0.1, "energy_given": 0.
     ("reproduction", "mate"),
     [
         (ASEXUAL, {}),
-        (ASEXUAL | {"kind": "simplified"}, {}),
+        (ASEXUAL | {"kind": "asexual", "place": "anywhere"}, {}),
         (None, {"operator": "cxOnePoint"}),
         ({"kind": "sexual", "energy_min": 0.1, "energy_given": 0.05, "reach": 1.0}, {"chance": 0.0}),
     ],

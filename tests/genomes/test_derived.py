@@ -7,7 +7,7 @@ from ecs_eco import World
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.report import write_report
 from ecs_eco.cli.summary import summary
-from ecs_eco.components import Body, Genome, LifeHistory, Traits, Vigour
+from ecs_eco.components import Body, Genome, LifeHistory, SpeedScale, Traits
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.runs.run import run_to_folder
@@ -45,7 +45,7 @@ def test_one_gene_has_several_effects_computed_by_hand():
     letter = table[Genome].loci[rows, 0]
     assert set(letter) == {0, 1, 2, 3}
     assert table[LifeHistory].litter[rows].tolist() == np.array([2, 8, 18, 32])[letter].tolist()
-    np.testing.assert_array_equal(table[Vigour].pace[rows], (1 / np.float32([0.5, 1, 1.5, 2]))[letter])
+    np.testing.assert_array_equal(table[SpeedScale].pace[rows], (1 / np.float32([0.5, 1, 1.5, 2]))[letter])
     np.testing.assert_allclose(
         table[Traits].value[rows, table.species.traits["metabolism.basal"]],
         np.array([0.002, 0.001, 0.001 / 1.5, 0.0005])[letter],
@@ -63,7 +63,7 @@ def test_a_neutral_gene_may_be_read_and_whole_numbers_are_rounded():
 
 
 def test_strings_of_variable_length_have_derived_traits():
-    genome = {"genes": [SIZE | {"copies": 1}], "derived": DERIVED, "longest": 60}
+    genome = {"genes": [SIZE | {"copies": 1}], "derived": DERIVED, "max_length": 60}
     table = World.from_config(config(genome=genome)).table("deer")
     rows = table.rows()
     radius = table[Body].radius[rows].astype(float)

@@ -59,7 +59,7 @@ def layouts(draw) -> Layout:
         "ABCDEF"[:size],
         ploidy=draw(st.sampled_from([1, 2])),
         shapes=shapes,
-        dominance=draw(st.sampled_from(["first", "mean", "greater"])),
+        expression=draw(st.sampled_from(["first", "mean", "greater"])),
     )
 
 
@@ -119,7 +119,7 @@ def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> 
 
 @pytest.mark.parametrize(("how", "value"), [("first", 1), ("mean", 2), ("greater", 3)])
 def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> None:
-    layout = one(Gene(name="n", letters=1, low=0, high=3), ploidy=2, dominance=how)
+    layout = one(Gene(name="n", letters=1, low=0, high=3), ploidy=2, expression=how)
     assert meaning(layout, "CT")["n"] == value
     assert layout.alleles(layout.alphabet.encode("CT")[None], "n").tolist() == [[1, 3]]
 
@@ -127,14 +127,14 @@ def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> 
 def test_a_gene_may_have_a_dominance_of_its_own() -> None:
     genes = [
         Gene(name="a", letters=1, low=0, high=3),
-        Gene(name="b", letters=1, low=0, high=3, dominance="greater"),
+        Gene(name="b", letters=1, low=0, high=3, expression="greater"),
     ]
-    assert meaning(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
+    assert meaning(Layout(genes, ploidy=2, expression="mean"), "CCTT") == {"a": 2, "b": 3}
 
 
 def test_a_mean_of_whole_numbers_is_rounded_to_one() -> None:
     gene = Gene(name="s", trait="reflex.red.weight", letters=1, values=[-1, 0, 1, 1])
-    layout = one(gene, ploidy=2, dominance="mean", traits={SIGN.name: SIGN})
+    layout = one(gene, ploidy=2, expression="mean", traits={SIGN.name: SIGN})
     assert meaning(layout, "AC")["s"] == 0
     assert meaning(layout, "AA")["s"] == -1
 

@@ -81,7 +81,7 @@ def test_diploids_get_a_crossed_string_of_each_parent() -> None:
 
 @pytest.mark.definition("3 genome")
 def test_copies_of_genes_double_in_tandem_and_get_lost_at_their_rates() -> None:
-    seen = Counter(children(births(duplication=0.3, loss=0.1), "CTAGGCAAT", None, N))
+    seen = Counter(children(births(duplication=0.3, gene_deletion=0.1), "CTAGGCAAT", None, N))
     reds = {"": 0.1, "TAG": 0.6, "TAGTAG": 0.3}
     sizes = {"": 0.1, "GCAA": 0.6, "GCAAGCAA": 0.3}
     expected_counts(seen, {f"C{r}{s}T": p * q for r, p in reds.items() for s, q in sizes.items()})
@@ -92,7 +92,7 @@ def test_letters_are_inserted_and_lost_at_their_rates() -> None:
         children(
             births(
                 insertion=0.2,
-                deletion=0.1,
+                base_deletion=0.1,
                 alphabet="01",
                 genes=[{"name": "g", "letters": 1, "low": 0, "high": 1, "promoter": "1111"}],
             ),
@@ -112,7 +112,7 @@ def test_letters_are_inserted_and_lost_at_their_rates() -> None:
 
 @pytest.mark.parametrize("rate", [1e-3, 0.02])
 def test_rare_events_have_their_rates_over_long_strings(rate: float) -> None:
-    one = births(longest=300, loci=200, insertion=rate)
+    one = births(max_length=300, loci=200, insertion=rate)
     keys = np.arange(4000, dtype=np.uint64)
     child = one.offspring(one.layout.random(keys), None, keys)
     grown = one.layout.lengths(child)[:, 0] - 200
@@ -122,7 +122,7 @@ def test_rare_events_have_their_rates_over_long_strings(rate: float) -> None:
 
 
 def test_point_mutations_have_their_rate_at_every_letter_and_none_beyond_the_end() -> None:
-    one = births(mutate={"operator": "mutUniformInt", "indpb": 0.2}, longest=12)
+    one = births(mutate={"operator": "mutUniformInt", "indpb": 0.2}, max_length=12)
     keys = np.arange(N, dtype=np.uint64)
     parent = np.repeat(one.layout.rows(["ACGTACGT"]), N, axis=0)
     child = one.offspring(parent, None, keys)
@@ -157,22 +157,22 @@ def test_bits_flip_and_letters_change_places() -> None:
 
 
 def test_what_would_exceed_the_limit_does_not_happen_and_is_counted() -> None:
-    one = births(longest=8, duplication=1.0)
+    one = births(max_length=8, duplication=1.0)
     assert children(one, "TACTAG", None, 10) == ["TACTAG"] * 10
     assert one.at_limit.tolist() == [0, 20, 0, 0, 0]
-    one = births(longest=8, insertion=1.0)
+    one = births(max_length=8, insertion=1.0)
     assert {len(text) for text in children(one, "TACTAG", None, 10)} == {8}
     assert one.at_limit.tolist() == [0, 0, 0, 40, 0]
-    one = births(longest=8, deletion=1.0)
+    one = births(max_length=8, base_deletion=1.0)
     assert {len(text) for text in children(one, "TACTAG", None, 10)} == {1}
     assert one.at_limit.tolist() == [0, 0, 0, 0, 10]
-    one = births(longest=8, loss=1.0)
+    one = births(max_length=8, gene_deletion=1.0)
     assert children(one, "TACTAG", None, 10) == ["TAG"] * 10
     assert one.at_limit.tolist() == [0, 0, 10, 0, 0]
 
 
 def test_a_crossing_that_makes_too_long_a_string_does_not_take_place() -> None:
-    one = births(longest=7, mate={"slip": 1.0}, genes=GENES[:1])
+    one = births(max_length=7, mate={"slip": 1.0}, genes=GENES[:1])
     seen = Counter(children(one, "TACTAG", "TAATAA", 8000))
     assert max(map(len, seen)) == 6
     # pairs (1, 0) make nine letters: the child is its first parent; (0, 1) make three
@@ -185,9 +185,9 @@ def test_a_crossing_that_makes_too_long_a_string_does_not_take_place() -> None:
 
 LIVELY = {
     "insertion": 0.05,
-    "deletion": 0.05,
+    "base_deletion": 0.05,
     "duplication": 0.1,
-    "loss": 0.1,
+    "gene_deletion": 0.1,
     "mate": {"slip": 0.5},
     "mutate": {"operator": "mutUniformInt", "indpb": 0.1},
 }

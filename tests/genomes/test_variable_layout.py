@@ -46,12 +46,12 @@ def test_a_promoter_within_a_gene_begins_none() -> None:
 
 @pytest.mark.parametrize(("doubled", "expected"), [("first", 1), ("mean", 2), ("sum", 3), ("greatest", 3)])
 def test_of_several_copies_the_rule_of_the_genome_says_what_counts(doubled: str, expected: float) -> None:
-    of = layout(doubled=doubled)  # TA C is 1, TA T is 3; their sum is more than a copy can say, 3
+    of = layout(copy_rule=doubled)  # TA C is 1, TA T is 3; their sum is more than a copy can say, 3
     assert of.decode(of.rows(["TACTAT"]))["red"].tolist() == [expected]
 
 
 def test_a_gene_may_have_a_rule_of_its_own() -> None:
-    of = layout(doubled="sum", genes=[GENES[0], GENES[1] | {"doubled": "mean"}])
+    of = layout(copy_rule="sum", genes=[GENES[0], GENES[1] | {"copy_rule": "mean"}])
     values = of.decode(of.rows(["TACTACGCAAGCACGCTT"]))
     assert (values["red"].tolist(), values["size"].tolist()) == ([2], [pytest.approx(16 / 3)])
 
@@ -98,7 +98,7 @@ def test_values_become_strings_and_come_back() -> None:
     assert texts(of, rows) == ["TACGCCG|TACGCCG", "TATGCCG|TATGCCG"]
     assert of.decode(rows)["size"].tolist() == [6, 6]
     with pytest.raises(ValueError, match="these genes need 7 letters; allowed are 6"):
-        layout(longest=6, loci=3, genes=[GENES[0], GENES[1] | {"copies": 0}]).encode({"red": 1, "size": 2})
+        layout(max_length=6, loci=3, genes=[GENES[0], GENES[1] | {"copies": 0}]).encode({"red": 1, "size": 2})
 
 
 @pytest.mark.definition("3 genome")
@@ -108,7 +108,7 @@ def test_values_become_strings_and_come_back() -> None:
     st.sampled_from(["first", "mean", "sum", "greatest"]),
 )
 def test_every_string_says_a_valid_organism_and_is_read_alike_as_text_and_as_rows(strings, doubled) -> None:
-    of = layout(doubled=doubled)
+    of = layout(copy_rule=doubled)
     rows = of.rows(strings)
     assert texts(of, rows) == strings
     values = of.decode(rows)
@@ -129,14 +129,14 @@ def test_every_string_says_a_valid_organism_and_is_read_alike_as_text_and_as_row
         assert "".join(piece.letters for piece in of.mark(row)) == text
 
 
-@pytest.mark.parametrize("changes", [{}, {"ploidy": 2}, {"doubled": "mean", "loci": 20}])
+@pytest.mark.parametrize("changes", [{}, {"ploidy": 2}, {"copy_rule": "mean", "loci": 20}])
 def test_genomes_of_variable_length_pass_the_conformance_check(changes: dict) -> None:
     check_genome(layout(**changes), 200)
 
 
 def test_a_network_of_weights_is_found_like_any_gene() -> None:
     gene = {"name": "w", "letters": 2, "low": -1, "high": 1, "form": "direct", "promoter": "TTT"}
-    of = layout_of(section(longest=40, genes=[gene], doubled="mean"), shapes={"w": [(2, 1), (1,)]})
+    of = layout_of(section(max_length=40, genes=[gene], copy_rule="mean"), shapes={"w": [(2, 1), (1,)]})
     rows = of.rows(["TTTAATTAA", "ATTTAAAAAATTTTTTTTTC", "ACGT"])
     assert of.decode(rows)["w"] == pytest.approx(np.array([[-1, 1, -1], [0, 0, 0], [0, 0, 0]]))
 
@@ -156,13 +156,13 @@ def test_alphabets_of_any_letters_leave_a_separator() -> None:
 
 
 REFUSED = [
-    ({"longest": 6}, r"longest = 6\n.*founders have more letters; allowed: at least 7"),
+    ({"max_length": 6}, r"max_length = 6\n.*founders have more letters; allowed: at least 7"),
     ({"loci": 6}, "a founder's genes need 7 letters"),
     ({"genes": [GENES[0] | {"at": 3}]}, "genes have no fixed place"),
     ({"genes": [GENES[0], GENES[1] | {"promoter": "TAC"}]}, "the promoter of red is 'TA'"),
     ({"genes": [GENES[0] | {"promoter": "TX"}]}, "'X' is no letter of the alphabet"),
     ({"genes": [GENES[0] | {"promoter": "TTTTTTTTT"}]}, "at most 8 letters"),
-    ({"insertion": 0.7, "deletion": 0.5}, "more than 1 together with insertion"),
+    ({"insertion": 0.7, "base_deletion": 0.5}, "more than 1 together with insertion"),
     ({"genes": [GENES[0] | {"copies": 0}]}, "founders have no copy of any gene"),
 ]
 
@@ -176,11 +176,11 @@ def test_what_cannot_be_is_refused_with_the_reason(changes: dict, reason: str) -
 def test_keys_that_need_a_variable_length_are_refused_without_it() -> None:
     from ecs_eco.genomes.promoters import problems_of_variable
 
-    given = section(longest=None, insertion=0.1, genes=[GENES[0] | {"doubled": "sum"}])
+    given = section(max_length=None, insertion=0.1, genes=[GENES[0] | {"copy_rule": "sum"}])
     assert [".".join(map(str, p.key)) for p in problems_of_variable(given, None, {})] == [
         "insertion",
         "genes.0.promoter",
-        "genes.0.doubled",
+        "genes.0.copy_rule",
     ]
 
 

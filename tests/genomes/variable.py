@@ -16,7 +16,7 @@ QUIET = {"operator": "mutUniformInt", "indpb": 0.0}
 
 def section(**changes: Any) -> GenomeSection:
     """A section with a red gene of one letter after TA, and a size of two letters after GC."""
-    return GenomeSection(**{"longest": 24, "genes": GENES, "mutate": QUIET, **changes})
+    return GenomeSection(**{"max_length": 24, "genes": GENES, "mutate": QUIET, **changes})
 
 
 def layout(**changes: Any) -> Any:

@@ -140,7 +140,7 @@ def test_of_a_group_the_first_action_that_is_on_is_done() -> None:
 
 
 def test_the_neutral_action_is_done_where_none_is_on() -> None:
-    table = decided((0, 0, 0), (0, 0, 1), neutral={"shelter": "hide"})
+    table = decided((0, 0, 0), (0, 0, 1), default_action={"shelter": "hide"})
     assert table.species.nerves.doing(table, "hide")[:2].tolist() == [True, False]
     assert table.species.nerves.doing(table, "hide").sum() == 1, "free rows do nothing"
 

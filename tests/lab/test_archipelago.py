@@ -26,8 +26,8 @@ OPTIONS = {"ticks": TICKS, "policies": "untrained", "learn": True, "snapshot_eve
 def config(menagerie, **more):
     plan = {
         "islands": {"a": {}, "b": {"species.moss.count": 100}, "c": {}},
-        "every": 5,
-        "emigration": {"ram": 0.3, "lynx": 0.3},
+        "migration_interval": 5,
+        "migration_probability": {"ram": 0.3, "lynx": 0.3},
     }
     return menagerie(archipelago=plan | more)
 

@@ -109,7 +109,7 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
         ("islands", [], "islands: "),
         (
             "config",
-            {"archipelago": {"islands": {"../victim": {}, "b": {}}, "every": 4}},
+            {"archipelago": {"islands": {"../victim": {}, "b": {}}, "migration_interval": 4}},
             r"config\.archipelago",
         ),
         ("seed", 3, "hash: is not the hash of the plan"),

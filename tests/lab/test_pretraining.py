@@ -110,7 +110,7 @@ def test_what_an_update_could_not_say_is_written_as_null(menagerie, tmp_path):
 
 
 def test_numbers_ramp_while_training(menagerie):
-    ramp = [{"key": "species.ram.metabolism.basal", "values": [0.0, 0.02], "until": 0.5}]
+    ramp = [{"key": "species.ram.metabolism.basal", "values": [0.0, 0.02], "duration": 0.5}]
     config = load(menagerie(training={"ramp": ramp}))
     assert [config.training.ramp[0].at(share) for share in (0.0, 0.25, 0.5, 0.9)] == [0.0, 0.01, 0.02, 0.02]
     seen = []

@@ -43,7 +43,7 @@ def _lived(brain, n):
 
 def _ours(brain, rollout, index, ppo, scratch=None):
     gradient, terms = np.full(brain.size, np.nan, np.float32), np.zeros(6)
-    numbers = CLIP, ppo.clip_value, ppo.entropy, ppo.value_weight, SHIFT, SCALE
+    numbers = CLIP, ppo.clip_value, ppo.entropy_coef, ppo.value_weight, SHIFT, SCALE
     settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(index))
     log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
     scratch = scratch_for(brain.layers) if scratch is None else scratch
@@ -77,7 +77,7 @@ def _autograd(network, weights, rollout, index, ppo, shift=SHIFT, scale=SCALE):
         old,
         ppo,
         CLIP,
-        ppo.entropy,
+        ppo.entropy_coef,
         shift,
         scale,
     )
@@ -103,7 +103,7 @@ def _require_close(network, gradient, expected):
         ((6, (3, CONTINUOUS, CONTINUOUS), (12, 12)), 50),
     ],
 )
-@pytest.mark.parametrize("ppo", [PPO(), PPO(clip_value=0.3, entropy=0.2)], ids=["free", "held"])
+@pytest.mark.parametrize("ppo", [PPO(), PPO(clip_value=0.3, entropy_coef=0.2)], ids=["free", "held"])
 def test_the_gradient_is_that_of_autograd(shape, n, trunk, ppo):
     brain = _brain(*shape, trunk)
     rollout = _lived(brain, n + 20)
@@ -118,7 +118,7 @@ def test_the_gradient_is_that_of_autograd(shape, n, trunk, ppo):
     ("shape", "n"),
     [((1, (1,), ()), 1), ((24, (8,), (32,)), 32), ((5, (3, 2), (16, 8)), 71), ((33, (4,), (20, 70, 3)), 3)],
 )
-@pytest.mark.parametrize("ppo", [PPO(), PPO(clip_value=0.3, entropy=0.2)], ids=["free", "held"])
+@pytest.mark.parametrize("ppo", [PPO(), PPO(clip_value=0.3, entropy_coef=0.2)], ids=["free", "held"])
 def test_the_gradient_of_each_individual_is_that_of_autograd(shape, n, ppo):
     """The first moments of Adam are a tenth of its first gradient."""
     ppo = replace(ppo, horizon=n, epochs=1, max_grad_norm=0, discount=0.0, normalise_advantage=False)

@@ -84,7 +84,7 @@ class Plain:
         target = advantage + old
         if ppo.normalise_advantage and n > 1:
             advantage = (advantage - advantage.mean()) / (advantage.std(correction=0) + 1e-8)
-        parts, order = -(-n // ppo.minibatch), list(range(n))
+        parts, order = -(-n // ppo.minibatch_size), list(range(n))
         for epoch in range(ppo.epochs):
             self.shuffle(order, epoch)
             for part in range(parts):

@@ -71,7 +71,7 @@ def _loss(weights, brain, rollout, ppo, shift, scale):
             error, (old + (value - old).clamp(-ppo.clip_value, ppo.clip_value) - target) ** 2
         )
     return (
-        policy - ppo.entropy * entropy.mean() + ppo.value_weight * error.mean(),
+        policy - ppo.entropy_coef * entropy.mean() + ppo.value_weight * error.mean(),
         policy,
         error.mean(),
         entropy.mean(),
@@ -81,7 +81,7 @@ def _loss(weights, brain, rollout, ppo, shift, scale):
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
 @pytest.mark.parametrize("clip_value", [0.0, 0.3])
 def test_the_gradient_by_hand_agrees_with_autograd(trunk, clip_value):
-    ppo = PPO(clip_value=clip_value, entropy=0.05, max_grad_norm=0)
+    ppo = PPO(clip_value=clip_value, entropy_coef=0.05, max_grad_norm=0)
     learner = _learner(ppo, trunk=trunk)
     brain, rollout = learner.brain, learner.rollout
     rows, values = _fill(learner, n=600)
@@ -124,7 +124,7 @@ def test_adam_agrees_with_torch(max_norm):
 def test_an_update_gives_the_same_bits_for_any_number_of_workers():
     hashes = set()
     for workers in (1, 2, 3):
-        learner = _learner(PPO(minibatch=7000, epochs=2), workers=workers)
+        learner = _learner(PPO(minibatch_size=7000, epochs=2), workers=workers)
         for seed in range(2):
             learner.update(*_fill(learner, n=3000, ticks=4, seed=seed))
         hashes.add(_hash(learner))
@@ -134,17 +134,17 @@ def test_an_update_gives_the_same_bits_for_any_number_of_workers():
 def test_an_update_depends_on_the_seed():
     hashes = set()
     for seed in (1, 2):
-        learner = Learner(Brain(5, GROUPS, (16, 8), seed=3), PPO(minibatch=50), seed)
+        learner = Learner(Brain(5, GROUPS, (16, 8), seed=3), PPO(minibatch_size=50), seed)
         learner.update(*_fill(learner))
         hashes.add(_hash(learner))
     assert len(hashes) == 2
 
 
 def test_a_loaded_learner_goes_on_as_the_saved_one():
-    first = _learner(PPO(minibatch=50))
+    first = _learner(PPO(minibatch_size=50))
     first.update(*_fill(first))
     _fill(first, seed=1)
-    second = _learner(PPO(minibatch=50), seed=3)
+    second = _learner(PPO(minibatch_size=50), seed=3)
     second.brain._draw(77)
     second.load(first.state())
     assert _hash(first) == _hash(second)
@@ -157,7 +157,7 @@ def test_a_loaded_learner_goes_on_as_the_saved_one():
 def test_results_do_not_depend_on_which_rows_the_animals_have():
     reports, weights = [], []
     for shuffle in (None, 1):
-        learner = _learner(PPO(minibatch=50))
+        learner = _learner(PPO(minibatch_size=50))
         rows = np.arange(60) if shuffle is None else np.random.default_rng(shuffle).permutation(200)[:60]
         rng = np.random.default_rng(4)
         for _ in range(5):
@@ -175,7 +175,7 @@ def test_results_do_not_depend_on_which_rows_the_animals_have():
 
 
 def test_every_transition_is_used_once_an_epoch(monkeypatch):
-    learner, used = _learner(PPO(minibatch=100, epochs=3)), []
+    learner, used = _learner(PPO(minibatch_size=100, epochs=3)), []
     step = learner._step
     monkeypatch.setattr(
         learner, "_step", lambda index, *rest: (used.append(index.copy()), step(index, *rest))[1]
@@ -229,14 +229,14 @@ def test_a_contextual_bandit_is_learnt(seed):
         right = (observations[:, 0] > 0) * 2, observations[:, 1] > 0
         return sum((choice[:, g] == right[g]).astype(np.float32) for g in range(2))
 
-    learner = _learner(PPO(horizon=4, minibatch=500, learning_rate=3e-3, discount=0.0), seed=seed)
+    learner = _learner(PPO(horizon=4, minibatch_size=500, learning_rate=3e-3, discount=0.0), seed=seed)
     rewards = [learner.update(*_fill(learner, 500, 4, 1000 * seed + k, reward))["reward"] for k in range(30)]
     assert rewards[0] < 1.0
     assert rewards[-1] > 1.75
 
 
 def test_the_value_learns_what_follows():
-    learner = _learner(PPO(horizon=4, minibatch=500, learning_rate=3e-3, discount=0.0))
+    learner = _learner(PPO(horizon=4, minibatch_size=500, learning_rate=3e-3, discount=0.0))
     explained = [
         learner.update(*_fill(learner, 500, 4, k, lambda observations, choice: observations[:, 2] * 3))[
             "explained_variance"

@@ -71,7 +71,7 @@ def test_the_words_of_others_are_taken_with_a_hint():
         assert PPO(gamma=0.9) == PPO(discount=0.9)
     with pytest.warns(UserWarning, match="is called .* here") as hints:
         ppo = PPO(lr=1e-3, batch_size=64, n_steps=16, ent_coef=0.0)
-    assert (ppo.learning_rate, ppo.minibatch, ppo.horizon, ppo.entropy) == (1e-3, 64, 16, 0.0)
+    assert (ppo.learning_rate, ppo.minibatch_size, ppo.horizon, ppo.entropy_coef) == (1e-3, 64, 16, 0.0)
     assert len(hints) == 4
     assert hints[0].filename == __file__
     assert set(ALIASES.values()) <= {f.name for f in fields(PPO)}

@@ -5,7 +5,7 @@ from ecs_eco.learning import PPO, Brain, Learner
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.shared import SharedLearner
 
-SETTINGS = PPO(horizon=2, epochs=2, minibatch=100, learning_rate=0.01, anneal=0)
+SETTINGS = PPO(horizon=2, epochs=2, minibatch_size=100, learning_rate=0.01, anneal=0)
 
 
 def learner():

@@ -66,7 +66,10 @@ def of_mlp(brain):
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
 @pytest.mark.parametrize(
     "ppo",
-    [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1, anneal=1000, entropy=0.05)],
+    [
+        PPO(minibatch_size=100),
+        PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1, anneal=1000, entropy_coef=0.05),
+    ],
 )
 def test_autograd_and_the_kernels_learn_the_same(trunk, ppo, groups):
     ours = Learner(Brain(5, groups, (16, 8), 3, trunk), ppo, seed=7)
@@ -86,7 +89,7 @@ def test_autograd_and_the_kernels_learn_the_same(trunk, ppo, groups):
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
 @pytest.mark.parametrize("clip_value", [0.0, 0.3])
 def test_the_gradients_of_both_are_equal(trunk, clip_value, groups):
-    ppo = PPO(clip_value=clip_value, entropy=0.05, max_grad_norm=0)
+    ppo = PPO(clip_value=clip_value, entropy_coef=0.05, max_grad_norm=0)
     ours = Learner(Brain(5, groups, (16, 8), 3, trunk), ppo, seed=7)
     theirs = TorchLearner(of_mlp(ours.brain), ppo, seed=7)
     gradients = {}
@@ -111,7 +114,10 @@ def test_an_update_gives_the_same_bits_for_any_number_of_workers_and_torch_threa
         torch.set_num_threads(threads)
         torch.manual_seed(1)
         learner = TorchLearner(
-            ModuleBrain(network(5, GROUPS), 5, GROUPS), PPO(minibatch=7000, epochs=2, unroll=2), 3, workers
+            ModuleBrain(network(5, GROUPS), 5, GROUPS),
+            PPO(minibatch_size=7000, epochs=2, unroll=2),
+            3,
+            workers,
         )
         for seed in range(2):
             learner.update(*live(learner, n=3000, seed=seed))
@@ -124,7 +130,7 @@ def test_an_update_gives_the_same_bits_for_any_number_of_workers_and_torch_threa
 def test_a_learner_goes_on_from_its_state(network):
     def learner():
         torch.manual_seed(1)
-        return TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS), PPO(minibatch=100), 3)
+        return TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS), PPO(minibatch_size=100), 3)
 
     whole = learner()
     whole.update(*live(whole, seed=1))

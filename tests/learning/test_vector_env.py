@@ -50,7 +50,7 @@ def _watched(monkeypatch):
 @pytest.mark.parametrize(("mode", "n_ticks"), [(SAME_STEP, 10), (NEXT_STEP, 11)])
 def test_only_actions_that_were_taken_are_transitions(monkeypatch, mode, n_ticks):
     seen = _watched(monkeypatch)
-    training = train(_corridors(mode), PPO(horizon=n_ticks, minibatch=64), 2 * n_ticks + 2, seed=0)
+    training = train(_corridors(mode), PPO(horizon=n_ticks, minibatch_size=64), 2 * n_ticks + 2, seed=0)
     rollout = seen[0]
     assert rollout["observations"][::2, 0].tolist() == [0, 1, 2, 3, 4] * 2
     assert rollout["reward"].tolist() == [1.0] * 20
@@ -69,8 +69,10 @@ def test_a_time_limit_is_followed_by_the_value_of_the_final_observation(monkeypa
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     monkeypatch.setattr("ecs_eco.learning.rollout.Rollout.cut", cut)
-    training = train(_corridors(mode, dies=False), PPO(horizon=5, minibatch=64, discount=0.5), 12, seed=0)
-    fresh = train(_corridors(mode, dies=False), PPO(horizon=5, minibatch=64), 2, seed=0).brain
+    training = train(
+        _corridors(mode, dies=False), PPO(horizon=5, minibatch_size=64, discount=0.5), 12, seed=0
+    )
+    fresh = train(_corridors(mode, dies=False), PPO(horizon=5, minibatch_size=64), 2, seed=0).brain
     value_at_5 = fresh.forward(np.array([[5.0], [5.0]], np.float32))[1]
     np.testing.assert_allclose(finals[0], value_at_5, rtol=1e-5)
     np.testing.assert_allclose(seen[0]["reward"][-2:], 1 + 0.5 * value_at_5, rtol=1e-5)
@@ -79,8 +81,8 @@ def test_a_time_limit_is_followed_by_the_value_of_the_final_observation(monkeypa
 
 def test_the_living_expect_the_value_of_what_they_see(monkeypatch):
     seen = _watched(monkeypatch)
-    train(_corridors(NEXT_STEP), PPO(horizon=3, minibatch=64), 8, seed=0)
-    fresh = train(_corridors(NEXT_STEP), PPO(horizon=3, minibatch=64), 2, seed=0).brain
+    train(_corridors(NEXT_STEP), PPO(horizon=3, minibatch_size=64), 8, seed=0)
+    fresh = train(_corridors(NEXT_STEP), PPO(horizon=3, minibatch_size=64), 2, seed=0).brain
     assert seen[0]["rows"].tolist() == [0, 1]
     np.testing.assert_allclose(seen[0]["values"], fresh.forward(np.full((2, 1), 3, np.float32))[1], rtol=1e-5)
 
@@ -108,7 +110,7 @@ class TwoLevers(gymnasium.Env):
 
 def test_several_action_groups_are_learnt():
     envs = gymnasium.vector.SyncVectorEnv([TwoLevers] * 16, autoreset_mode=SAME_STEP)
-    training = train(envs, PPO(horizon=16, minibatch=64, learning_rate=3e-3), 8000, seed=1)
+    training = train(envs, PPO(horizon=16, minibatch_size=64, learning_rate=3e-3), 8000, seed=1)
     assert np.mean(training.returns[:200]) < 1.2
     assert np.mean(training.returns[-200:]) > 1.8
     right = act(training.brain, np.array([[1, -1], [-1, 1]], np.float32))
@@ -151,7 +153,7 @@ class Lamps(Rooms):
 @pytest.mark.parametrize(("kind", "seen"), [(Rooms, [5, 6, 7]), (Lamps, [[1, 5], [2, 6], [1, 7]])])
 def test_a_single_environment_whose_observations_are_whole_numbers_is_learnt_and_saved(kind, seen, tmp_path):
     env = kind()
-    ppo = PPO(horizon=64, learning_rate=5e-3, minibatch=64, epochs=6, discount=0.0)
+    ppo = PPO(horizon=64, learning_rate=5e-3, minibatch_size=64, epochs=6, discount=0.0)
     training = train(env, ppo, 4000, seed=1, hidden=(16,))
     assert np.mean(training.returns[-100:]) > 0.8
     assert training.predict(np.array(seen)).tolist() == [0, 1, -1]  # rooms 0, 1, 2: places 1, 2, 0
@@ -202,7 +204,7 @@ class Reach(gymnasium.Env):
 
 def test_numbers_between_limits_are_learnt():
     envs = gymnasium.vector.SyncVectorEnv([Reach] * 16, autoreset_mode=SAME_STEP)
-    ppo = PPO(horizon=16, learning_rate=3e-3, epochs=6, minibatch=64, entropy=0.0)
+    ppo = PPO(horizon=16, learning_rate=3e-3, epochs=6, minibatch_size=64, entropy_coef=0.0)
     training = train(envs, ppo, 12_000, seed=1)
     brain = training.brain
     a, b = act(brain, np.zeros((1, 1)))[0]

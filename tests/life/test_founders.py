@@ -12,7 +12,7 @@ CARP = {
     "count": 400,
     "body": {"radius": 0.2},
     "metabolism": {"energy": 0.5},
-    "lethal": [{"property": "age", "max": 2000.0, "high": "old"}],
+    "lethal": [{"property": "age", "max": 2000.0, "cause_above": "old"}],
 }
 
 
@@ -96,7 +96,7 @@ SENSES = {
     "sensors": [{"kind": "own", "property": "energy"}],
     "locomotion": {"speed": {"go": 1.0}},
     "actions": {"speed": ["go"]},
-    "automatic": ["go"],
+    "always_on": ["go"],
 }
 
 

@@ -7,9 +7,9 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import (
     Body,
-    Desires,
     Experience,
     Genome,
+    HappinessWeights,
     LifeHistory,
     Nervous,
     Policy,
@@ -36,7 +36,7 @@ def test_a_herd_with_genes_for_everything_keeps_its_promises():
             "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
             "genome": {
                 "ploidy": 2,
-                "dominance": "mean",
+                "expression": "mean",
                 "genes": [gene_for("size", "body.radius", low=0.2, high=0.6)],
             },
         },
@@ -81,7 +81,7 @@ def test_a_newborn_is_what_its_genome_says():
             ), gene
     goat = world.tables["goat"]
     assert (goat[Reflexes].weight[goat.rows(), 1] == 1).all()  # no gene changes the other connection
-    assert (goat[Desires].weight[goat.rows(), 1] == F(0.1)).all()
+    assert (goat[HappinessWeights].weight[goat.rows(), 1] == F(0.1)).all()
     assert (goat[Senses].radius[goat.rows(), 0] == 0).all()  # the sense of the own energy has no range
     assert goat[Wool].length[goat.rows()].std() > 0.01
 

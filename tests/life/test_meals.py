@@ -85,7 +85,7 @@ def test_an_eater_of_several_kinds_takes_the_nearest_first_whatever_the_order_of
             gain = {"grass": 0.25, "herb": 0.5}
             eater = EATER | {
                 "diet": [{"eats": name, "reach": 3.0, "chance": 1.0, "gain": gain[name]} for name in order],
-                "metabolism": {"energy": 0.5, "energy_max": 9.0, "digestion": digestion},
+                "metabolism": {"energy": 0.5, "energy_max": 9.0, "handling_time": digestion},
             }
             world = _world(
                 {"red": eater, "grass": GRASS, "herb": GRASS},
@@ -99,7 +99,7 @@ def test_an_eater_of_several_kinds_takes_the_nearest_first_whatever_the_order_of
 def test_an_eater_that_is_full_after_its_nearest_food_leaves_the_other():
     eater = EATER | {
         "diet": [
-            {"eats": name, "reach": 3.0, "chance": 1.0, "gain": 0.5, "until": 0.75}
+            {"eats": name, "reach": 3.0, "chance": 1.0, "gain": 0.5, "satiation": 0.75}
             for name in ("grass", "herb")
         ]
     }

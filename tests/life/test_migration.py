@@ -23,7 +23,7 @@ class Marks:
 
 
 def archipelago(config, ticks=5, **plan):
-    plan = {"islands": 3, "every": 5, "emigration": {"ram": 0.3, "lynx": 0.5}} | plan
+    plan = {"islands": 3, "migration_interval": 5, "migration_probability": {"ram": 0.3, "lynx": 0.5}} | plan
     base = load(config | {"archipelago": plan})
     return [
         World.from_config(island_of(base, name), policies="untrained", learn=True).run(ticks)

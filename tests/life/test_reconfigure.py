@@ -23,7 +23,7 @@ PREDATOR_PREY = {
 GENES = {
     "alphabet": "ACGT",
     "genes": [
-        {"name": "eye", "trait": "sensors.wolf.radius", "letters": 4, "low": 3.0, "high": 6.0},
+        {"name": "eye", "trait": "sensors.wolf.range", "letters": 4, "low": 3.0, "high": 6.0},
         {"name": "giving", "trait": "reproduction.energy_given", "letters": 4, "low": 0.1, "high": 0.3},
         {"name": "marker", "letters": 8, "low": 0.0, "high": 1.0},
     ],
@@ -59,7 +59,7 @@ PLAIN = {
     "plants": {
         "species.grass.reproduction.rate": 0.2,
         "species.grass.reproduction.seed_rain": 0.01,
-        "species.grass.metabolism.growth": 0.01,
+        "species.grass.metabolism.photosynthesis": 0.01,
     },
     "costs": {
         "species.deer.locomotion.cost.walk": 0.05,
@@ -67,7 +67,7 @@ PLAIN = {
         "species.deer.metabolism.basal": 0.02,
     },
     "another gait's name": {"species.deer.locomotion.speed.run": 3.0},
-    "what kills": {"species.deer.lethal": [{"property": "energy", "min": 0.45, "low": "famine"}]},
+    "what kills": {"species.deer.lethal": [{"property": "energy", "min": 0.45, "cause_below": "famine"}]},
     "smells": {
         "fields.deer_smell.diffusion": 4.0,
         "fields.deer_smell.decay": 0.9,
@@ -179,7 +179,7 @@ LONELY = {
     },
     "inheritance": {
         "species.deer.policy.inherit": "learned",
-        "species.deer.policy.mutation": 0.1,
+        "species.deer.policy.mutation_sd": 0.1,
         "species.deer.reproduction.rate": 0.3,
     },
     "no learning": {"species.deer.policy.learn": False},
@@ -269,7 +269,7 @@ def test_another_seed_is_another_future_from_then_on():
         ("species.deer.count", 5, '"add" or "cull"'),
         ("space.size", [70.0, 60.0], "build a world with it"),
         ("dt", 0.5, "from the start"),
-        ("species.deer.sensors.1.radius", 5.0, "shapes"),
+        ("species.deer.sensors.1.range", 5.0, "shapes"),
         ("species.deer.policy.hidden", [8], "shapes"),
         ("species.deer.body.radius", 0.5, "build"),
         ("species.deer.properties.temperature", 300.0, "shapes"),
@@ -327,7 +327,7 @@ def test_changes_are_found_with_their_keys_in_lists_and_tables():
             "from the start",
         ),
         (
-            "species.deer.growth species.deer.sensors.0.radius species.deer.policy.function.gain "
+            "species.deer.growth species.deer.sensors.0.range species.deer.policy.function.gain "
             "objects.box.energy "
             "species.deer.genome.genes.0.low species.deer.emits.air.consume species.deer.hatch.into",
             "shapes",

@@ -11,7 +11,7 @@ from ecs_eco.life.places import radius_of, range_of
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act
 
-BIRTHS = {"kind": "simplified", "rate": 1.0, "energy_min": 0.25, "energy_given": 0.125}
+BIRTHS = {"kind": "asexual", "place": "anywhere", "rate": 1.0, "energy_min": 0.25, "energy_given": 0.125}
 
 
 def bugs(body=None, low=0.15, high=0.6, count=40, world=None, **bug):

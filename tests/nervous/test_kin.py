@@ -15,7 +15,7 @@ F = np.float32
 
 
 def sees(kin, **more):
-    return {"kind": "nearest", "target": "deer", "radius": 8.0, "kin": kin} | more
+    return {"kind": "nearest", "target": "deer", "range": 8.0, "kin": kin} | more
 
 
 def readings(world):
@@ -84,7 +84,7 @@ def test_radius_field_of_view_and_torus_limit_it(meadow):
 
 
 def test_a_property_of_kin(meadow):
-    brood = {"kind": "property", "property": "energy", "of": "deer", "radius": 5.0, "kin": "offspring"}
+    brood = {"kind": "property", "property": "energy", "of": "deer", "range": 5.0, "kin": "offspring"}
     world = herd(
         meadow,
         [brood, brood | {"report": "mean"}, brood | {"decay": "linear"}],
@@ -184,7 +184,7 @@ def test_it_depends_neither_on_rows_nor_on_threads(meadow):
         (sees("uncle"), "sensors.0.kin"),
         (sees("mother", occlusion=True), "sensors.0.occlusion"),
         (sees("mother", sight=3.0), "sensors.0.sight"),
-        ({"kind": "property", "property": "energy", "radius": 5.0, "kin": "mother"}, "sensors.0.of"),
+        ({"kind": "property", "property": "energy", "range": 5.0, "kin": "mother"}, "sensors.0.of"),
     ],
 )
 def test_wrong_values_are_refused_by_name(meadow, sensor, place):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Desires, Reflexes
+from ecs_eco.components import HappinessWeights, Reflexes
 from ecs_eco.nervous.networks import connect, weigh
 
 F = np.float32
@@ -79,5 +79,5 @@ def test_networks_read_the_columns_of_those_that_sense(meadow):
     nerves, rows = deer.species.nerves, deer.rows()[::-3]
     nerves.rows, nerves.x = rows, np.full((rows.size, 1), 0.5, F)
     assert nerves.react(deer)[:, nerves.column("run")].tolist() == deer[Reflexes].weight[rows, 0].tolist()
-    assert nerves.feel(deer) == pytest.approx(0.5 * deer[Desires].weight[rows, 0])
-    assert len(np.unique(deer[Desires].weight[deer.rows(), 0])) == 4
+    assert nerves.feel(deer) == pytest.approx(0.5 * deer[HappinessWeights].weight[rows, 0])
+    assert len(np.unique(deer[HappinessWeights].weight[deer.rows(), 0])) == 4

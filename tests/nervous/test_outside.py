@@ -10,7 +10,7 @@ from ecs_eco.nervous.outside import options_of, taken
 from ecs_eco.runs.run import run_to_folder
 from ecs_eco.view.inspect import nerves as inspected
 
-CONTINUOUS = {"actions": {"speed": {"continuous": [0.0, 2.0]}}, "neutral": {"speed": 0.5}}
+CONTINUOUS = {"actions": {"speed": {"continuous": [0.0, 2.0]}}, "default_action": {"speed": 0.5}}
 
 
 def by_uid(x, uid):
@@ -67,7 +67,7 @@ def test_reflexes_have_their_say_over_a_function(meadow):
 
 def test_numbers_of_a_continuous_group_are_carried_out(meadow):
     world = function_of(
-        meadow, lambda x, uid: np.linspace(0, 2, len(uid))[:, None], count=5, automatic=[], **CONTINUOUS
+        meadow, lambda x, uid: np.linspace(0, 2, len(uid))[:, None], count=5, always_on=[], **CONTINUOUS
     )
     nerves = world.tables["deer"].species.nerves
     assert options_of(nerves) == {"turn": ("left", "none", "right"), "eat": ("no eat", "eat"), "speed": ()}
@@ -79,7 +79,7 @@ def test_numbers_of_a_continuous_group_are_carried_out(meadow):
 
 def test_a_continuous_choice_reaches_the_motor(meadow):
     world = function_of(
-        meadow, lambda x, uid: np.tile([0, 1, 1.25], (len(uid), 1)), automatic=[], **CONTINUOUS
+        meadow, lambda x, uid: np.tile([0, 1, 1.25], (len(uid), 1)), always_on=[], **CONTINUOUS
     ).run(1)
     table = world.tables["deer"]
     assert table[Motor].command[table.rows(), 0].tolist() == [1.25, 1.25]

@@ -55,7 +55,7 @@ def test_what_is_drawn_is_scaled_shifted_and_held_within_the_range():
 
 
 def test_without_a_policy_the_neutral_number_is_carried_out_and_the_reflex_shifts_it():
-    world = _world(neutral={"speed": 1.25}, reflex={"formulas": {"turn": "0 * energy + 0.5"}}).run(1)
+    world = _world(default_action={"speed": 1.25}, reflex={"formulas": {"turn": "0 * energy + 0.5"}}).run(1)
     table = world.table("deer")
     assert _commands(world).tolist() == pytest.approx(np.tile(np.array([1.25, 0.5], np.float32), (40, 1)))
     v, rows = table[Velocity], table.rows()
@@ -66,12 +66,12 @@ def test_without_a_policy_the_neutral_number_is_carried_out_and_the_reflex_shift
 
 def test_a_connection_pushes_to_the_limit_of_the_range():
     reflex = {"connections": [{"sensor": "energy", "above": 0.0, "action": "turn", "weight": -1}]}
-    world = _world(neutral={"turn": 0.6}, reflex=reflex).run(1)
+    world = _world(default_action={"turn": 0.6}, reflex=reflex).run(1)
     assert _commands(world)[:, 1].tolist() == pytest.approx([-0.8] * 40)
 
 
 def test_an_animal_turns_by_its_number():
-    world = _world(neutral={"turn": -0.4})
+    world = _world(default_action={"turn": -0.4})
     table = world.table("deer")
     before = table[Position].heading.copy()
     world.run(1)
@@ -85,7 +85,7 @@ def test_an_animal_turns_by_its_number():
 )
 def test_in_a_volume_it_climbs_or_swims_along_a_slope(group, number, rise, ahead):
     actions = {"speed": {"continuous": [0.0, 3.0]}, group: {"continuous": [-0.5, 0.5]}}
-    world = _world(space=(60.0, 60.0, 90.0), actions=actions, neutral={"speed": 2.0, group: number})
+    world = _world(space=(60.0, 60.0, 90.0), actions=actions, default_action={"speed": 2.0, group: number})
     table = world.table("deer")
     table[Position].x[:], table[Position].z[:], table[Position].heading[:] = 10, 45, 0
     world.run(1)
@@ -134,7 +134,7 @@ def test_numbers_that_pay_are_learnt(kind):
 
 
 def test_numbers_are_read_by_name():
-    world = _world(neutral={"turn": 0.25}).run(1)
+    world = _world(default_action={"turn": 0.25}).run(1)
     table = world.table("deer")
     nerves = table.species.nerves
     assert nerves.amount(table, "turn")[table.rows()].tolist() == [0.25] * 40
@@ -154,9 +154,9 @@ WRONG = {
     "actions.pitch.*plane": {"actions": {"pitch": {"continuous": [0.0, 1.0]}}},
     "actions.pitch.*group climb": {"actions": {"pitch": ["up"]}},
     "actions.eat.*cannot be continuous.*speed": {"actions": {"eat": {"continuous": [0.0, 1.0]}}},
-    "neutral.turn.*-0.8 to 0.8": {"neutral": {"turn": 0.9}},
-    "neutral.turn.*not a number": {"neutral": {"turn": "left"}},
-    "automatic.0.*done always": {"automatic": ["turn"]},
+    "neutral.turn.*-0.8 to 0.8": {"default_action": {"turn": 0.9}},
+    "neutral.turn.*not a number": {"default_action": {"turn": "left"}},
+    "automatic.0.*done always": {"always_on": ["turn"]},
 }
 
 
@@ -167,10 +167,10 @@ def test_what_cannot_be_is_refused_by_name(message):
 
 
 def test_a_world_keeps_its_ranges_when_it_is_written_and_read():
-    config = _world(neutral={"turn": 0.25}).config
+    config = _world(default_action={"turn": 0.25}).config
     again = load(config.model_dump(exclude_none=True))
     assert again.species["deer"].ranges() == {"speed": (0.0, 3.0), "turn": (-0.8, 0.8)}
-    assert again.species["deer"].neutral == {"turn": 0.25}
+    assert again.species["deer"].default_action == {"turn": 0.25}
 
 
 def test_recordings_the_inspector_and_drawings_show_what_was_drawn_added_and_done(tmp_path):
@@ -197,7 +197,7 @@ def test_recordings_the_inspector_and_drawings_show_what_was_drawn_added_and_don
 
 
 def test_a_reflex_that_is_taken_away_shifts_nothing_any_more():
-    world = _world(neutral={"turn": 0.25}, reflex={"formulas": {"turn": "0 * energy + 0.3"}}).run(1)
+    world = _world(default_action={"turn": 0.25}, reflex={"formulas": {"turn": "0 * energy + 0.3"}}).run(1)
     assert _commands(world)[:, 1].tolist() == pytest.approx([0.55] * 40)
     world.table("deer").species.nerves.reflex = None
     world.run(1)

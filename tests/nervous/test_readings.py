@@ -18,7 +18,7 @@ SMALL = {
     "species.yellow.count": 40,
     "species.green.count": 200,
 }
-GENE = {"name": "eye", "trait": "sensors.green.radius", "letters": 4, "low": 1.0, "high": 4.0}
+GENE = {"name": "eye", "trait": "sensors.green.range", "letters": 4, "low": 1.0, "high": 4.0}
 
 
 def goats(**changes):

@@ -16,7 +16,7 @@ rabbit = {
     "diet": [{"eats": "grass", "reach": 0.3, "gain": 0.2}],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"], "eat": ["eat"]},
     "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.7, "energy_given": 0.3},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+    "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
 }
 meadow = {
     "format": 1,

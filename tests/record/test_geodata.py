@@ -17,7 +17,7 @@ OX = {
     "body": {"radius": 1.0},
     "locomotion": {"speed": {"walk": 2.0}},
     "actions": {"speed": ["walk"]},
-    "neutral": {"speed": "walk"},
+    "default_action": {"speed": "walk"},
 }
 
 

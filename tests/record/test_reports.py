@@ -50,8 +50,8 @@ def test_formulas_and_functions_are_columns_of_the_series():
     assert ratio.tolist() == [[2 / 3, 2 / 3]] * 3  # a number of the world stands in each species' row
     assert rich.tolist() == [[0, 2]] * 3
     np.testing.assert_array_equal(own, [[np.nan, 2]] * 3)
-    assert world.report("rich") == {"moss": 0.0, "fern": 2.0}
-    assert world.report("ferns per moss") == 2 / 3
+    assert world.measure("rich") == {"moss": 0.0, "fern": 2.0}
+    assert world.measure("ferns per moss") == 2 / 3
 
 
 def test_a_run_is_the_same_to_the_bit_with_reporters_and_without():

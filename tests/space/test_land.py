@@ -18,7 +18,7 @@ GOER = {
     "body": {"radius": 0.1},
     "locomotion": {"speed": {"walk": 2.0}, "cost": {"walk": 0.5}},
     "actions": {"speed": ["walk"]},
-    "neutral": {"speed": "walk"},
+    "default_action": {"speed": "walk"},
 }
 
 
@@ -80,7 +80,7 @@ def test_plants_grow_by_the_factor_of_their_class(made):
     moss = {
         "count": 3,
         "body": {"radius": 0.1},
-        "metabolism": {"energy": 0.1, "energy_max": 9.0, "growth": 0.2},
+        "metabolism": {"energy": 0.1, "energy_max": 9.0, "photosynthesis": 0.2},
     }
     world = made(
         [[0, 0, 5, 9]] * 4,

@@ -16,7 +16,7 @@ ANT = {
     "carries": [{"object": "seed", "reach": 0.25, "cost": 0.125}],
     "sensors": [{"kind": "own", "property": "load", "scale": 0.002}, {"kind": "touch", "target": "nest"}],
     "actions": {"carry": ["take", "none", "drop"]},
-    "neutral": {"carry": "none"},
+    "default_action": {"carry": "none"},
     "happiness": {"formula": "load", "minimum": -1.0},
     "reflex": {"formulas": {"take": "0.5 - touch_nest", "drop": "touch_nest - 0.5"}},
 }
@@ -125,7 +125,7 @@ def test_what_a_dying_ant_carries_falls_and_what_is_gone_is_carried_no_longer():
 
 
 def test_without_actions_it_takes_what_it_can_and_keeps_it():
-    world = World.from_config(_hill(actions={}, neutral={}, reflex=None, count=1))
+    world = World.from_config(_hill(actions={}, default_action={}, reflex=None, count=1))
     arrange(world, "ant", x=18, y=18, energy=0.5)
     seed = arrange(world, "seed", x=[18, 5], y=[18, 5])
     for _ in range(3):
@@ -162,7 +162,7 @@ def test_worlds_in_which_animals_carry_keep_their_promises(tmp_path):
         ({"carries": [{"object": "seed"}, {"object": "seed"}]}, "named twice"),
         ({"carries": [{"object": "seed", "reach": 15.0}]}, "larger than the world"),
         ({"carries": []}, "it carries nothing"),
-        ({"actions": {"carry": ["tak"]}, "neutral": {}, "reflex": None}, "take"),
+        ({"actions": {"carry": ["tak"]}, "default_action": {}, "reflex": None}, "take"),
     ],
 )
 def test_what_cannot_be_carried_is_refused(changes, fault):

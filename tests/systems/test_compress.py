@@ -10,7 +10,7 @@ from ecs_eco.testing import act, arrange
 DIVER = {
     "body": {"compressible": True},
     "properties": {"pressure": 101_325.0},
-    "lethal": [{"property": "pressure", "max": 200_000.0, "high": "crushed"}],
+    "lethal": [{"property": "pressure", "max": 200_000.0, "cause_above": "crushed"}],
 }
 SEA = {"space": {"size": [20.0, 20.0, 50.0], "edges": "walls"}, "water": {"density": 1000.0}}
 
@@ -29,7 +29,7 @@ def test_pressure_is_that_of_the_depth_and_kills(meadow):
 
 
 def test_a_pressure_that_is_not_said_to_follow_stays_as_it_was_at_birth(meadow):
-    limits = [{"property": "pressure", "max": 20_000.0, "high": "burst"}]  # of the blood
+    limits = [{"property": "pressure", "max": 20_000.0, "cause_above": "burst"}]  # of the blood
     world = meadow(world=SEA, properties={"pressure": 13_000.0}, lethal=limits).run(3)
     deer = world.tables["deer"]
     assert deer[Physical].pressure[deer.rows()].tolist() == [13_000, 13_000]

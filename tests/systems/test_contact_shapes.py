@@ -116,7 +116,7 @@ def test_amounts_of_substances_go_by_the_volume_of_the_shape(meadow):
 
 @pytest.mark.definition("1 conformation")
 def test_young_are_fed_from_surface_to_surface(meadow):
-    care = {"by": "mother", "until": 100.0, "rate": 0.1, "reach": 0.3}
+    care = {"by": "mother", "age_max": 100.0, "rate": 0.1, "reach": 0.3}
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 8.0}
     world = meadow(count=3, body=LONG, care=care, reproduction=way)
     deer = arrange(

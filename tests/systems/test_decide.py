@@ -20,7 +20,7 @@ def _decision(world):
 
 def test_without_policy_and_reflex_only_what_is_automatic_is_done(meadow):
     assert _decision(meadow()).tolist() == [[0, 0, 0, 0, 0, 0, 1]] * 2
-    assert _decision(meadow(automatic=[])).tolist() == [[0] * 7] * 2
+    assert _decision(meadow(always_on=[])).tolist() == [[0] * 7] * 2
 
 
 @pytest.mark.definition("3 reflex", "5 reflex")

@@ -48,7 +48,7 @@ def flow(world, name):
 
 @pytest.mark.definition("3 chemical rules")
 def test_breathing_takes_oxygen_from_the_air_until_the_blood_is_saturated(pasture):
-    world = pasture({"kind": "uptake", "field": "air", "rate": 0.0007, "until": 0.003})
+    world = pasture({"kind": "uptake", "field": "air", "rate": 0.0007, "concentration_max": 0.003})
     before = stocks(world, world.matter).sum(0)
     act(world, ExchangeMatter)
     assert held(world) == pytest.approx([0.0027, 0.0027], abs=1e-9)
@@ -119,7 +119,7 @@ def test_only_who_does_the_action_drinks(pasture):
             {"kind": "own", "property": "energy"},
         ],
         actions={"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "swallow": ["drink"]},
-        automatic=[],
+        always_on=[],
     )
     arrange(world, "deer")
     world.tables["deer"][Chemistry].molarity[:2, 0] = [0.0001, 0.002]
@@ -162,8 +162,8 @@ def test_sweat_and_urine_go_to_the_field_of_the_substance_or_are_lost(pasture):
 def test_who_breathes_no_oxygen_and_burns_it_suffocates(pasture):
     """0.002 mol/L, 0.0003 a second: it lasts for 6.67 s, and at 0.0002 it is too late after the 6th."""
     burns = [{"from": {"oxygen": 1.0}, "to": {}, "rate": 0.0003}]
-    limit = [{"property": "oxygen", "min": 0.0003, "low": "suffocated"}]
-    breath = {"kind": "uptake", "field": "air", "rate": 0.0004, "until": 0.002}
+    limit = [{"property": "oxygen", "min": 0.0003, "cause_below": "suffocated"}]
+    breath = {"kind": "uptake", "field": "air", "rate": 0.0004, "concentration_max": 0.002}
     for exchange, living in ((), 0), ((breath,), 2):
         world = pasture(*exchange, reactions=burns, lethal=limit)
         world.run(5)

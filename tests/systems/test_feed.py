@@ -75,7 +75,7 @@ def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
         count=5,
         grass={"count": 5},
         reflex=block,
-        metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0},
+        metabolism={"energy": 0.5, "energy_max": 1.0, "handling_time": 3.0},
     )
     deer = arrange(
         world,
@@ -93,7 +93,7 @@ def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
 
 
 def test_until_says_when_it_has_enough(meadow):
-    world = meadow(count=2, grass={"count": 2}, diet=[{"eats": "grass", "gain": 0.25, "until": 0.5}])
+    world = meadow(count=2, grass={"count": 2}, diet=[{"eats": "grass", "gain": 0.25, "satiation": 0.5}])
     arrange(world, "deer", x=[2, 6], y=5, energy=[0.5, 0.499])
     arrange(world, "grass", x=[2, 6], y=5)
     _eat(world)
@@ -128,7 +128,7 @@ def test_who_is_eaten_eats_no_more_and_the_dead_are_not_eaten_again(meadow):
         "diet": [{"eats": "deer", "gain": 0.5}],
         "sensors": [{"kind": "own", "property": "energy"}],
         "actions": {"eat": ["eat"]},
-        "automatic": ["eat"],
+        "always_on": ["eat"],
         "metabolism": {"energy": 0.25},
     }
     world = meadow(world={"species": {"wolf": wolf}}, grass={"count": 2})

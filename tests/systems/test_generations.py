@@ -10,12 +10,12 @@ from tests.systems.couples import WAY, mate_and_give_birth
 
 HERD = {
     "actions": {"mate": ["mate"]},
-    "automatic": ["eat"],
+    "always_on": ["eat"],
     "policy": {"kind": "shared", "hidden": [4]},
     "metabolism": {"energy": 0.7, "basal": 0.004},
     "lethal": [
-        {"property": "energy", "min": 0.0, "low": "starved"},
-        {"property": "age", "max": 90.0, "high": "too old"},
+        {"property": "energy", "min": 0.0, "cause_below": "starved"},
+        {"property": "age", "max": 90.0, "cause_above": "too old"},
     ],
 }
 WAYS = [
@@ -63,7 +63,7 @@ def test_the_books_close_over_many_generations(meadow, way, sex):
         sex=sex,
         metabolism=HERD["metabolism"] | {"energy_max": 50.0},
         # so that nothing overfills a mother
-        diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "until": 1.0}],
+        diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "satiation": 1.0}],
     )
     gone = []
     world.on_death.append(

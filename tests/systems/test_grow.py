@@ -7,7 +7,7 @@ from ecs_eco.systems.grow import grow
 from ecs_eco.testing import act, arrange
 
 F = np.float32
-GRASS = {"count": 4, "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.25}}
+GRASS = {"count": 4, "metabolism": {"energy": 0.5, "energy_max": 1.0, "photosynthesis": 0.25}}
 
 
 def test_a_plant_grows_by_light_until_it_is_full(meadow):

@@ -234,11 +234,11 @@ def test_where_asked_the_young_hold_as_much_energy_as_their_bodies_have_room_for
 def test_plants_and_the_fed_are_full_as_soon_as_their_bodies_are(meadow):
     growth = DEER["growth"] | {"store": 1.0}
     world = meadow(
-        **DEER | {"growth": growth, "care": {"rate": 4.0, "until": 9.0, "reach": 1.0}},
+        **DEER | {"growth": growth, "care": {"rate": 4.0, "age_max": 9.0, "reach": 1.0}},
         grass={
             "growth": growth,
             "body": {"radius": 0.2, "mass": 8.0},
-            "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.4},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "photosynthesis": 0.4},
         },
     )
     deer = world.tables["deer"]

@@ -158,7 +158,7 @@ def test_eggs_count_as_members_that_are_to_come(meadow):
 
 def test_yolk_is_used_up_and_eggs_die_of_what_is_lethal(meadow):
     cold = {
-        "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+        "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
         "metabolism": {"energy": 0.2, "energy_max": 1.0, "basal": 0.0625},
     }
     world = lay(nest(meadow, egg=cold))
@@ -223,7 +223,7 @@ def flock(**changes):
     goat["genome"] = goat["genome"] | {"genes": genes}
     goat["sensors"] = [
         *goat["sensors"],
-        {"kind": "nearest", "target": "egg", "radius": 5.0, "kin": "offspring"},
+        {"kind": "nearest", "target": "egg", "range": 5.0, "kin": "offspring"},
     ]
     config["species"]["egg"] = EGG | {"hatch": {"into": "goat", "incubation": 4.0}}
     return config | changes

@@ -294,7 +294,7 @@ def _herd(meadow, threads=1, **way):
         sex="random",
         reproduction=WAY | {"father_share": 0.5, "gestation": 3.0, "rest": 2.0, "consent": "one"} | way,
         actions={"mate": ["mate"]},
-        automatic=["eat"],
+        always_on=["eat"],
         policy={"kind": "shared", "hidden": [4]},
         options={"policies": "random", "threads": threads},
     )

@@ -55,11 +55,11 @@ def test_who_burns_nothing_digests_all_the_same(meadow):
     trap = {
         "count": 1,
         "body": {"radius": 0.5},
-        "metabolism": {"energy": 0.5, "digestion": 2.0},
+        "metabolism": {"energy": 0.5, "handling_time": 2.0},
         "diet": [{"eats": "grass", "gain": 0.1}],
         "sensors": [{"kind": "own", "property": "energy"}],
         "actions": {"eat": ["eat"]},
-        "automatic": ["eat"],
+        "always_on": ["eat"],
     }
     world = meadow(world={"species": {"trap": trap}})
     arrange(world, "trap", digesting=2)
@@ -79,7 +79,7 @@ def test_a_single_one_in_the_smallest_of_tables_pays_for_moving():
 
 def test_digestion_ends_after_as_many_ticks_as_it_lasts(meadow):
     world = meadow(
-        world={"dt": 0.1}, count=1, grass={"count": 1}, metabolism={"digestion": 400.0, "energy": 0.5}
+        world={"dt": 0.1}, count=1, grass={"count": 1}, metabolism={"handling_time": 400.0, "energy": 0.5}
     )
     deer = arrange(world, "deer", x=5, y=5, energy=0.5)
     arrange(world, "grass", x=5, y=5)

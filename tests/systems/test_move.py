@@ -39,14 +39,14 @@ def test_an_animal_turns_then_goes_ahead_and_pays_for_its_gait(meadow):
 
 
 def test_of_several_gaits_at_once_the_first_declared_is_taken_and_none_means_neutral(meadow):
-    world = meadow(count=3, neutral={"speed": "walk", "turn": "none"})
+    world = meadow(count=3, default_action={"speed": "walk", "turn": "none"})
     decision = [[0, 1, 1, *NONE, 0], [1, 0, 1, 1, 0, 1, 0], [0] * 7]
     places = _moved(world, decision, x=10, y=10, heading=0)
     assert places.ravel() == pytest.approx([11, 10, 0, 10, 10, 0.5, 11, 10, 0], abs=1e-6)
 
 
 def test_without_a_neutral_gait_an_undecided_animal_stays(meadow):
-    world = meadow(neutral={})
+    world = meadow(default_action={})
     assert _moved(world, [[0] * 7] * 2, x=10, y=10, heading=1).tolist() == [[10, 10, 1]] * 2
 
 
@@ -96,7 +96,7 @@ def test_uphill_costs_more_and_downhill_no_less(meadow):
 def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
     way = {
         "locomotion": {"climb": 2.0},
-        "neutral": {"climb": "none"},
+        "default_action": {"climb": "none"},
         "actions": {"climb": ["up", "none", "down"]},
     }
     world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}}, count=4, **way)
@@ -112,7 +112,7 @@ def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
 def _swimmers(meadow, count=4, dt=1.0, **locomotion):
     way = {
         "locomotion": {"pitch": float(np.pi / 6), **locomotion},
-        "neutral": {"climb": "none"},
+        "default_action": {"climb": "none"},
         "actions": {"climb": ["up", "none", "down"]},
     }
     return meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": dt}, count=count, **way)

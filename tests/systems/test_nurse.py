@@ -9,7 +9,7 @@ from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.systems import Nurse
 from ecs_eco.testing import act, arrange, check_system
 
-CARE = {"rate": 0.125, "reach": 1.0, "until": 10.0, "reserve": 0.25}
+CARE = {"rate": 0.125, "reach": 1.0, "age_max": 10.0, "reserve": 0.25}
 
 
 def family(meadow, n=4, mother=(0, 1, 1, 1), father=(0, 0, 0, 0), **more):

@@ -9,9 +9,15 @@ from ecs_eco.testing import act, arrange
 BODY = {
     "properties": {"temperature": 310.0},
     "lethal": [
-        {"property": "energy", "min": 0.0, "low": "starved"},
-        {"property": "temperature", "min": 300.0, "max": 315.0, "low": "too cold", "high": "too hot"},
-        {"property": "age", "max": 50.0, "high": "too old"},
+        {"property": "energy", "min": 0.0, "cause_below": "starved"},
+        {
+            "property": "temperature",
+            "min": 300.0,
+            "max": 315.0,
+            "cause_below": "too cold",
+            "cause_above": "too hot",
+        },
+        {"property": "age", "max": 50.0, "cause_above": "too old"},
     ],
 }
 

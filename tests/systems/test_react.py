@@ -138,7 +138,7 @@ def test_a_reaction_with_an_action_takes_place_in_those_who_do_it(cells):
         way | {"action": "run"},
         locomotion={"speed": {"walk": 1.0, "run": 2.0}},
         actions={"speed": ["walk", "run"], "turn": ["left", "none", "right"]},
-        neutral={"speed": "walk"},
+        default_action={"speed": "walk"},
     )
     table = world.tables["deer"]
     runs = table.species.nerves.column("run")
@@ -155,7 +155,7 @@ def test_the_action_of_a_reaction_is_one_of_the_species(cells):
             way,
             locomotion={"speed": {"walk": 1.0, "run": 2.0}},
             actions={"speed": ["walk", "run"]},
-            neutral={"speed": "walk"},
+            default_action={"speed": "walk"},
         )
 
 

@@ -8,7 +8,13 @@ from ecs_eco.life import broods
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act, arrange, shuffle
 
-WAY = {"kind": "simplified", "rate": 1.0, "energy_min": 0.5, "energy_given": 0.25}  # 1 − 1/e a second
+WAY = {
+    "kind": "asexual",
+    "place": "anywhere",
+    "rate": 1.0,
+    "energy_min": 0.5,
+    "energy_given": 0.25,
+}  # 1 − 1/e a second
 FREE = WAY | {"energy_min": 0.0, "energy_given": 0.0}
 
 
@@ -227,7 +233,7 @@ def _crowd(meadow, seed, **deer):
             "max_count": 60,
             "age": [0.0, 60.0],
             "fertility": 0.5,
-            "metabolism": {"energy": 1.0, "growth": 1.0, "basal": 0.0},
+            "metabolism": {"energy": 1.0, "photosynthesis": 1.0, "basal": 0.0},
             "reproduction": WAY | {"energy_given": 0.125},
             "world": {
                 "space": {"size": [400.0, 400.0]},

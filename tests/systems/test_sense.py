@@ -9,7 +9,7 @@ from ecs_eco.testing import act, arrange
 
 SENSORS = [
     {"kind": "own", "property": "energy", "scale": 2.0},
-    {"kind": "nearest", "target": "grass", "radius": 5.0},
+    {"kind": "nearest", "target": "grass", "range": 5.0},
     {"kind": "light", "zero": 0.5, "scale": 2.0},
 ]
 
@@ -44,7 +44,7 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_is_read_together_is_what_each_sense_reads_alone(meadow, threads):
     nostrils = [
-        {"kind": "smell", "field": field, "at": [1.0, side], "scale": scale, "name": field + way}
+        {"kind": "smell", "field": field, "at": [1.0, side], "half_saturation": scale, "name": field + way}
         for way, side, scale in (("_left", 0.5, 1.0), ("_right", -0.5, 2.0))
         for field in ("musk", "hay")
     ]

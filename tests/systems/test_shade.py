@@ -10,7 +10,8 @@ def test_plants_below_others_grow_less(meadow):
     water = {"attenuation": 0.1, "shading": {"grass": 40.0}, "layer": 2.0}
     changes = {"space": {"size": [20.0, 20.0, 10.0]}, "water": water, "ambient": {"light": 0.5}}
     world = meadow(
-        world=changes | {"species": {"grass": {"count": 3, "metabolism": {"energy": 0.0, "growth": 0.4}}}}
+        world=changes
+        | {"species": {"grass": {"count": 3, "metabolism": {"energy": 0.0, "photosynthesis": 0.4}}}}
     )
     # one in the layers from the top: first, third, last
     table = arrange(world, "grass", z=[9.999999, 5.0, 0.0])

@@ -1,6 +1,6 @@
 import pytest
 
-from ecs_eco.components import Metabolism, Vigour
+from ecs_eco.components import Metabolism, SpeedScale
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import SlowDown
@@ -19,7 +19,7 @@ def test_rates_rise_by_q10_with_ten_kelvin_and_torpor_ends_motion(meadow, kelvin
     world = meadow(world={"ambient": {"temperature": kelvin}, "dt": 0.5}, **LIZARD)
     act(world, SlowDown)
     deer = world.tables["deer"]
-    assert deer[Vigour].pace[:2].tolist() == [pace, pace]
+    assert deer[SpeedScale].pace[:2].tolist() == [pace, pace]
     assert deer[Metabolism].energy[:2] == pytest.approx(1 + (1 - rate) * 0.125)
     assert deer[Metabolism].burnt[:2] == pytest.approx((rate - 1) * 0.125)
 

@@ -51,7 +51,7 @@ def test_a_changed_value_is_taken_back_and_all_of_them(act):
     group = page.locator("#act fieldset", has=page.get_by_label("New value"))
     undo, reset = (group.get_by_role("button", name=name) for name in ("Undo", "Reset all"))
     assert undo.is_disabled()
-    key.fill("species.deer.metabolism.digestion")
+    key.fill("species.deer.metabolism.handling_time")
     first = float(value.input_value())
     for number in (2.5, 3.5):
         value.fill(str(number))

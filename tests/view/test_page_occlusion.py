@@ -18,7 +18,7 @@ color = "#2244ee"
 body = { radius = 0.5 }
 locomotion = { speed = { rest = 0.0 } }
 actions = { speed = ["rest"] }
-automatic = ["rest"]
+always_on = ["rest"]
 """
 
 

@@ -90,7 +90,7 @@ def test_a_volume_is_painted_from_the_side(menagerie, tmp_path):
         "sensors": [{"kind": "light"}],
         "locomotion": {"speed": {"drift": 0.0, "swim": 1.0}, "turn": 0.5, "climb": 0.5},
         "actions": {"speed": ["drift", "swim"], "climb": ["up", "down"]},
-        "neutral": {"speed": "swim"},
+        "default_action": {"speed": "swim"},
         "reflex": {"formulas": {"up": "light - 0.5"}},
     }
     sea = {

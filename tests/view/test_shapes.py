@@ -38,7 +38,7 @@ YARD = {
             "body": {"shape": "capsule", "radius": 0.5, "length": 5.0},
             "locomotion": {"speed": {"rest": 0.0}},
             "actions": {"speed": ["rest"]},
-            "automatic": ["rest"],
+            "always_on": ["rest"],
         }
     },
 }

@@ -30,14 +30,14 @@ HERD = {
         "grass": {
             "count": 120,
             "body": {"radius": 0.3, "opaque": False},
-            "metabolism": {"energy": 0.1, "energy_max": 0.4, "growth": 0.01},
+            "metabolism": {"energy": 0.1, "energy_max": 0.4, "photosynthesis": 0.01},
             "defence": {"cost": 0.5},
             "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0},
             "genome": {
                 "alphabet": "01",
                 "mutate": {"operator": "mutFlipBit", "indpb": 0.02},
                 "genes": [
-                    gene_for("vigour", "metabolism.growth", low=0.0, high=0.02),
+                    gene_for("vigour", "metabolism.photosynthesis", low=0.0, high=0.02),
                     gene_for("runner", "reproduction.spread", low=0.2, high=1.0),
                     gene_for("thorn", "defence.toughness", low=0.0, high=0.7),
                     gene_for("venom", "defence.poison", low=0.0, high=0.07),
@@ -56,7 +56,7 @@ HERD = {
             "diet": [{"eats": "grass", "gain": 0.2}],
             "sensors": [
                 {"kind": "own", "property": "energy"},
-                {"kind": "nearest", "target": "grass", "radius": 5.0},
+                {"kind": "nearest", "target": "grass", "range": 5.0},
                 {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
             ],
             "actions": {
@@ -65,7 +65,7 @@ HERD = {
                 "eat": ["eat"],
                 "mate": ["mate"],
             },
-            "neutral": {"speed": "still", "turn": "none"},
+            "default_action": {"speed": "still", "turn": "none"},
             "reflex": {
                 "connections": [
                     {"name": "green", "sensor": "grass_near", "action": "eat", "weight": 0, "above": 0.8},
@@ -78,7 +78,7 @@ HERD = {
                 "hidden": [6],
                 "learn": True,
                 "inherit": "learned",
-                "mutation": 0.02,
+                "mutation_sd": 0.02,
             },
             "ppo": {"horizon": 8, "epochs": 2, "learning_rate": 0.01},
             "components": [Wool],
@@ -91,7 +91,7 @@ HERD = {
                     gene_for("size", "body.radius", low=0.2, high=0.6),
                     gene_for("weight", "body.mass", low=20.0, high=80.0),
                     gene_for("legs", "locomotion.pace", low=0.5, high=2.0),
-                    gene_for("eye", "sensors.grass.radius", low=1.0, high=6.0),
+                    gene_for("eye", "sensors.grass.range", low=1.0, high=6.0),
                     gene_for("nose", "sensors.musk.left", low=-1.0, high=1.0),
                     gene_for("joy", "happiness.energy", low=-1.0, high=2.0),
                     gene_for("span", "life.age_max", low=40.0, high=90.0),
@@ -114,8 +114,8 @@ HERD = {
                 "father_share": 0.25,
             },
             "lethal": [
-                {"property": "energy", "min": 0.0, "low": "starved"},
-                {"property": "age", "max": 70.0, "high": "too old"},
+                {"property": "energy", "min": 0.0, "cause_below": "starved"},
+                {"property": "age", "max": 70.0, "cause_above": "too old"},
             ],
         },
     },

@@ -8,7 +8,7 @@ from typing import Any
 GRASS: dict[str, Any] = {
     "count": 100,
     "body": {"radius": 0.25, "opaque": False},
-    "metabolism": {"energy": 0.125, "energy_max": 0.5, "growth": 0.015625},
+    "metabolism": {"energy": 0.125, "energy_max": 0.5, "photosynthesis": 0.015625},
     "defence": {"toughness": 0.25, "poison": 0.0625, "cost": 0.5},
     "reproduction": {"kind": "spread", "rate": 0.25, "seed_rain": 0.015625, "spacing": 2.0},
 }
@@ -27,7 +27,7 @@ BEAST: dict[str, Any] = {
         "metabolic_heat": 4096.0,
         "regulate": {"set_point": 310.0, "warming": 64.0, "cooling": 64.0, "cost": 0.0000152587890625},
     },
-    "metabolism": {"energy": 0.625, "energy_max": 1.0, "basal": 0.00390625, "digestion": 2.0},
+    "metabolism": {"energy": 0.625, "energy_max": 1.0, "basal": 0.00390625, "handling_time": 2.0},
     "locomotion": {
         "speed": {"still": 0.0, "walk": 0.75},
         "cost": {"still": 0.0, "walk": 0.00390625},
@@ -36,23 +36,23 @@ BEAST: dict[str, Any] = {
     },
     "emits": {"musk": 1.0},
     "diet": [
-        {"eats": "grass", "gain": 0.125, "efficiency": 0.5, "reach": 0.25, "chance": 0.5, "until": 0.875}
+        {"eats": "grass", "gain": 0.125, "efficiency": 0.5, "reach": 0.25, "chance": 0.5, "satiation": 0.875}
     ],
     "sensors": [
         {"kind": "own", "property": "energy"},
-        {"kind": "nearest", "name": "eye", "target": "grass", "radius": 5.0, "sight": 4.0, "blind": 0.5},
-        {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, 0.5], "scale": 0.5},
+        {"kind": "nearest", "name": "eye", "target": "grass", "range": 5.0, "sight": 4.0, "blind": 0.5},
+        {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, 0.5], "half_saturation": 0.5},
         {"kind": "gradient", "name": "trail", "field": "musk", "span": 1.0, "scale": 0.25},
         {
             "kind": "property",
             "name": "glow",
             "property": "luminous_intensity",
             "of": "beast",
-            "radius": 4.0,
+            "range": 4.0,
             "zero": 1.0,
             "scale": 4.0,
         },
-        {"kind": "approach", "name": "flow", "target": "beast", "radius": 4.0, "scale": 0.5},
+        {"kind": "approach", "name": "flow", "target": "beast", "range": 4.0, "scale": 0.5},
         {"kind": "temperature", "name": "skin", "zero": 256.0, "scale": 32.0},
         {"kind": "light", "name": "pit", "dark": 0.5},
     ],
@@ -64,9 +64,9 @@ BEAST: dict[str, Any] = {
         "epochs": 2,
         "learning_rate": 0.015625,
         "discount": 0.875,
-        "entropy": 0.015625,
+        "entropy_coef": 0.015625,
         "gae_lambda": 0.875,
-        "minibatch": 4,
+        "minibatch_size": 4,
         "clip": 0.0625,
         "clip_value": 0.0625,
         "value_weight": 0.5,
@@ -111,7 +111,7 @@ SWIMMER = {key: BEAST[key] for key in KEPT} | {
     "emits": {"musk": 1.0},
     "locomotion": BEAST["locomotion"] | {"climb": 0.5},
     "actions": BEAST["actions"] | {"climb": ["up", "none", "down"]},
-    "neutral": {"climb": "none"},
+    "default_action": {"climb": "none"},
 }
 
 FORAGER: dict[str, Any] = {
@@ -129,7 +129,14 @@ FORAGER: dict[str, Any] = {
         }
     ],
     "exchange": [
-        {"kind": "uptake", "field": "breeze", "rate": 0.0625, "half": 0.25, "until": 0.5, "at": [2.0, 1.0]},
+        {
+            "kind": "uptake",
+            "field": "breeze",
+            "rate": 0.0625,
+            "half": 0.25,
+            "concentration_max": 0.5,
+            "at": [2.0, 1.0],
+        },
         {"kind": "release", "substance": "salt", "field": "brine", "rate": 0.125, "above": 0.25},
         {"kind": "equilibrate", "field": "fumes", "rate": 0.25, "partition": 2.0},
     ],
@@ -137,7 +144,7 @@ FORAGER: dict[str, Any] = {
     "diet": [{"eats": "grass", "gain": 0.125, "reach": 0.25, "assimilation": 0.5}],
     "carries": [{"object": "stone", "reach": 0.5, "cost": 0.0078125}],
     "builds": [{"object": "nest", "cost": 0.25, "spacing": 2.0}],
-    "care": {"rate": 0.03125, "until": 8.0, "reach": 1.0, "reserve": 0.25, "efficiency": 0.5},
+    "care": {"rate": 0.03125, "age_max": 8.0, "reach": 1.0, "reserve": 0.25, "efficiency": 0.5},
     "growth": {"rate": 0.0625, "newborn": 0.25, "pace": 0.5, "store": 0.5},
     "reproduction": {
         "kind": "asexual",
@@ -155,14 +162,14 @@ FORAGER: dict[str, Any] = {
             "count": 3,
             "fov": 1.5,
             "angle": 0.25,
-            "radius": 8.0,
+            "range": 8.0,
         },
-        {"kind": "nearest", "name": "eye", "target": "grass", "radius": 8.0, "fov": 3.0},
+        {"kind": "nearest", "name": "eye", "target": "grass", "range": 8.0, "fov": 3.0},
         {
             "kind": "nearest",
             "name": "view",
             "target": "stone",
-            "radius": 8.0,
+            "range": 8.0,
             "fov": 3.0,
             "occlusion": True,
             "at": [1.0, 0.5],
@@ -174,8 +181,8 @@ FORAGER: dict[str, Any] = {
 }
 DRIFTER = {key: FORAGER[key] for key in ("count", "body", "metabolism", "sensors", "locomotion")} | {
     "actions": {"speed": ["walk"], "turn": {"continuous": [-0.75, 0.5]}},
-    "automatic": ["walk"],
-    "neutral": {"turn": 0.25},
+    "always_on": ["walk"],
+    "default_action": {"turn": 0.25},
     "reflex": {"connections": [{"sensor": "eye_near", "action": "turn", "weight": -1, "above": 0.875}]},
 }
 PEBBLE = {"body": {"radius": 0.25, "opaque": False}}
@@ -219,7 +226,8 @@ WORLDS = {
     "drift": world(DRIFTER, **STONES),
     "winter": world(DRIFTER | {"ectothermy": {"q10": 2.0, "reference": 288.0, "torpor": 284.0}}, **STONES),
     "stroll": world(
-        DRIFTER | {"actions": {"speed": ["walk"]}, "neutral": {}, "reflex": None, "wander": {"turn": 0.5}},
+        DRIFTER
+        | {"actions": {"speed": ["walk"]}, "default_action": {}, "reflex": None, "wander": {"turn": 0.5}},
         **STONES,
     ),
 }

@@ -216,7 +216,7 @@ def test_worlds_with_values_of_their_own_resume_with_equal_bytes(tmp_path):
             herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"] | {"basal": 0.005})
         )
     world.reconfigure(
-        herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"] | {"digestion": 2.0})
+        herd(genome=genome(*genes), metabolism=HERD["species"]["goat"]["metabolism"] | {"handling_time": 2.0})
     )
     world.run(5)
     assert (table[Metabolism].digesting[table.rows()] > 0).any()

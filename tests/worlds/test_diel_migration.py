@@ -154,7 +154,7 @@ def test_no_reflex_clock_or_depth_sensor_does_the_work():
     assert {s.property for s in copepod.sensors if s.kind == "own"} == {"energy"}
     assert "krill" not in {s.target for s in copepod.sensors if s.kind == "nearest"}
     assert copepod.actions["climb"] == ["up", "none", "down"]
-    assert copepod.automatic == ["eat"]
+    assert copepod.always_on == ["eat"]
 
 
 def test_phytoplankton_lives_near_the_surface():

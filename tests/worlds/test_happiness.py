@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Defence, Desires, Genome, Growth, Nervous, Policy
+from ecs_eco.components import Defence, Genome, Growth, HappinessWeights, Nervous, Policy
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 
@@ -38,13 +38,13 @@ def test_the_weights_of_happiness_are_what_the_genes_say(world):
     decoded = vole.species.heredity.layout.decode(vole[Genome].loci[rows])
     assert rows.size > 20
     for i, gene in enumerate(("energy", "berry", "nightshade", "vole")):
-        assert np.array_equal(vole[Desires].weight[rows, i], decoded[gene])
+        assert np.array_equal(vole[HappinessWeights].weight[rows, i], decoded[gene])
         assert -1 <= decoded[gene].min() < decoded[gene].max() <= 1
 
 
 def test_voles_are_happy_about_what_they_sense_as_their_own_weights_say(world):
     vole = world.tables["vole"]
-    nerves, weight = vole.species.nerves, vole[Desires].weight
+    nerves, weight = vole.species.nerves, vole[HappinessWeights].weight
     # not who was born since, in the row of a dead
     rows = nerves.rows[vole.alive[nerves.rows] & vole[Nervous].awake[nerves.rows]]
     x = {int(row): i for i, row in enumerate(nerves.rows)}
@@ -93,4 +93,4 @@ def test_where_genes_say_nothing_voles_have_the_declared_weights():
         .run(60)
         .tables["vole"]
     )
-    assert np.array_equal(np.unique(vole[Desires].weight[vole.rows()], axis=0), [[0.5, 0, 0, 0]])
+    assert np.array_equal(np.unique(vole[HappinessWeights].weight[vole.rows()], axis=0), [[0.5, 0, 0, 0]])

@@ -14,7 +14,15 @@ from ecs_eco.testing import all_threads, arrange, check_world
 from tests.worlds.herd import HERD, gene_for, goats, herd
 
 AREA = 4 * math.pi * 0.25**2
-HOT = [{"property": "temperature", "min": 280.0, "max": 310.0, "low": "frozen", "high": "overheated"}]
+HOT = [
+    {
+        "property": "temperature",
+        "min": 280.0,
+        "max": 310.0,
+        "cause_below": "frozen",
+        "cause_above": "overheated",
+    }
+]
 NEWT = {
     "count": 5,
     "body": {"radius": 0.25, "mass": 2.0, "opaque": False},
@@ -163,7 +171,7 @@ def test_a_coat_is_inherited_and_spreads_where_it_is_cold():
                 max_count=100,
                 reproduction=division,
                 heat={"specific_heat": 200.0},
-                metabolism={"growth": 0.05},
+                metabolism={"photosynthesis": 0.05},
             ),
             world={"interventions": plan},
         ).run(120)
@@ -191,7 +199,7 @@ def test_a_herd_inherits_coats_beside_all_else():
 LIVELY = bred(
     max_count=80,
     reproduction={"kind": "asexual", "rate": 0.05, "energy_min": 0.2, "energy_given": 0.1, "dispersal": 5.0},
-    metabolism={"growth": 0.05, "basal": 0.01},
+    metabolism={"photosynthesis": 0.05, "basal": 0.01},
     heat={"metabolic_heat": 2000.0, "regulate": KEEPS_WARM | {"cooling": 20.0, "warming": 20.0}},
 )
 
@@ -223,7 +231,7 @@ def goat(**more):
         "locomotion": {"speed": {"still": 0.0, "walk": 1.0}},
         "sensors": [{"kind": "own", "property": "temperature", "scale": 300.0}],
         "actions": {"speed": ["still", "walk"]},
-        "neutral": {"speed": "still"},
+        "default_action": {"speed": "still"},
     } | more
     world = {
         "format": 1,

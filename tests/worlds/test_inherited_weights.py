@@ -9,7 +9,9 @@ from tests.worlds.herd import HERD, F, herd
 
 
 def test_children_start_from_a_parents_learned_weights():
-    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
+    world = World.from_config(
+        herd(policy=HERD["species"]["goat"]["policy"] | {"mutation_sd": 0.0}), learn=False
+    )
     goat, seen = world.tables["goat"], []
 
     def born(table, rows, first, second):
@@ -30,7 +32,7 @@ def test_children_start_from_a_parents_learned_weights():
 
 def test_inherited_weights_get_noise_of_the_declared_size():
     world = World.from_config(
-        herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}), learn=False
+        herd(policy=HERD["species"]["goat"]["policy"] | {"mutation_sd": 0.25}), learn=False
     )
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
@@ -43,7 +45,9 @@ def test_inherited_weights_get_noise_of_the_declared_size():
 
 
 def test_a_dead_father_leaves_genes_and_no_brain():
-    world = World.from_config(herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
+    world = World.from_config(
+        herd(policy=HERD["species"]["goat"]["policy"] | {"mutation_sd": 0.0}), learn=False
+    )
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
     sperm = np.full((50, table[Genome].loci.shape[1]), 3, np.uint8)

@@ -27,7 +27,7 @@ def _plant(draw, name, room):
     return {
         "count": draw(st.integers(1, max(1, room // int(spacing**2) // 2))),
         "body": {"radius": draw(_number(0.125, 0.5)), "opaque": draw(st.booleans())},
-        "metabolism": {"energy": 0.25, "energy_max": 0.5, "growth": draw(_number(0, 0.25))},
+        "metabolism": {"energy": 0.25, "energy_max": 0.5, "photosynthesis": draw(_number(0, 0.25))},
         "emits": draw(st.sampled_from([{}, {"smell": 1.0}])),
         "reproduction": draw(
             st.sampled_from([None, way | ({"place": "near", "dispersal": 4.0} if near else {})])
@@ -44,7 +44,7 @@ def _sensors(draw, kinds):
         {
             "kind": "nearest",
             "target": target,
-            "radius": draw(_number(1, 6)),
+            "range": draw(_number(1, 6)),
             "occlusion": draw(st.booleans()),
             "fov": draw(st.sampled_from([2.0, 6.283185])),
         }
@@ -52,7 +52,7 @@ def _sensors(draw, kinds):
     ]
     if draw(st.booleans()):
         sensors.append(
-            {"kind": "rays", "count": 3, "radius": 4.0, "targets": [draw(st.sampled_from(kinds)), "wall"]}
+            {"kind": "rays", "count": 3, "range": 4.0, "targets": [draw(st.sampled_from(kinds)), "wall"]}
         )
     if draw(st.booleans()):
         sensors.append({"kind": "touch", "target": draw(st.sampled_from([*kinds, "any", "wall"]))})
@@ -60,9 +60,10 @@ def _sensors(draw, kinds):
 
 
 def _reproduction(draw):
-    kind = draw(st.sampled_from(["simplified", "asexual", None]))
-    return kind and {
-        "kind": kind,
+    place = draw(st.sampled_from(["anywhere", "near", None]))
+    return place and {
+        "kind": "asexual",
+        "place": place,
         "rate": draw(_number(0, 0.125)),
         "energy_min": 0.5,
         "energy_given": draw(_number(0, 0.5)),
@@ -88,7 +89,7 @@ def _animal(draw, name, kinds, dims, dt):
         "metabolism": {
             "energy": draw(_number(0.25, 1)),
             "basal": draw(_number(0, 0.0625)),
-            "digestion": draw(st.sampled_from([0.0, 3.0])),
+            "handling_time": draw(st.sampled_from([0.0, 3.0])),
         },
         "locomotion": {
             "speed": {"still": 0.0, "go": draw(_number(0, 3)) / dt},
@@ -108,15 +109,15 @@ def _animal(draw, name, kinds, dims, dt):
         ],
         "sensors": _sensors(draw, kinds),
         "actions": actions,
-        "neutral": {"speed": draw(st.sampled_from(["still", "go"])), "turn": "none"},
-        "automatic": draw(st.sampled_from([[], ["eat"]])),
+        "default_action": {"speed": draw(st.sampled_from(["still", "go"])), "turn": "none"},
+        "always_on": draw(st.sampled_from([[], ["eat"]])),
         "reflex": draw(st.sampled_from([None, {"formulas": {"go": "0.5 - energy", "left": "smell - 0.25"}}])),
         "happiness": {"formula": "energy + 0.125 * smell", "minimum": -1.0},
         "policy": draw(st.sampled_from([{"kind": "none"}, {"kind": "shared", "hidden": [4]}])),
         "reproduction": _reproduction(draw),
         "lethal": [
-            {"property": "energy", "min": 0.0, "low": "starved"},
-            {"property": "age", "max": draw(_number(8, 64)), "high": "too old"},
+            {"property": "energy", "min": 0.0, "cause_below": "starved"},
+            {"property": "age", "max": draw(_number(8, 64)), "cause_above": "too old"},
         ],
         "remains": draw(st.sampled_from([None, "carcass"])),
     }
@@ -195,7 +196,7 @@ def test_another_seed_is_another_world(menagerie):
 @pytest.mark.slow
 def test_learning_is_the_same_on_two_threads_and_in_any_order_of_rows(menagerie):
     """Weights, optimiser states and rollouts too, over several updates."""
-    config = menagerie(species={"ram": {"count": 150, "ppo": {"horizon": 8, "minibatch": 300}}})
+    config = menagerie(species={"ram": {"count": 150, "ppo": {"horizon": 8, "minibatch_size": 300}}})
 
     def make(threads=1):
         return World.from_config(config, policies="untrained", learn=True, threads=threads)

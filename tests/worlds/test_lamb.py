@@ -217,7 +217,7 @@ def test_the_systems_keep_the_rules(system):
 
 def test_the_component_and_the_world_keep_the_rules():
     check_component(Sucking)
-    small = load("lamb", {"species.lamb.ppo.horizon": 8, "species.lamb.ppo.minibatch": 8})
+    small = load("lamb", {"species.lamb.ppo.horizon": 8, "species.lamb.ppo.minibatch_size": 8})
     check_world(lambda threads: World.from_config(small, threads=threads), ticks=20)
 
 

@@ -8,19 +8,19 @@ from ecs_eco.components import (
     Biology,
     Body,
     Defence,
-    Desires,
     Genome,
     Growth,
+    HappinessWeights,
+    LearningRates,
     LifeHistory,
     Metabolism,
     Nervous,
-    Plasticity,
     Policy,
     Position,
     Reflexes,
     Senses,
+    SpeedScale,
     Velocity,
-    Vigour,
 )
 from ecs_eco.config import load
 from tests.worlds.herd import HERD, gene_for, goats, herd
@@ -47,7 +47,7 @@ def test_who_is_faster_pays_with_the_square():
     config = herd(reflex={"formulas": {"walk": "1", "still": "-1"}}, genome={"loci": 4, "genes": [gene]})
     world = World.from_config(config, policies="random").run(1)
     table, rows = goats(world)
-    pace = table[Vigour].pace[rows]
+    pace = table[SpeedScale].pace[rows]
     assert set(pace.tolist()) == {0.5, 1, 1.5, 2}
     assert table[Velocity].speed[rows] == pytest.approx(0.8 * pace)
     assert table[Velocity].cost[rows] == pytest.approx(0.004 * pace**2)
@@ -70,7 +70,7 @@ def test_each_dies_at_an_age_of_its_own():
         reproduction=None,
         count=40,
         actions={"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-        lethal=[{"property": "age", "max": 10.0, "high": "too old"}],
+        lethal=[{"property": "age", "max": 10.0, "cause_above": "too old"}],
     )
     world, died = World.from_config(config), []
     world.on_death.append(
@@ -97,7 +97,7 @@ def test_each_learns_with_hyperparameters_of_its_own():
         unchanged = np.array_equal(
             table[Policy].weights[int(row)], before[np.flatnonzero(uids == table.uid[row])[0]]
         )
-        still.append((table[Plasticity].learning_rate[row] == 0, unchanged))
+        still.append((table[LearningRates].learning_rate[row] == 0, unchanged))
     assert {s[0] for s in still} == {True, False}
     assert all(frozen == unchanged for frozen, unchanged in still)
 
@@ -126,7 +126,7 @@ def _networks(table, row):
     own = table[Reflexes]
     return [
         column[row].copy()
-        for column in (table[Policy].weights, own.weight, own.threshold, table[Desires].weight)
+        for column in (table[Policy].weights, own.weight, own.threshold, table[HappinessWeights].weight)
     ]
 
 
@@ -135,7 +135,7 @@ def test_happiness_is_what_the_own_weights_make_of_the_senses():
     table = world.tables["goat"]
     nerves = table.species.nerves
     energy, musk = nerves.reading("energy", nerves.x), nerves.reading("musk", nerves.x)
-    weight = table[Desires].weight[nerves.rows]
+    weight = table[HappinessWeights].weight[nerves.rows]
     wanted = np.maximum(weight[:, 0] * energy + weight[:, 1] * musk, -1)
     alive = table.alive[nerves.rows]
     assert table[Nervous].happiness[nerves.rows][alive] == pytest.approx(wanted[alive], abs=1e-6)

@@ -25,7 +25,7 @@ def herd(meadow, network, kind="shared", learn=True, ppo=None, options=None, **p
     }
     return meadow(
         options={"seed": 4, **(options or {})},
-        grass={"count": 60, "metabolism": {"energy": 0.5, "growth": 0.05}},
+        grass={"count": 60, "metabolism": {"energy": 0.5, "photosynthesis": 0.05}},
         **deer,
     )
 

@@ -21,7 +21,7 @@ STEPPE = {
         "grass": {
             "count": 60,
             "body": {"radius": 0.2, "opaque": False},
-            "metabolism": {"energy": 0.5, "growth": 0.02},
+            "metabolism": {"energy": 0.5, "photosynthesis": 0.02},
             "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0},
         },
         "gnu": {
@@ -31,9 +31,9 @@ STEPPE = {
             "metabolism": {"energy": 0.75, "basal": 0.0625},
             "locomotion": {"speed": {"walk": 0.5}, "turn": 0.5},
             "diet": [{"eats": "grass", "reach": 0.25, "efficiency": 0.75}],
-            "sensors": [{"kind": "nearest", "target": "grass", "radius": 5.0}],
+            "sensors": [{"kind": "nearest", "target": "grass", "range": 5.0}],
             "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]},
-            "automatic": ["walk"],
+            "always_on": ["walk"],
             "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 9.0}],
         },
         "vulture": {
@@ -44,12 +44,12 @@ STEPPE = {
             "locomotion": {"speed": {"fly": 1.0}, "turn": 0.8},
             "diet": [{"eats": "carcass", "reach": 0.5, "efficiency": 0.5}],
             "sensors": [
-                {"kind": "nearest", "target": "carcass", "radius": 9.0},
-                {"kind": "property", "property": "energy", "of": "carcass", "radius": 9.0},
+                {"kind": "nearest", "target": "carcass", "range": 9.0},
+                {"kind": "property", "property": "energy", "of": "carcass", "range": 9.0},
             ],
             "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
-            "automatic": ["fly"],
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+            "always_on": ["fly"],
+            "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
         },
     },
 }

@@ -55,11 +55,11 @@ def drawn(rng):
         species[name] = {
             "count": int(rng.integers(10, 40)),
             "body": {"radius": float(rng.choice([0.25, 0.5]))},
-            "metabolism": {"energy": 0.5, "energy_max": 1.0, "digestion": float(rng.choice([0.0, 2.0]))},
+            "metabolism": {"energy": 0.5, "energy_max": 1.0, "handling_time": float(rng.choice([0.0, 2.0]))},
             "locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
             "actions": {"speed": ["go"], "turn": ["left", "none", "right"]},
             "sensors": [
-                {"kind": "property", "property": "salt", "radius": 4.0},
+                {"kind": "property", "property": "salt", "range": 4.0},
                 {"kind": "touch", "target": "any"},
             ],
             "emits": {"smell": 1.0},
@@ -80,7 +80,7 @@ def drawn(rng):
                 for food in eaten
             ],
             "reproduction": {"kind": "asexual", "rate": 0.2, "energy_min": 0.4, "energy_given": 0.2},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+            "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
         }
     return {
         "format": 1,

@@ -21,8 +21,8 @@ YARD = {
             "body": {"shape": "capsule", "radius": 0.2, "length": 1.2, "solid": True},
             "locomotion": {"speed": {"rest": 0.0, "swim": 1.5}, "turn": 0.7},
             "sensors": [
-                {"kind": "rays", "count": 5, "radius": 4.0, "targets": ["fence", "eel"]},
-                {"kind": "nearest", "target": "eel", "radius": 5.0, "occlusion": True},
+                {"kind": "rays", "count": 5, "range": 4.0, "targets": ["fence", "eel"]},
+                {"kind": "nearest", "target": "eel", "range": 5.0, "occlusion": True},
             ],
             "actions": {"speed": ["rest", "swim"], "turn": ["left", "none", "right"]},
             "reproduction": {

@@ -17,7 +17,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from tests.worlds.herd import HERD, herd
 
-RATES = {"insertion": 0.01, "deletion": 0.01, "duplication": 0.05, "loss": 0.05}
+RATES = {"insertion": 0.01, "base_deletion": 0.01, "duplication": 0.05, "gene_deletion": 0.05}
 
 
 def goats_with(**genome):
@@ -30,7 +30,7 @@ def goats_with(**genome):
             "values": [0, 0, 0, -1],
             "promoter": "TAT",
             "copies": 2,
-            "doubled": "sum",
+            "copy_rule": "sum",
         },
         {"name": "size", "trait": "body.radius", "letters": 3, "low": 0.2, "high": 0.6, "promoter": "CGC"},
         {
@@ -45,7 +45,7 @@ def goats_with(**genome):
     ]
     return herd(
         components=[],
-        genome={"longest": 40, "loci": 24, "genes": genes, **RATES, **genome},
+        genome={"max_length": 40, "loci": 24, "genes": genes, **RATES, **genome},
         reproduction=HERD["species"]["goat"]["reproduction"] | {"gestation": 2.0},
     )
 
@@ -58,7 +58,7 @@ def lived():
 @pytest.mark.slow
 @pytest.mark.definition("3 genome")
 @pytest.mark.parametrize(
-    "genome", [{}, {"ploidy": 2, "dominance": "mean"}, {"mate": {"operator": "cxMessyOnePoint"}}]
+    "genome", [{}, {"ploidy": 2, "expression": "mean"}, {"mate": {"operator": "cxMessyOnePoint"}}]
 )
 def test_a_herd_with_strings_of_variable_length_keeps_its_promises(genome):
     check_world(lambda threads: World.from_config(goats_with(**genome), threads=threads), ticks=50)
@@ -80,7 +80,7 @@ def test_newborn_are_what_their_strings_say_and_strings_come_to_differ(lived):
 
 
 def test_a_world_goes_on_from_a_checkpoint_and_forks(tmp_path):
-    world = World.from_config(goats_with(longest=26)).run(40)
+    world = World.from_config(goats_with(max_length=26)).run(40)
     world.save(tmp_path / "world.ckpt")
     other, fork = World.restore(tmp_path / "world.ckpt"), world.fork(seed=9)
     operators = [w.tables["goat"].species.heredity.operators for w in (world, other)]
@@ -92,15 +92,15 @@ def test_a_world_goes_on_from_a_checkpoint_and_forks(tmp_path):
 
 
 def test_rates_may_change_in_a_living_world_and_counts_go_on():
-    world = World.from_config(goats_with(longest=26)).run(40)
+    world = World.from_config(goats_with(max_length=26)).run(40)
     heredity = world.tables["goat"].species.heredity
     before = heredity.operators.at_limit.copy()
     world.reconfigure(load(world.config, {"species.goat.genome.duplication": 0.0}))
     assert heredity.operators.duplication == 0
     assert heredity.operators.at_limit.tolist() == before.tolist()
     assert before.sum() > 0
-    with pytest.raises(ValueError, match="longest"):
-        world.reconfigure(load(world.config, {"species.goat.genome.longest": 60}))
+    with pytest.raises(ValueError, match="max_length"):
+        world.reconfigure(load(world.config, {"species.goat.genome.max_length": 60}))
 
 
 def test_an_organism_is_shown_with_every_copy_of_its_genes(lived):

@@ -38,12 +38,12 @@ def inheriting(**more):
             form="direct",
             promoter="TATA",
             copies=2,
-            doubled="mean",
+            copy_rule="mean",
         ),
         gene_for("wants", "happiness.weights", 2, low=-3.5, high=4.0, form="direct", promoter="CGCG"),
         gene_for("size", "body.radius", 3, low=0.2, high=0.6, promoter="GGAG"),
     ]
-    genome = {"longest": 600, "founders": "own", "genes": genes, **RATES, **more}
+    genome = {"max_length": 600, "founders": "own", "genes": genes, **RATES, **more}
     return herd(
         components=[],
         reflex={"function": reacts},
@@ -89,7 +89,7 @@ def test_a_trained_policy_becomes_letters_of_founders_whose_strings_vary_in_leng
     table = teacher.tables["goat"]
     module = teacher.policy("goat", int(table.uid[table.by_uid()[0]]))
     longer = {
-        "species.goat.genome.longest": 1200,
+        "species.goat.genome.max_length": 1200,
         "species.goat.genome.founders": "own",
         "species.goat.genome.mate": {"operator": "cxUnequal"},
     }

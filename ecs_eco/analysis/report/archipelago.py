@@ -37,7 +37,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     plan = islands.plan
     what = (
         f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "
-        f"{m['tick']:,} ticks with a barrier every {plan.every:,}. Digest {str(m['digest'])[:16]}."
+        f"{m['tick']:,} ticks with a barrier every {plan.migration_interval:,}. Digest {str(m['digest'])[:16]}."
     )
     return write_text(
         place / "report.html",
@@ -77,7 +77,7 @@ def _rows(islands: archipelago.Islands, root: Path, place: Path) -> Iterator[lis
 
 def _ways(islands: archipelago.Islands) -> Iterator[str]:
     """Yield a table of migrants between islands for each migrating species."""
-    for species, chance in islands.plan.emigration.items():
+    for species, chance in islands.plan.migration_probability.items():
         moved = islands.moved(species)
         yield (
             f"<p>{escape(species)}: {moved.sum():,} arrived. At each barrier, an organism leaves with "

@@ -11,11 +11,11 @@ MOST = 6
 GROWTH: tuple[Advice, ...] = (
     ("species.{s}.reproduction.rate", "higher", "{s} regrow faster"),
     ("species.{s}.reproduction.seed_rain", "higher", "{s} return to places from which they have disappeared"),
-    ("species.{s}.metabolism.growth", "higher", "{s} gain more energy from light"),
+    ("species.{s}.metabolism.photosynthesis", "higher", "{s} gain more energy from light"),
 )
 APPETITE: tuple[Advice, ...] = (
     ("{line}.chance", "lower", "{s} eat {food} more slowly"),
-    ("{line}.until", "lower", "sated {s} do not eat {food}"),
+    ("{line}.satiation", "lower", "sated {s} do not eat {food}"),
     ("{line}.reach", "lower", "{s} must be closer to eat"),
 )
 CATCH: tuple[Advice, ...] = (
@@ -89,7 +89,7 @@ def _at_end(key: str, value: Any, way: str) -> bool:
     """Return whether a value cannot go further in a direction: numbers below 1, probabilities above 1.
     Species that do not grow by light are not changed to do so."""
     if way == "higher":
-        return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
+        return (key.endswith(".chance") and value >= 1) or (key.endswith(".photosynthesis") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)
 
 
@@ -101,7 +101,7 @@ def _filled(lines: Iterable[Advice], **words: object) -> list[Advice]:
 def _appetite(case: Case, s: str, food: str) -> list[Advice]:
     """Return changes that make an eater take less of a food."""
     of = [a for f in case.diet(s) if f.eats == food for a in _filled(APPETITE, s=s, food=food, line=f.key)]
-    return [*of, (f"species.{s}.metabolism.digestion", "higher", f"{s} spend longer on each meal")]
+    return [*of, (f"species.{s}.metabolism.handling_time", "higher", f"{s} spend longer on each meal")]
 
 
 def _catch(case: Case, s: str) -> list[Advice]:
@@ -170,7 +170,7 @@ def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield from (*_catch(case, s), *_upkeep(case, s))
     for i, sensor in enumerate(case.of(s).get("sensors") or ()):
         if sensor.get("target") in {f.eats for f in case.diet(s)}:
-            yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from farther away"
+            yield f"species.{s}.sensors.{i}.range", "higher", f"{s} see {sensor['target']} from farther away"
 
 
 def _ran_out(case: Case, s: str, victim: str) -> Iterator[Advice]:

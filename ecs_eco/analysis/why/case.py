@@ -12,7 +12,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
+from ecs_eco.config.former import both_names
 from ecs_eco.config.models.reporters import EATEN
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.ranges import key_of, name_of
 from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch
 
@@ -117,8 +120,8 @@ class Case:
         """Return the kind of a cause, one of KINDS."""
         for limit in self.of(species).get("lethal") or ():
             for name, end, bound, kind in (
-                ("energy", "low", "min", "starved"),
-                ("age", "high", "max", "old"),
+                ("energy", "cause_below", "min", "starved"),
+                ("age", "cause_above", "max", "old"),
             ):
                 if limit["property"] == name and cause == limit.get(end) and limit.get(bound) is not None:
                     return kind
@@ -181,7 +184,7 @@ def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
     config = copy.deepcopy(dict(manifest.get("config") or {}))
     for _, done in manifest.get("intervened") or ():
         for key, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
-            put(config, key, value)
+            put(config, name_of(both_names(key_of(key), config, WorldConfig)[0]), value)
     return config
 
 

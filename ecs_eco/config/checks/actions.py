@@ -63,8 +63,8 @@ def _check_known_group(
 
 def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
     ranges = species.ranges()
-    for group, rest in species.neutral.items():
-        at = (*key, "neutral", group)
+    for group, rest in species.default_action.items():
+        at = (*key, "default_action", group)
         if group not in species.actions:
             yield unknown(at, "group among the species' actions", group, species.actions)
         elif group not in ranges:
@@ -131,8 +131,8 @@ def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
 
 def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
     rows, pairs, groups = species.action_rows(), species.action_list(), species.groups()
-    for i, action in enumerate(species.automatic):
-        at = (*key, "automatic", i)
+    for i, action in enumerate(species.always_on):
+        at = (*key, "always_on", i)
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
         elif (group := pairs[rows[action]][0]) in species.ranges():

@@ -51,7 +51,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
                 )
                 yield Problem(at, fault, function_name(function), "what fit_network gives")
             return
-    loci = section.loci if section.longest is None else None
+    loci = section.loci if section.max_length is None else None
     faults = [
         *problems(section.genes, len(section.alphabet), loci, traits, shapes),
         *problems_of_variable(section, traits, shapes),
@@ -114,7 +114,7 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
     if trait == "body.radius":
         yield from at_most(at, "the body would not fit into the world", highest, most)
         yield from _check_masses(species, key, gene)
-    if trait.startswith("sensors.") and trait.endswith(".radius"):
+    if trait.startswith("sensors.") and trait.endswith(".range"):
         yield from at_most(at, config.space.too_wide, highest, config.space.widest)
     if trait.startswith("sensors.") and trait.endswith((".forward", ".left")):
         farthest_off = farthest(config, species)

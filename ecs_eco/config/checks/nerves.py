@@ -73,7 +73,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     for j, target in enumerate(sensor.targets if isinstance(sensor, Rays) else ()):
         yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
     if isinstance(sensor, Nearest | Rays | Approach | Property):
-        yield from at_most((*key, "radius"), config.space.too_wide, sensor.radius, config.space.widest)
+        yield from at_most((*key, "range"), config.space.too_wide, sensor.range, config.space.widest)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
         fault = "further off the body than the world is wide, in its radii"
@@ -187,7 +187,7 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
         yield Problem((*at, "file"), wrong, policy.file, "a file beside the world file", near)
-    inherited = {"inherit": policy.inherit != "none", "mutation": policy.mutation != 0}
+    inherited = {"inherit": policy.inherit != "none", "mutation_sd": policy.mutation_sd != 0}
     for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
         allowed = 'policy.kind = "individual", or nothing here'
         yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
@@ -216,7 +216,7 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
 
 def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
     """Problems of what a policy needs: something to sense, to choose and, if it learns, to be happy about."""
-    free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.automatic)]
+    free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.always_on)]
     needs = {"sensors": species.sensors, "actions": free}
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
     for word in (word for word, needed in needs.items() if not needed):

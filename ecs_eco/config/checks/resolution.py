@@ -92,7 +92,7 @@ def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
         f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
         "and such steps are rounded away"
     )
-    costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "growth")]
+    costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "photosynthesis")]
     if (way := species.locomotion) is not None:
         costs += [Cost(("locomotion", "cost", gait), cost) for gait, cost in way.cost.items()]
     for part, value, most, _ in (*costs, *of_each(species, "costs")):

@@ -77,8 +77,8 @@ class Uptake(Section, change=FREE, own=True):
         "mol/L",
         None,
     )
-    until: Positive | None = quantity(
-        "takes no more up at this concentration in its body; absent: always", "mol/L", None
+    concentration_max: Positive | None = quantity(
+        "takes no more up at this concentration in its body; absent: always", "mol/L", None, former="until"
     )
     at: Point = quantity("position of the mouth: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
     action: str | None = about("the action by which it does so, in a group of any name; absent: always", None)

@@ -20,14 +20,14 @@ class Lethal(Section, own=True):
     )
     min: Real | None = quantity("dies at or below", "unit of the property", None)
     max: Real | None = quantity("dies at or above", "unit of the property", None)
-    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
-    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
+    cause_below: Annotated[str, Field(max_length=60)] = about("cause of death below min", "", former="low")
+    cause_above: Annotated[str, Field(max_length=60)] = about("cause of death above max", "", former="high")
 
     @model_validator(mode="before")
     @classmethod
     def _name_causes(cls, data: object) -> Any:
         if isinstance(data, dict) and isinstance(data.get("property"), str):
-            words = {"low": ("min", "too low"), "high": ("max", "too high")}
+            words = {"cause_below": ("min", "too low"), "cause_above": ("max", "too high")}
             named = {
                 w: f"{data['property']} {text}"
                 for w, (end, text) in words.items()
@@ -80,7 +80,7 @@ class Mortality(Feature, after="hatch"):
     def causes(species: "Mortality", key: Key) -> Iterator[tuple[Key, str]]:
         """Yield a cause for each end of each interval."""
         for i, limit in enumerate(species.lethal):
-            for end, cause in (("min", limit.low), ("max", limit.high)):
+            for end, cause in (("min", limit.cause_below), ("max", limit.cause_above)):
                 if getattr(limit, end) is not None:
                     yield (*key, "lethal", i, end), cause
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from ecs_eco.components import Vigour
+from ecs_eco.components import SpeedScale
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
@@ -22,7 +22,7 @@ class Cold(Section, change=FREE, own=True):
 
 
 class Ectothermy(Feature, after="heat"):
-    """Animals live more slowly in the cold: system `SlowDown`, component `Vigour`."""
+    """Animals live more slowly in the cold: system `SlowDown`, component `SpeedScale`."""
 
     ectothermy: Cold | None = about(
         "how its rates depend on temperature; absent: they do not", None, exclude_if=is_absent, change=SHAPE
@@ -43,4 +43,4 @@ class Ectothermy(Feature, after="heat"):
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
         """Yield the component of pace."""
         if species.ectothermy is not None:
-            yield None, Vigour
+            yield None, SpeedScale

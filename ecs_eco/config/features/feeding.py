@@ -30,7 +30,9 @@ class Diet(Section, own=True):
     gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
     efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
-    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
+    satiation: Real | None = quantity(
+        "eats only below this energy; absent: while it is not full", "energy", None, former="until"
+    )
     assimilation: Share | None = quantity(
         "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
         "the first field of each, or is lost; absent: all of it",

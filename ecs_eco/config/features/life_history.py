@@ -145,7 +145,7 @@ class Care(Section, change=FREE, own=True):
     """
 
     rate: Positive = quantity("most energy given to each of the young", "energy/s")
-    until: Positive = quantity("age until which the young are fed", "s")
+    age_max: Positive = quantity("age until which the young are fed", "s", former="until")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
     efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(

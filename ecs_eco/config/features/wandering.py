@@ -42,14 +42,14 @@ class Wandering(Feature, after="locomotion"):
         """Make the gait an automatic action, or the neutral one."""
         wander = data.get("wander") if isinstance(data, dict) else None
         gait = wander.get("gait") if isinstance(wander, dict) else None
-        kinds = {"actions": dict, "automatic": list, "neutral": dict}
+        kinds = {"actions": dict, "always_on": list, "default_action": dict}
         given = {key: data.get(key, kind()) for key, kind in kinds.items()} if gait is not None else {}
         if not given or not all(isinstance(given[key], kind) for key, kind in kinds.items()):
             return data
         if "speed" in given["actions"]:
-            return data | {"neutral": {"speed": gait} | given["neutral"]}
+            return data | {"default_action": {"speed": gait} | given["default_action"]}
         actions = given["actions"] | {"speed": [gait]}
-        return data | {"actions": actions, "automatic": [*given["automatic"], gait]}
+        return data | {"actions": actions, "always_on": [*given["always_on"], gait]}
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:

@@ -37,7 +37,7 @@ class Archipelago(Section):
         "Migration",
         reads=("archipelago",),
         rules={
-            "": "Every `every` ticks each individual leaves its island with the probability under `emigration` and "
+            "": "Every `migration_interval` ticks each individual leaves its island with the probability under `migration_probability` and "
             "arrives on a neighboring island, drawn with equal probability."
         },
         draws="which individuals migrate, and where to",
@@ -48,7 +48,9 @@ class Archipelago(Section):
     ] = about(
         "name = { dotted key = value of its own, … }, as with --set; or the number of islands that are alike"
     )
-    every: Annotated[int, Field(ge=1, le=10**12)] = quantity("from one barrier to the next", "ticks")
+    migration_interval: Annotated[int, Field(ge=1, le=10**12)] = quantity(
+        "from one barrier to the next", "ticks", former="every"
+    )
     graph: Literal["ring", "grid", "full", "own"] = about(
         "neighbors of each island: ring, to the next and to the one before; grid, the four next to it in a "
         "square that is filled row by row; full, all; own, as in edges",
@@ -57,9 +59,10 @@ class Archipelago(Section):
     edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
         '[from, to] of each way, for graph = "own"; the way back is another', [], exclude_if=is_empty
     )
-    emigration: dict[Name, Share] = table(
+    migration_probability: dict[Name, Share] = table(
         "species = chance that one of its members leaves at a barrier, to a neighbor drawn at random [1]",
         dict,
+        former="emigration",
     )
     here: Name | None = about(
         "the island that this world is; runs set it for each of them", None, exclude_if=is_absent
@@ -104,4 +107,4 @@ class Archipelago(Section):
 
     def meets(self, tick: int) -> bool:
         """Whether migrants leave and arrive before a tick."""
-        return tick > 0 and tick % self.every == 0
+        return tick > 0 and tick % self.migration_interval == 0

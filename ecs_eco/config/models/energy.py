@@ -40,8 +40,12 @@ class Metabolism(Section, change=FREE):
     )
     energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0, own=True)
     basal: NonNegative = quantity("energy burned by living", "energy/s", 0.0, own=True)
-    growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0, own=Column("Growth"))
-    digestion: NonNegative = quantity("time after a meal without another", "s", 0.0, own=True)
+    photosynthesis: NonNegative = quantity(
+        "energy made in full light", "energy/s", 0.0, own=Column("Growth", "growth"), former="growth"
+    )
+    handling_time: NonNegative = quantity(
+        "time after a meal without another", "s", 0.0, own=True, former="digestion"
+    )
     torpor: bool = about(
         "whether it falls into torpor where no energy is left: it burns nothing, stands "
         "still and does not mate until it has eaten or grown; else energy falls below 0, "

@@ -135,11 +135,12 @@ class Policy(Section, change=SHAPE):
         "none",
         change=FREE,
     )
-    mutation: NonNegative = quantity(
+    mutation_sd: NonNegative = quantity(
         "standard deviation of the noise added to each inherited weight",
         "1",
         0.0,
         change=FREE,
+        former="mutation",
         own="noise of what is inherited beside the genome; that of letters is genome.mutate",
     )
     network: Function | None = about(

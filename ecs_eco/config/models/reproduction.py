@@ -58,7 +58,7 @@ class Alone(Bearing):
 
 
 class Simplified(Alone):
-    """Each organism has a chance of giving birth; the newborn appears at a free place (paper, study 1)."""
+    """The former name of asexual reproduction with `place = "anywhere"` (paper, study 1)."""
 
     kind: Annotated[Literal["simplified"], Change(ANEW)]
     place: Literal["anywhere", "near"] = about("where the newborn appears", "anywhere")
@@ -90,11 +90,15 @@ class Spread(Reproduction, own=True):
 
 
 class Asexual(Alone):
-    """Each organism divides: the newborn appears next to its parent."""
+    """Each organism reproduces without a mate, at a rate."""
 
     kind: Annotated[Literal["asexual"], Change(ANEW)]
-    place: Literal["near"] = about("the newborn is next to its parent", "near")
-    dispersal: Positive = quantity("greatest distance from parent to newborn", "m", 1.0, own=True)
+    place: Literal["near", "anywhere"] = about(
+        "where the newborn appears: next to its parent, or anywhere", "near"
+    )
+    dispersal: Positive = quantity(
+        'greatest distance from parent to newborn, for place = "near"', "m", 1.0, own=True
+    )
 
 
 class Sexual(Bearing):
@@ -127,4 +131,4 @@ class Sexual(Bearing):
     )
 
 
-AnyReproduction = Annotated[Simplified | Spread | Asexual | Sexual, Field(discriminator="kind")]
+AnyReproduction = Annotated[Asexual | Spread | Sexual | Simplified, Field(discriminator="kind")]

@@ -86,19 +86,19 @@ class Own(Sensor):
 class Nearest(Sensor, own=True):
     """Sees the nearest of one kind: name_forward and name_left (cosine and sine of its bearing), name_near.
 
-    The last is 1 where it touches and falls to 0 at the radius; all are 0 where there is none. It is the
+    The last is 1 where it touches and falls to 0 at its range; all are 0 where there is none. It is the
     centre of a sphere that is seen, of a capsule or box the nearest place of its axis or of the box.
     """
 
     kind: Literal["nearest"]
     target: str = about("a species or an object type")
-    radius: Positive = quantity("how far it sees", "m", own=COLUMN)
+    range: Positive = quantity("how far it sees", "m", own=COLUMN, former="radius")
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
         "field of view around the heading", "rad", 2 * math.pi
     )
     occlusion: bool = about("whether opaque bodies between hide the target", False)
     sight: NonNegative | None = quantity(
-        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
+        "if given, it sees by light: as far as blind + sight × light at its eye, at most range", "m", None
     )
     blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
     kin: Kin | None = about(
@@ -130,7 +130,7 @@ class Rays(Sensor):
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
         "angle between the outermost rays", "rad", math.pi, own=True
     )
-    radius: Positive = quantity("length of a ray", "m", own=COLUMN)
+    range: Positive = quantity("length of a ray", "m", own=COLUMN, former="radius")
     targets: Annotated[list[str], Field(min_length=1)] = about(
         'species, object types or "wall" that a ray can report'
     )
@@ -146,7 +146,7 @@ class Rays(Sensor):
         own=True,
     )
     sight: NonNegative | None = quantity(
-        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius",
+        "if given, it sees by light: as far as blind + sight × light at its eye, at most range",
         "m",
         None,
         exclude_if=is_absent,
@@ -163,9 +163,9 @@ class Rays(Sensor):
 
 class Property(Sensor, own=COLUMN):
     """Feels a property of the bodies around: the sum of weight × (value − zero)/scale over all whose centres
-    are nearer than the radius, or their mean.
+    are nearer than the range, or their mean.
 
-    The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/radius with "linear" and 1/d²
+    The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/range with "linear" and 1/d²
     [1/m²] with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
     illuminance [lx]. The mean is the same sum divided by that of the weights. It reads 0 where there is
     nobody; the own body does not count.
@@ -184,7 +184,7 @@ class Property(Sensor, own=COLUMN):
         ]
         | None
     ) = about("a species or an object type, or a list of them; absent: all that have the property", None)
-    radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
+    range: Positive = quantity("how far it reaches, to the centre of a body", "m", former="radius")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
         "how the weight of a body falls with its distance", "none"
@@ -212,12 +212,14 @@ class Property(Sensor, own=COLUMN):
 
 
 class Smell(Sensor):
-    """A nose: reads c/(c + scale) of a scalar field c at one place of the body."""
+    """A nose: reads c/(c + half_saturation) of a scalar field c at one place of the body."""
 
     kind: Literal["smell"]
     field: str = about("name of a field")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
-    scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0, own=True)
+    half_saturation: Positive = quantity(
+        "the value of the field that reads 1/2", "unit of the field", 1.0, own=True, former="scale"
+    )
 
     called = "{0.field}"
 
@@ -251,7 +253,7 @@ class Approach(Sensor):
 
     kind: Literal["approach"]
     target: str = about("a species")
-    radius: Positive = quantity("how far it feels", "m", own=COLUMN)
+    range: Positive = quantity("how far it feels", "m", own=COLUMN, former="radius")
     scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0, own=True)
 
     called = "{0.target}_approach"

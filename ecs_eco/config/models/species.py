@@ -16,6 +16,7 @@ from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.features.life_history import Caring, Growing, Seasons
 from ecs_eco.config.features.wandering import Wandering
+from ecs_eco.config.former import both_names
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
@@ -124,12 +125,15 @@ class Species(
         dict,
         change=SHAPE,
     )
-    neutral: dict[str, Neutral] = table(
+    default_action: dict[str, Neutral] = table(
         "group = action taken if none is decided; of a continuous one: the number, else that nearest to 0",
         dict,
         own=True,
+        former="neutral",
     )
-    automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
+    always_on: list[str] = table(
+        "actions that need no decision: always on unless a reflex blocks them", list, former="automatic"
+    )
     reflex: Reflex | None = about("the reflex network", None, change=FREE)
     happiness: Happiness | None = about("the happiness network", None, change=FREE)
     policy: Policy = table("the policy network", Policy)
@@ -163,8 +167,12 @@ class Species(
 
     @model_validator(mode="after")
     def _name_traits(self) -> Self:
-        """Let derived traits that name none replace the value whose key ends with their name."""
+        """Give traits the present names of keys; derived ones that name none replace the value whose key ends
+        with their name."""
         derived = {} if self.genome is None else self.genome.derived
+        for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
+            if coded.trait is not None:
+                coded.__dict__["trait"] = ".".join(both_names(tuple(coded.trait.split(".")), self, None)[0])
         for name, one in derived.items():
             if one.trait is None:
                 keys = [*(".".join(key) for number, key, _ in values_in(self) if number.codable), *NO_NUMBERS]

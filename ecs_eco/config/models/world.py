@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.former import by_former_names
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.config.models.interventions import AnyIntervention, AnyUse
 from ecs_eco.config.models.reporters import Reporter
@@ -43,12 +44,14 @@ class Ramp(Section):
 
     key: str = about("dotted key of a number, as species.krill.diet.0.chance")
     values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
-    until: Share = quantity("share of the training after which it is constant", "1", 1.0)
+    duration: Share = quantity(
+        "share of the training over which it changes; then it is constant", "1", 1.0, former="until"
+    )
 
     def at(self, share: float) -> float:
         """Its value after a share of the training."""
         first, last = self.values
-        return last if share >= self.until else first + (last - first) * share / self.until
+        return last if share >= self.duration else first + (last - first) * share / self.duration
 
 
 class Training(Section):
@@ -171,6 +174,7 @@ class WorldConfig(Section):
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
+    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys that were given by their former names
     _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as it was read
 
     @property
@@ -222,7 +226,7 @@ class WorldConfig(Section):
         """The species whose members must know whose children they are."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
         if self.archipelago is not None:  # those who wander keep their descent
-            young |= {one for name in self.archipelago.emigration for one in self.family(name)}
+            young |= {one for name in self.archipelago.migration_probability for one in self.family(name)}
         return frozenset(
             young
             | {
@@ -281,8 +285,13 @@ class WorldConfig(Section):
         """The object of "module:name" without parameters; None if it is wrong, or may not run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self, former: bool = False) -> dict[str, Any]:
         """Return every value with JSON types, defaults included.
+
+        Parameters
+        ----------
+        former : bool, default False
+            Give keys their former names, so that hashes and digests stay when a key is renamed.
 
         Returns
         -------
@@ -295,7 +304,7 @@ class WorldConfig(Section):
         >>> load("predator-prey").resolved()["dt"]
         1.0
         """
-        data = self.model_dump(mode="json")
+        data = by_former_names(self) if former else self.model_dump(mode="json")
         if not (code := code_of(self)):
             del data["code"]
             return data
@@ -304,7 +313,7 @@ class WorldConfig(Section):
     @property
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        text = json.dumps(self.resolved(former=True), separators=(",", ":"), allow_nan=False)
         text += "".join(s.sha256 for s in self._code.sources)
         text += self._land.sha256 if self._land is not None else ""
         return hashlib.sha256(text.encode()).hexdigest()

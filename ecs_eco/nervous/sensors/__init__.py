@@ -49,20 +49,20 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
         return own(s.property, s.scale, substances, number, s.at)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin, s.at)
+        return see_nearest(s.target, s.range, s.fov, s.occlusion, number, s.sight, s.blind, s.kin, s.at)
     if s.kind == "rays":
         return cast_rays(
-            s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle, s.sight, s.blind
+            s.targets, s.count, s.fov, s.range, s.report, number, s.at, s.angle, s.sight, s.blind
         )
     if s.kind == "smell":
-        return smell(s.field, s.at, s.scale, number)
+        return smell(s.field, s.at, s.half_saturation, number)
     if s.kind == "touch":
         names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
         return touch(names, s.target in ("any", "wall"), s.at)
     if s.kind == "gradient":
         return smell_gradient(s.field, s.span, s.scale, number)
     if s.kind == "approach":
-        return feel_approach(s.target, s.radius, s.scale, number)
+        return feel_approach(s.target, s.range, s.scale, number)
     return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))
 
 
@@ -70,7 +70,7 @@ def _property_of(s: Any, bearers: list[str], substances: list[str], number: int)
     return feel_property(
         s.property,
         s.kinds() or bearers,
-        s.radius,
+        s.range,
         s.decay,
         s.report,
         s.zero,

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco._lazy import stored_name
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
 from ecs_eco.compiled.numba_version import interpreted
@@ -34,7 +35,9 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
     name = table.species.feels().get(name, name)
     if "." in name:
         component, _, field = name.partition(".")
-        return getattr(next(v for c, v in table.columns.items() if c.__name__ == component), field)
+        return getattr(
+            next(v for c, v in table.columns.items() if component in (c.__name__, stored_name(c))), field
+        )
     if name == "sex":
         return table[Biology].sex
     if name in ("mass", "radius"):

@@ -37,7 +37,9 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             ahead = AT_CENTRE
-        half = of_sensor(table, seekers, number, scale=shared)[0] if table.species.traits else shared
+        half = (
+            of_sensor(table, seekers, number, half_saturation=shared)[0] if table.species.traits else shared
+        )
         if space.volume:
             world.split(
                 _sniff_volume,

@@ -290,14 +290,14 @@ TRAITS = (
     "body.radius",
     "body.mass",
     "locomotion.pace",
-    "metabolism.growth",
+    "metabolism.photosynthesis",
     "defence.toughness",
     "defence.poison",
     "reproduction.spread",
     "policy.weights",
     "ppo.learning_rate",
     "ppo.discount",
-    "ppo.entropy",
+    "ppo.entropy_coef",
     "life.age_max",
     "reproduction.age_min",
     "reproduction.energy_min",
@@ -367,9 +367,9 @@ def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> N
         genome |= chance.choice(
             (
                 {"ploidy": 2},
-                {"ploidy": 2, "dominance": "mean"},
+                {"ploidy": 2, "expression": "mean"},
                 {"ploidy": 3},
-                {"dominance": "greater"},
+                {"expression": "greater"},
                 {"founders": "own"},
                 {"loci": chance.choice((1, 10, 5000, 10**7, 5 * 10**7))},
             )

@@ -104,7 +104,9 @@ def modules(ground: Ground) -> Iterator[Attack]:
     place.mkdir()
     for name in NAMES:
         (place / f"{name}.py").write_text(f"open({str(ground.marks / name)!r}, 'w')\n", encoding="utf-8")
-    islands = {"archipelago": {"every": 1, "islands": 2, "emigration": {"snail": 0.5}}}
+    islands = {
+        "archipelago": {"migration_interval": 1, "islands": 2, "migration_probability": {"snail": 0.5}}
+    }
     for name, text in (
         ("world", as_toml(ground.garden)),
         ("islands", as_toml(ground.garden | islands)),

@@ -11,7 +11,9 @@ from tests.analysis.test_why import HUNGER, PLANT, TICKS, animal, case, course, 
 def test_plants_that_starve_did_not_fail_to_find_food() -> None:
     n = {"a": course((0, 500), (50, 0), (99, 0)), "b": course((0, 100), (99, 100))}
     fell = np.maximum(-np.diff(n["a"], append=0), 0)
-    plant = PLANT | {"lethal": [{"property": "energy", "min": 0.0, "max": None, "low": HUNGER, "high": ""}]}
+    plant = PLANT | {
+        "lethal": [{"property": "energy", "min": 0.0, "max": None, "cause_below": HUNGER, "cause_above": ""}]
+    }
     run = case(
         n,
         {("a", HUNGER): fell},

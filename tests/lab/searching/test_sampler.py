@@ -36,7 +36,7 @@ body = { radius = 0.1 }
 metabolism.energy = 1.0
 metabolism.energy_max = 1.0
 metabolism.basal = { value = 0.01, search = [0.001, 0.1], scale = "log" }
-reproduction = { kind = "simplified", rate = 0.02, energy_min = 0.1, energy_given = 0.05 }
+reproduction = { kind = "asexual", place = "anywhere", rate = 0.02, energy_min = 0.1, energy_given = 0.05 }
 [data]
 file = "mites.csv"
 ticks = 1.0

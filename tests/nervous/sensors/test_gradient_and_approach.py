@@ -36,7 +36,7 @@ def _read(world):
 
 
 def test_who_swims_nearer_is_felt_with_its_direction_and_speed():
-    world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0, "scale": 2.0}])
+    world = _sea([{"kind": "approach", "target": "predator", "range": 6.0, "scale": 2.0}])
     arrange(world, "prey", x=10, y=10, z=5, heading=np.pi / 2)
     # 5 m off: 3 ahead of x, 4 above
     arrange(world, "predator", x=13, y=10, z=9, heading=np.pi, speed=1.5, climb=-0.5)
@@ -49,14 +49,14 @@ def test_who_swims_nearer_is_felt_with_its_direction_and_speed():
     "state", [{"speed": 0.0}, {"speed": 1.0, "heading": 0.0}, {"speed": 1.0, "heading": np.pi, "x": 18.0}]
 )
 def test_who_rests_or_leaves_or_is_far_is_not_felt(state):
-    world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0}])
+    world = _sea([{"kind": "approach", "target": "predator", "range": 6.0}])
     arrange(world, "prey", x=10, y=10, z=5)
     arrange(world, "predator", **({"x": 13, "y": 10, "z": 5, "climb": 0} | state))
     assert list(_read(world).values()) == [0.0] * 4
 
 
 def test_own_motion_is_not_felt_as_approach():
-    world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0}])
+    world = _sea([{"kind": "approach", "target": "predator", "range": 6.0}])
     arrange(world, "prey", x=10, y=10, z=5, heading=0.0, speed=2.0)
     arrange(world, "predator", x=13, y=10, z=5, speed=0.0)
     assert list(_read(world).values()) == [0.0] * 4
@@ -64,7 +64,7 @@ def test_own_motion_is_not_felt_as_approach():
 
 def test_on_a_plane_approach_and_gradient_have_no_up():
     sensors = [
-        {"kind": "approach", "target": "predator", "radius": 6.0},
+        {"kind": "approach", "target": "predator", "range": 6.0},
         {"kind": "gradient", "field": "smell"},
     ]
     world = _sea(sensors, (20.0, 20.0))
@@ -91,7 +91,7 @@ def test_a_gradient_compares_two_sides_of_the_body():
 
 
 def test_sight_by_light_ends_where_it_is_dark():
-    sensors = [{"kind": "nearest", "target": "predator", "radius": 5.0, "sight": 8.0, "blind": 0.5}]
+    sensors = [{"kind": "nearest", "target": "predator", "range": 5.0, "sight": 8.0, "blind": 0.5}]
     for light, near in ((0.0, 0.0), (0.1875, 0.0), (0.25, 1 - 2 / 2.5), (0.5, 1 - 2 / 4.5), (1.0, 1 - 2 / 5)):
         world = _sea(sensors, ambient={"light": light})
         arrange(world, "prey", x=10, y=10, z=5)

@@ -12,12 +12,12 @@ SENSORS = [
         "kind": "rays",
         "name": "eye",
         "count": 1,
-        "radius": 12.0,
+        "range": 12.0,
         "targets": ["post", "tower"],
         "report": "per_ray",
     },
-    {"kind": "nearest", "target": "post", "radius": 12.0, "occlusion": True},
-    {"kind": "nearest", "target": "tower", "radius": 12.0, "occlusion": True},
+    {"kind": "nearest", "target": "post", "range": 12.0, "occlusion": True},
+    {"kind": "nearest", "target": "tower", "range": 12.0, "occlusion": True},
 ]
 
 

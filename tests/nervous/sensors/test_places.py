@@ -39,8 +39,8 @@ def read(world, **places):
 
 
 EYES = [
-    {"kind": "nearest", "name": "middle", "target": "hare", "radius": 5.0},
-    {"kind": "nearest", "name": "front", "target": "hare", "radius": 5.0, "at": [2.0, 0.0]},
+    {"kind": "nearest", "name": "middle", "target": "hare", "range": 5.0},
+    {"kind": "nearest", "name": "front", "target": "hare", "range": 5.0, "at": [2.0, 0.0]},
 ]
 
 
@@ -96,13 +96,13 @@ def test_the_pressure_in_a_soft_body_is_felt_at_the_depth_of_the_place():
 
 
 def test_each_sees_over_a_field_of_view_of_its_own():
-    eye = {"kind": "nearest", "name": "eye", "target": "hare", "radius": 5.0, "fov": 1.0}
+    eye = {"kind": "nearest", "name": "eye", "target": "hare", "range": 5.0, "fov": 1.0}
     rays = {
         "kind": "rays",
         "name": "ray",
         "targets": ["hare"],
         "count": 1,
-        "radius": 5.0,
+        "range": 5.0,
         "angle": 0.0,
         "report": "per_ray",
     }

@@ -26,7 +26,7 @@ def _config(*sensors, size=(SIDE, SIDE), edges="torus", **changes):
         "count": 4,
         "body": {"radius": 1.0, "mass": 2.0},
         "properties": {"electric_current": 3.0},
-        "sensors": [{"kind": "property", "radius": 4.0, "name": f"s{i}"} | s for i, s in enumerate(sensors)],
+        "sensors": [{"kind": "property", "range": 4.0, "name": f"s{i}"} | s for i, s in enumerate(sensors)],
     }
     return {
         "format": 1,
@@ -210,7 +210,7 @@ def test_remains_have_the_properties_of_those_who_died():
 
 def test_reach_and_place_may_be_heritable():
     genes = [
-        {"name": "far", "trait": "sensors.s0.radius", "letters": 1, "values": [4.0] * 4},
+        {"name": "far", "trait": "sensors.s0.range", "letters": 1, "values": [4.0] * 4},
         {"name": "ahead", "trait": "sensors.s0.forward", "letters": 1, "values": [0.0] * 4},
     ]
     world = _world(

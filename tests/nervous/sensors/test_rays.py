@@ -12,7 +12,7 @@ EYE = {
     "kind": "rays",
     "name": "eye",
     "count": 1,
-    "radius": 5.0,
+    "range": 5.0,
     "targets": ["post", "wall"],
     "report": "per_ray",
 }

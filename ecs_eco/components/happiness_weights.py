@@ -4,7 +4,7 @@ from ecs_eco.engine.schema import component, f32
 
 
 @component
-class Desires:
+class HappinessWeights:
     """Weights of one organism's happiness network, in the order of the species' happiness weights."""
 
     weight: f32["desires"] = 0.0

@@ -4,7 +4,7 @@ from ecs_eco.engine.schema import component, f32
 
 
 @component
-class Plasticity:
+class LearningRates:
     """Hyperparameters of one organism's learning (the paper:
     PPO with the animals' individual hyperparameters)."""
 

@@ -1,0 +1,117 @@
+"""Former names of keys, which a field declares with `former`: they are read, and hashes are taken of them."""
+
+import types
+from collections.abc import Iterator
+from functools import cache
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from ecs_eco.config.numbers import labels
+from ecs_eco.config.rules import Key
+from ecs_eco.inputs.section import Section
+from ecs_eco.learning.aliases import FORMER
+
+
+@cache
+def present_names(model: type[Section]) -> dict[str, str]:
+    """Return the present name of each key of a section that had another one, by its former name."""
+    fields = model.model_fields.items()
+    return {field.alias: name for name, field in fields if field.alias}
+
+
+def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
+    """Give keys in the data of a section their present names; yield each key, and its former name."""
+    kind = type_of(kind, data)
+    if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
+        now = {names.get(name, name): value for name, value in data.items()}
+        if len(now) == len(data):  # else a key is given by both names, and the former one is refused
+            yield from [((*key, names[name]), name) for name in data if name in names]
+            data.clear()
+            data.update(now)
+    for part, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(value, dict | list):
+            yield from rename(value, _below(kind, data, part)[0], (*key, part))
+
+
+def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
+    """Return a key below data of a type by its present names, by its former ones, and the type that it has."""
+    now, before = list(key), list(key)
+    for i, part in enumerate(key):
+        kind = type_of(kind, data)
+        if is_section(kind):
+            now[i] = part = present_names(kind).get(str(part), part)
+            field = kind.model_fields.get(str(part))
+            before[i] = (field and field.alias) or part
+        elif now[max(i - 1, 0)] == "ppo":
+            now[i] = FORMER.get(str(part), part)
+            before[i] = next((old for old, name in FORMER.items() if name == now[i]), part)
+        kind, data = _below(kind, data, part)
+    return tuple(now), tuple(before), kind
+
+
+def by_former_names(config: Any) -> dict[str, Any]:
+    """Return a world's configuration with JSON types and the former names of its keys."""
+    data: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
+
+    def before(name: str, section: Section) -> str:
+        return ".".join(map(str, both_names(tuple(name.split(".")), section, None)[1]))
+
+    for species, own in zip(config.species.values(), data["species"].values(), strict=True):
+        way = own["reproduction"] or {}
+        if (way.get("kind"), way.get("place")) == ("asexual", "anywhere"):
+            way |= {"kind": "simplified", "dispersal": None}
+        own["ppo"] = {before(f"ppo.{name}", species)[4:]: value for name, value in own["ppo"].items()}
+        genome = own["genome"] or {"genes": []}
+        for coded in (*genome["genes"], *genome.get("derived", {}).values()):
+            coded["trait"] = coded["trait"] and before(coded["trait"], species)
+    for values in (
+        data["training"]["set"],
+        *(data.get("archipelago") or {}).get("islands", {}).values(),
+        *(planned["set"] for planned in data["interventions"] if planned["kind"] == "set"),
+    ):
+        renamed = {before(name, config): value for name, value in values.items()}
+        values.clear()
+        values.update(renamed)
+    return data
+
+
+def is_section(kind: Any) -> bool:
+    """Whether a type is that of a section."""
+    return isinstance(kind, type) and issubclass(kind, Section)
+
+
+def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
+    """Return the type of a part of a section, table or list, and the part; None for what is not known."""
+    if is_section(kind):
+        field = kind.model_fields.get(str(part))
+        own = data.get(part) if isinstance(data, dict) else getattr(data, str(part), None)
+        return field and field.annotation, own
+    inner = (get_args(kind) or (None,))[-1]
+    if isinstance(data, list):
+        names = [
+            e.get("name") if isinstance(e, dict) else label
+            for e, label in zip(data, labels(data), strict=True)
+        ]
+        place = int(part) if str(part).isdecimal() else names.index(part) if part in names else len(data)
+        return inner, data[place] if place < len(data) else None
+    return inner, data.get(part) if isinstance(data, dict) else None
+
+
+def type_of(kind: Any, data: object) -> Any:
+    """Return a type without Annotated and None; of a union of sections that of the data, by its `kind`."""
+    if isinstance(data, Section):
+        return type(data)
+    while get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
+    if get_origin(kind) in (types.UnionType, Union):
+        members = [type_of(m, data) for m in get_args(kind) if m is not type(None)]
+        tag = data.get("kind") if isinstance(data, dict) else None
+        if isinstance(data, dict) and tag is None:  # a section beside lists or words
+            members.sort(key=lambda m: not is_section(m))
+        return next((m for m in members if tag is not None and tag in tags_of(m)), members[0])
+    return kind
+
+
+def tags_of(section: object) -> tuple[Any, ...]:
+    """Return the kinds that a section may be of."""
+    info = getattr(section, "model_fields", {}).get("kind")
+    return get_args(info.annotation) if info else ()
