@@ -153,13 +153,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 STUDY = Study(
     name="search",
     claim="A search turns a world that dies on nearly every seed into one that persists.",
-    config={
-        "world": identity(),
-        "cpu": 600.0,
-        "workers": 2,
-        "trials": None,
-        "changes": {},
-    },
+    config={"world": identity(), "cpu": 600.0, "workers": 2, "trials": None, "changes": {}},
     cases=[{"optimiser": k, "seed": s} for s in (1, 2) for k in ("gp", "random")],
     run=run,
     summarise=summarise,

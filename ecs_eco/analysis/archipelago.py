@@ -155,7 +155,9 @@ def chart(islands: Islands) -> Figure:
 @styled
 def numbers(islands: Islands) -> Figure:
     """Draw the numbers of each migrating species, one line per island; below, its migrants."""
-    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)[:1]
+    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)[
+        :1
+    ]
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):

@@ -34,8 +34,8 @@ def notes(config: WorldConfig) -> list[str]:
 
 def on_former_names(config: WorldConfig, renamed: Mapping[Key, str]) -> Iterator[str]:
     """Yield the present name of each key that was given by a former one, at its first place."""
-    first = {(former, key[-1]): key for key, former in reversed(renamed.items())}
-    yield from (f"{name_of(key)} was called {former}" for (former, _), key in reversed(first.items()))
+    first = {(former, key[-1]): key for key, former in reversed(list(renamed.items()))}
+    yield from (f"{name_of(key)} was called {former}" for (former, _), key in reversed(list(first.items())))
     for name, species in config.species.items():
         if isinstance(way := species.reproduction, Simplified):
             yield f'species.{name}.reproduction: write kind = "asexual", place = "{way.place}" for simplified'
