@@ -176,7 +176,7 @@ STUDY = Study(
         "kills": 10,
         "pause": 3.0,
         "changes": {"species.goat.policy.kind": "individual", "species.goat.policy.learn": True},
-        "archipelago": {"islands": ISLANDS, "migration_interval": 250, "graph": "grid", "migration_probability": {"goat": 0.05}},
+        "archipelago": {"islands": ISLANDS, "every": 250, "graph": "grid", "emigration": {"goat": 0.05}},
     },
     cases=[{"way": way, "seed": 1} for way in WAYS],
     run=run,
@@ -190,7 +190,7 @@ STUDY = Study(
             "islands": {"one": {}, "other": {"species.goat.count": 40}},
             "every": 10,
             "graph": "full",
-            "migration_probability": {"goat": 0.2},
+            "emigration": {"goat": 0.2},
         },
     },
 )
