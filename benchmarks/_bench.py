@@ -1,5 +1,5 @@
-"""What the benchmarks share: the machine's description, timing, results as JSON,
-and the world of a given size."""
+"""Shared parts of the benchmarks: description of the machine, timing, results as JSON, and a world of a given
+size."""
 
 import json
 import math

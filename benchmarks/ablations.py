@@ -1,15 +1,15 @@
-"""What each trick of `ecs_eco.compiled` gains: the same jobs with all of them, and with all but one, in turns.
+"""Measure what each trick of `ecs_eco.compiled` gains: the same jobs with all tricks and with all but one, in turns.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
-Each trick is switched off by lines that run before the package is loaded, in processes with a folder of
-kernels of their own where it changes these. In each turn every variant does every job once, in another
-order. The table shows how many times as long a job takes without the trick: the median of the turns, and
-their range. Jobs: README's predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and
-on two; a later start of `ecs-eco run` with 100 ticks; and in some turns a first one, which compiles, by one
-process. Seconds are those of the processor, which other work on the machine disturbs less, but for two
-threads, where they are those of the clock. Tricks that concern threads only are the control of the jobs on
-one thread: what these rows are beside 1 is noise. Below the table: which variants came to other results.
+Lines that run before the package is loaded switch off a trick, in processes with their own folder of kernels
+if the trick changes kernels. In each turn every variant does every job once, in another order. The table shows
+how many times as long a job takes without the trick: the median of turns and their range. Jobs: README's
+predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and on two; a later start of
+`ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process. Seconds are
+processor time, which other work on the machine disturbs less; for two threads they are wall-clock time. Tricks
+that concern threads only are the control of the jobs on one thread: how far their rows are from 1 is noise. The
+lines below the table name variants with different results.
 """
 
 import argparse

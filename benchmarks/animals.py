@@ -1,9 +1,9 @@
-"""How many organism-steps per second: animals that sense, think and act, with ledger,
-recorder and causes of death on.
+"""Measure organism-steps per second of animals that sense, decide and act, with ledger, recorder and causes of
+death on.
 
     python benchmarks/animals.py [--sizes 1000 10000 100000] [--learn] [--threads 1 2]
 
-Plants are there, are simulated, and are not counted.
+Plants are simulated but not counted.
 """
 
 import argparse

@@ -1,14 +1,13 @@
-"""The world of animals.py, of this commit and of another, in turns: one's time of a tick beside the other's.
+"""Compare the time of a tick of this commit and of another, in turns, in the world of animals.py.
 
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
-Both processes hold the same world and let a few ticks pass while the other waits, as often as `--turns` says.
-With this commit as the other, and `10000:2:1:0` for rows, they show what a second thread gains; with
-`--beside 1`, what it loses where the second core has other work.
-The ratio is that of this commit's time of the processor to the other's, turn by turn: median and quartiles;
-with several threads that of the wall clock. `quiet` is the ratio of the means of the least tenth of turns,
-which other work disturbed least. Times are per animal, for where digests are others the worlds go different
-ways after some ticks; `same end` says whether they did not. GiB are the most memory that the process held.
+Two processes with the same world run a few ticks in turn, `--turns` times. With this commit as the other one,
+and `10000:2:1:0` for rows, they show what a second thread gains; with `--beside 1`, what it loses if the second
+core has other work. The ratio is this commit's processor time divided by the other's, turn by turn (median and
+quartiles); with several threads it is wall-clock time. `quiet` is the ratio of the means of the shortest tenth
+of turns, which other work disturbed least. Times are per animal, because worlds with different digests diverge
+after some ticks; `same end` tells you whether they agree. GiB is the peak memory of the process.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""One world over several processes: how much faster, how many bytes, and what a model of it says for more.
+"""Measure one world on several processes: speed-up, bytes, and the predictions of a model for more processes.
 
     mpiexec is called by it: python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 

@@ -1,4 +1,4 @@
-"""Another commit beside this one: the same results, and at what speed?
+"""Compare another commit with this one: are results the same, and how fast are both?
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--sets 8] [--worlds NAME …]

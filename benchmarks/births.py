@@ -1,5 +1,5 @@
-"""How many births a second: crossover and mutation of many genomes at once,
-and one by one through DEAP's own functions.
+"""Measure births per second: crossover and mutation of many genomes at once, and one by one through DEAP's
+functions.
 
     python benchmarks/births.py [--births 100000]
 """

@@ -1,4 +1,4 @@
-"""Where the time of a tick goes: nanoseconds per animal of each system, with one and with two threads.
+"""Measure the parts of a tick: nanoseconds per animal of each system, with one and with two threads.
 
 python benchmarks/breakdown.py [--sizes 10000 30000 100000]
 """

@@ -1,4 +1,4 @@
-"""How long a checkpoint takes, how large it is, and what checkpoints and recording cost a run.
+"""Measure the time and size of a checkpoint, and what checkpoints and recording cost a run.
 
 python benchmarks/checkpoints.py [--animals 100000] [--pairs 5]
 """

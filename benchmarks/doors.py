@@ -1,12 +1,11 @@
-"""How fast is each door to a species: agents' steps a second, beside MAgent2 through PettingZoo.
+"""Measure agent-steps per second of each interface to a species, against MAgent2 through PettingZoo.
 
     python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
 
-Agents act at random. `external` hands over arrays, `slots` is a Gymnasium vector of all of them,
-`parallel_env` PettingZoo's dicts; `within` is the same world without a door, by chance. MAgent2's battle,
-with about as many agents, is stepped through its parallel environment in the same run: each round goes
-through all doors in turn, and the median over rounds counts. Seconds are those of the process, which has
-one thread. Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer
+Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env` uses
+PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's battle, with
+about as many agents, is stepped through its parallel environment in the same run: each round takes all
+interfaces in turn, and the median over rounds counts. Seconds are processor time of one thread. Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer
 senses 14 numbers, an agent of MAgent2 845.
 """
 

@@ -1,5 +1,5 @@
-"""What it costs that a world is firm: what comes from outside is checked, no tick is left half done,
-worlds of several threads take turns, Ctrl-C waits.
+"""Measure the cost of safety: input from outside is checked, every tick is finished, worlds of several threads take
+turns, and Ctrl-C waits.
 
     python benchmarks/firm_ground.py [--turns 150]
 

@@ -1,10 +1,10 @@
-"""What genomes cost: the same world tick by tick with and without genomes that say nothing, run in turns.
+"""Measure the cost of genomes: the same world with and without genomes that no gene reads, tick by tick in turns.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
 Animals share a policy, do not learn, mate and die of age; food is plentiful and births fill the places of the
-dead. Letters that no gene reads change nobody's life, so all worlds have the same animals, births and deaths,
-which is checked.
+dead. Letters that no gene reads have no effect, so all worlds have the same animals, births and deaths; this is
+checked.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Work of other benchmarks, of this commit and of another, in turns: one's figure beside the other's.
+"""Compare this commit with another in the work of other benchmarks, in turns.
 
     python benchmarks/in_turns.py --before COMMIT [--folder CHECKOUT] [--turns 9]
         [--cases learners wolves memory]

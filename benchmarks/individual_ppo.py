@@ -1,12 +1,12 @@
-"""What does a brain for every animal cost: ms per tick to think, to remember and to learn by PPO.
+"""Measure the cost of a brain for every animal: ms per tick to infer, to remember and to learn by PPO.
 
     python benchmarks/individual_ppo.py [--sizes 300 1000 3000] [--threads 1 2]
 
 Each animal has its own weights, its own Adam and its own rollout of 32 ticks, and uses each transition in 4
-epochs; all were born in the same tick. The plain way is the same networks and the same loss by torch's
-baddbmm and autograd over the whole population at once, with torch.optim.Adam, in the same run; all of it
-learns in every 32nd tick. One thread is timed by its processor, which neighbours disturb less; more threads
-by the clock on the wall.
+epochs; all were born in the same tick. The comparison is the same networks and the same loss in torch
+(baddbmm and autograd over the whole population, torch.optim.Adam) in the same run; all animals learn in every
+32nd tick. One thread is timed by processor time, which other work disturbs less; more threads by wall-clock
+time.
 """
 
 import argparse

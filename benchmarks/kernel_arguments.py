@@ -1,4 +1,4 @@
-"""What a call of a kernel from Python costs, by the form of its arguments.
+"""Measure the cost of a call of a kernel from Python, by the form of its arguments.
 
     python benchmarks/kernel_arguments.py [--rounds 40]
 

@@ -1,4 +1,4 @@
-"""README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and what each asks of Python.
+"""Measure README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls of a tick.
 
     python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
     python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]

@@ -1,5 +1,5 @@
-"""How much memory an animal takes: columns and index; Python objects where esper has been asked for all
-numbers, and where its loop has looked at a component of each; and a transition of a rollout.
+"""Measure memory per animal: columns and index; Python objects once esper knows all ids, and once its loop has
+visited a component of each animal; and a transition of a rollout.
 
     python benchmarks/memory.py [--animals 100000]
 """

@@ -1,9 +1,9 @@
-"""What a frame costs the viewer's page: 50,000 organisms, the real server, Chromium drawing in software; and
-the memory of page and server over time.
+"""Measure the cost of a frame in the viewer's page (50,000 organisms, the real server, Chromium with software
+rendering), and the memory of page and server over time.
 
     python benchmarks/page.py [--organisms 50000] [--frames 150] [--only frames|memory] [--minutes 30]
 
-Wants playwright and Chromium (Debian: apt-get install chromium).
+Needs playwright and Chromium (Debian: apt-get install chromium).
 """
 
 import argparse

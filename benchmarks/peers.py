@@ -1,14 +1,14 @@
-"""Grazers that look for their nearest neighbour, move, eat and breed, in other frameworks, in ecs-eco, and as
-a bare loop: organism-steps per second, in one run on one machine.
+"""Compare frameworks: organism-steps per second of grazers that look for their nearest neighbor, move, eat and
+breed, in ecs-eco, in other frameworks and as a bare loop, in one run on one machine.
 
     python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs-eco Mesa …] [--rounds 3] [--short]
     python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters that have the frameworks
 
-Every peer writes the task in its own idiom (`peers_grazing.py`, `peers_others.py`); those that cannot express
-it run a task of their own, named in the table, as a hint of what a tick costs there. Each is a process of one
-thread, peers take turns, and the best round counts; setting up and the first tick are not timed. Who has not
-ended after `--limit` seconds is given up. Where the task is common, so must the numbers of animals be: they
-are compared with the bare loop's.
+Each framework states the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that cannot
+express it run a task of their own, named in the table, to indicate the cost of a tick. Each runs in a process
+with one thread; they take turns, and the best round counts; set-up and the first tick are not timed. A process
+that has not ended after `--limit` seconds is given up. If the task is common, numbers of animals must agree with
+the bare loop.
 """
 
 import argparse

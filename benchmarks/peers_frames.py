@@ -1,6 +1,6 @@
 """The common task of `peers.py` in mesa-frames: agents are rows of a polars DataFrame, steps are expressions.
 
-Its spaces are grids of cells; whoever is within REACH of a place on the plane is found by joining cells.
+Its spaces are grids of cells; neighbors within REACH on the plane are found by joining cells.
 """
 
 import math

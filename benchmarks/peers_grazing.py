@@ -1,9 +1,9 @@
 """The common task of `peers.py`: grazers that flee each other, as a bare loop and in ecs-eco.
 
-On a torus with tufts on sites of 3 m, each tick (1 s) every grazer looks for the nearest other one within
-REACH, turns by TURN to the side away from it, walks SPEED, pays COST, eats the tuft that it touches and gains
-GAIN up to a store of 1; who has ENOUGH divides with the chance CHANCE and gives its young GIVEN; who has
-nothing left dies. A site without a tuft bears one with the chance REGROWTH.
+On a torus with tufts on sites of 3 m, each tick (1 s) every grazer looks for the nearest other grazer within
+REACH, turns away from it by TURN, walks SPEED, pays COST, eats the tuft that it touches and gains GAIN up to a
+store of 1. With at least ENOUGH, it divides with probability CHANCE and gives its young GIVEN; without energy, it
+dies. A site without a tuft grows one with probability REGROWTH.
 """
 
 import math

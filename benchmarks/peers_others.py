@@ -1,5 +1,5 @@
-"""The common task of `peers.py` in other frameworks, each as its own pages would write it; and what those do
-that cannot express it."""
+"""The common task of `peers.py` in other frameworks, each in the style of its own documentation; and the tasks of
+frameworks that cannot express it."""
 
 import math
 from typing import Any

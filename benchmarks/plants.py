@@ -1,4 +1,4 @@
-"""How many plants per second grow and spread, with deaths of old age, ledger and recorder on.
+"""Measure plant-steps per second: plants grow, spread and die of old age, with ledger and recorder on.
 
 python benchmarks/plants.py [--sizes 10000 100000 1000000]
 """

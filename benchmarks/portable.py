@@ -1,4 +1,4 @@
-"""What the portable mode costs: each shipped world in both modes, in turn, in processes of their own.
+"""Measure the cost of portable mode: each shipped world in both modes, in turn, in separate processes.
 
     python benchmarks/portable.py [--worlds reflexes lamb] [--pairs 3]
 

@@ -1,11 +1,11 @@
-"""What does it cost to act and to learn: ns per row and tick, µs per transition with all its epochs.
+"""Measure the cost of acting and learning: ns per row and tick, µs per transition with all its epochs.
 
     python benchmarks/ppo.py [--sizes 1000 10000 100000] [--threads 1 2]
 
 24 observations, 64 and 64 tanh units that policy and value share, two groups of three actions, 3 epochs of
-minibatches of 8,192. The plain way is the same network and the same loss by torch's autograd and
-torch.optim.Adam. One thread is timed by its processor, which neighbours disturb less; more threads by the
-clock on the wall.
+minibatches of 8,192. The comparison is the same network and the same loss with torch's autograd and
+torch.optim.Adam. One thread is timed by processor time, which other work disturbs less; more threads by
+wall-clock time.
 """
 
 import argparse

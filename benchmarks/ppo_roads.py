@@ -1,4 +1,4 @@
-"""PPO of one shared network and of a network each, of this commit and of another, in turns.
+"""Compare this commit with another in PPO of one shared network and of individual networks, in turns.
 
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 

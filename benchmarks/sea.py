@@ -1,5 +1,5 @@
-"""How many plankton per second live in one sea: the world diel-migration with a wider surface, policies at
-work, ledger and recorder on.
+"""Measure plankton-steps per second in one sea: the world diel-migration with a wider surface, active policies,
+ledger and recorder on.
 
     python benchmarks/sea.py [--sizes 1000 10000 100000]
     python benchmarks/sea.py --life        # as it is shipped: training from random weights, 20 days to disk

@@ -1,7 +1,6 @@
-"""How long a command takes as a whole process: `--help`, and a run of 100 ticks whose kernels are compiled,
-and whose are not.
+"""Measure commands as whole processes: `--help`, and a run of 100 ticks with and without compiled kernels.
 
-    python benchmarks/startup.py
+python benchmarks/startup.py
 """
 
 import compileall

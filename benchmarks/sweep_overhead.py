@@ -1,4 +1,4 @@
-"""What a sweep costs over the bare runs: the same runs in turn, bare and as jobs, on the same workers.
+"""Measure the overhead of a sweep: the same runs in turn, bare and as jobs, on the same workers.
 
     python benchmarks/sweep_overhead.py [--runs 20] [--ticks 1000] [--workers 2] [--on local] [--pairs 3]
 

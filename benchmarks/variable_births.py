@@ -1,5 +1,5 @@
-"""Births a second with genomes of variable length: crossed unequally, genes doubled and lost, letters
-inserted, lost and changed; at once, and one by one through functions with DEAP's signature.
+"""Measure births per second with genomes of variable length: unequal crossover, duplicated and deleted genes,
+inserted, deleted and changed letters; all at once, and one by one through functions with DEAP's signature.
 
     python benchmarks/variable_births.py [--births 50000]
 

@@ -1,4 +1,4 @@
-"""What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
+"""Measure what a viewer costs a run, how long a frame takes to encode, and what a page that stalls costs.
 
 python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
                             [--only cost|frames|stall|rewind]

@@ -1,4 +1,4 @@
-"""Mesa 3.5's WolfSheep and the same rules in ecs-eco: how much faster, and are they the same?
+"""Compare Mesa 3.5's WolfSheep with the same rules in ecs-eco: speed, and whether populations agree.
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 

@@ -1,4 +1,4 @@
-"""The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with components and systems of our own.
+"""The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with custom components and systems.
 
 A tick: all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1, eats,
 and starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick on.

@@ -1,4 +1,4 @@
-"""The tables of claims on the pages of docs/evidence/: each claim, and the line of a study that it rests on.
+"""The claims on the pages of docs/evidence/: each claim, and the line of a study that it rests on.
 
 A claim is registered if its line is that of a hypothesis in studies/registered/; a test if it is a promise of the
 program; else exploratory: seen first, or with a goal that was set after a look.
@@ -10,10 +10,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from cells import shown
+from cells import shown, table
 
 CLAIMS = Path(__file__).parent.parent / "studies" / "claims.toml"
-HEAD = ["claim", "kind", "training seeds × world seeds", "effect (95% interval)", "goal", "outcome"]
+HEAD = ["kind", "training seeds × world seeds", "effect (95% interval)", "goal", "outcome"]
 KEYS = ("id", "says", "study", "line", "of", "kind", "failed")
 
 
@@ -32,24 +32,20 @@ def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
     return claims
 
 
-def rows(records: Mapping[str, Mapping[str, Any]], claims: list[dict[str, Any]]) -> list[list[Any]]:
-    """Return a line of the table for each claim, from results by the name of their study."""
-    return [row(claim, _of(records, claim["study"], f"claim {claim['id']!r}")) for claim in claims]
-
-
-def row(claim: Mapping[str, Any], record: Mapping[str, Any]) -> list[Any]:
-    """Return the line of one claim. Raises ValueError where its line or its cases are not in the result."""
+def section(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
+    """Return a claim under a heading whose anchor is claim-ID. Raises ValueError where its line or its cases are
+    not in the result."""
     line = line_of(claim, record)
     how = claim.get("kind", "registered" if "registered" in line else "exploratory")
     note = f" {claim['failed']}" if "failed" in claim and not line["met"] else ""
-    return [
-        f'<a id="claim-{claim["id"]}"></a>{claim["says"]}{note}',
+    row = [
         how,
         replicates(claim, record),
         shown(line["value"]),
         line["goal"] if "registered" in line else shown(line["goal"]),
         "passed" if line["met"] else "**failed**",
     ]
+    return f"### Claim: {claim['id']}\n\n{claim['says']}{note}\n\n{table(HEAD, [row])}"
 
 
 def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -80,10 +76,3 @@ def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
     training, worlds = ({case[key] for case in cases if key in case} for key in ("training", "seed"))
     seeds = f"{len(training) or 1} × {len(worlds) or 1}"
     return seeds if len(cases) == (len(training) or 1) * (len(worlds) or 1) else f"{seeds}, n = {len(cases)}"
-
-
-def _of(records: Mapping[str, Mapping[str, Any]], study: str, who: str) -> Mapping[str, Any]:
-    if study not in records:
-        near = get_close_matches(study, records, 1)
-        raise ValueError(f"{who}: no result of {study!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
-    return records[study]

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cells import shown, table, typeset
-from claims import HEAD as CLAIMS_HEAD  # the files beside this one
-from claims import rows as rows_of_claims
+from claims import section as claim_section  # the files beside this one
 from persistence import opening
 
 ROOT = Path(__file__).parents[1]
@@ -64,11 +63,8 @@ def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
         *([figure(name, "../img")] if name in FIGURES else []),
         *([f"**{summary}**"] if (summary := opening(record)) else []),
         *([STALE] if stale(record) else []),
-        *(
-            ["## Claims that rest on it", table(CLAIMS_HEAD, rows_of_claims({name: record}, own))]
-            if own
-            else []
-        ),
+        *(["## Claims that rest on it"] if own else []),
+        *(claim_section(claim, record) for claim in own),
         "## Measured",
         f"{counted(record)} goals passed. Lines without a goal are reported only.",
         table(["outcome", "statement", "measured", "goal"], [measured(line) for line in record["verdicts"]]),
