@@ -6,7 +6,7 @@ from typing import Any
 
 project, author = "ecs-eco", "the ecs-eco authors"
 version = release = version_of("ecs-eco")
-project_copyright = "the ecs-eco authors, MIT licence"
+project_copyright = "the ecs-eco authors, MIT license"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_design", "sphinx_copybutton"]
 exclude_patterns = ["_static"]
 
