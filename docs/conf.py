@@ -8,7 +8,7 @@ from tools.api_pages import is_public
 
 project, author = "ecs-eco", "the ecs-eco authors"
 version = release = version_of("ecs-eco")
-project_copyright = "the ecs-eco authors, MIT licence"
+project_copyright = "the ecs-eco authors, MIT license"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "sphinx_copybutton"]
 exclude_patterns = ["_static"]
 

@@ -19,8 +19,8 @@ INDEX = """# ODD descriptions
 
 {note}
 
-These pages describe each shipped world by the ODD protocol (Grimm et al. 2020). `ecs-eco describe WORLD` writes such a
-page for any world ([how to](../../how-to/describe.md)).
+These pages describe each shipped world by the ODD protocol (Grimm et al. 2020). `ecs-eco describe WORLD` writes
+such a page for any world ([how to](../../how-to/describe.md)).
 
 | world | |
 |---|---|

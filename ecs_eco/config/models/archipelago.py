@@ -37,7 +37,8 @@ class Archipelago(Section):
         "Migration",
         reads=("archipelago",),
         rules={
-            "": "Every `migration_interval` ticks each individual leaves its island with the probability under `migration_probability` and "
+            "": "Every `migration_interval` ticks each individual leaves its island with the probability under "
+            "`migration_probability` and "
             "arrives on a neighboring island, drawn with equal probability."
         },
         draws="which individuals migrate, and where to",
