@@ -52,6 +52,7 @@ def pages() -> dict[str, str]:
                 [
                     f"# {config.title or config.name}",
                     NOTE,
+                    f"All processes and parameters of this world: [ODD description](../odd/{world}.md).",
                     *(_environment(name, door, config) for name, door in doors),
                 ]
             )
