@@ -56,6 +56,7 @@ def pages() -> dict[str, str]:
                     f"# {config.title or config.name}",
                     NOTE,
                     "On this page you can look up the observations, actions and rewards of these environments.",
+                    f"All processes and parameters of this world: [ODD description](../odd/{world}.md).",
                     *(_environment(name, door, config) for name, door in doors),
                 ]
             )

@@ -11,16 +11,13 @@ from ecs_eco.config.shipped import shipped, titles
 from ecs_eco.odd import describe
 
 PAGES = Path(__file__).parents[1] / "docs" / "reference" / "odd"
-NOTE = (
-    "<!-- Written by tools/make_odd.py from the world files and the declarations: change those, not this "
-    "page. -->"
-)
+NOTE = "<!-- Written by tools/make_odd.py from world files and declarations: change those, not this page. -->"
 INDEX = """# ODD descriptions
 
 {note}
 
-These pages describe each shipped world by the ODD protocol (Grimm et al. 2020). `ecs-eco describe WORLD` writes
-such a page for any world ([how to](../../how-to/describe.md)).
+These pages describe each shipped world by the ODD protocol (Grimm et al. 2020). `ecs-eco describe WORLD`
+writes such a page for any world ([how to](../../how-to/describe.md)).
 
 | world | |
 |---|---|
