@@ -4,7 +4,7 @@ import re
 from importlib.metadata import version as version_of
 from typing import Any
 
-from tools.api_pages import is_public
+from tools.api_pages import entries, is_public, thing_of
 
 project, author = "ecs-eco", "the ecs-eco authors"
 version = release = version_of("ecs-eco")
@@ -27,6 +27,7 @@ autodoc_class_signature = "mixed"
 python_maximum_signature_line_length = 90
 autodoc_mock_imports = ["stable_baselines3"]
 napoleon_google_docstring = False
+napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 html_theme = "pydata_sphinx_theme"
@@ -78,5 +79,11 @@ def skip_internal(_app: Any, what: str, _name: str, thing: Any, _skip: bool, _op
 
 def setup(app: Any) -> None:
     """Read docstrings as ours are written."""
+    for (
+        _,
+        module,
+        name,
+    ) in entries():  # before autodoc imports them as type checkers do, which pydantic refuses
+        thing_of(module, name)
     app.connect("autodoc-process-docstring", as_rst, priority=400)  # before napoleon
     app.connect("autodoc-skip-member", skip_internal)
