@@ -4,7 +4,7 @@ import re
 from importlib.metadata import version as version_of
 from typing import Any
 
-from tools.api_pages import is_public
+from tools.api_pages import entries, is_public, thing_of
 
 project, author = "ecs-eco", "the ecs-eco authors"
 version = release = version_of("ecs-eco")
@@ -27,6 +27,7 @@ autodoc_class_signature = "mixed"
 python_maximum_signature_line_length = 90
 autodoc_mock_imports = ["stable_baselines3"]
 napoleon_google_docstring = False
+napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 html_theme = "pydata_sphinx_theme"
@@ -54,13 +55,16 @@ copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 
 SPAN = re.compile(r"(`[^`\n]+`)")
+# the type of a parameter is shown as code: Sphinx would link each of its words
+TYPE = re.compile(r"^( *[\w*]+(?:, [\w*]+)*) : (.+)$", re.MULTILINE)
 EXAMPLE = re.compile(r"(^ *>>> .*?(?:\n *\n|\Z))", re.MULTILINE | re.DOTALL)
 
 
 def as_rst(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
     """Turn a docstring, whose only mark-up is `code` and examples, into reStructuredText."""
     parts = EXAMPLE.split("\n".join(lines))
-    lines[:] = "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts)).split("\n")
+    parts[::2] = [_escaped(TYPE.sub(r"\1 : `\2`", part)) for part in parts[::2]]
+    lines[:] = "".join(parts).split("\n")
 
 
 def _escaped(text: str) -> str:
@@ -78,5 +82,7 @@ def skip_internal(_app: Any, what: str, _name: str, thing: Any, _skip: bool, _op
 
 def setup(app: Any) -> None:
     """Read docstrings as ours are written."""
+    for _, module, name in entries():
+        thing_of(module, name)  # before autodoc imports it as type checkers do, which pydantic refuses
     app.connect("autodoc-process-docstring", as_rst, priority=400)  # before napoleon
     app.connect("autodoc-skip-member", skip_internal)

@@ -65,14 +65,21 @@ class World(SpatialWorld):
         One table per species and object type.
     systems : list of System
         In the order in which they were added.
-    before_tick, on_birth, on_death, on_departure, on_arrival : list of callable
-        Hooks. `before_tick` takes no arguments; `on_death` takes (table, rows) before the rows are freed;
-        `on_birth` takes (table, rows, first parents, second parents), uids u64[k] with 0 for none;
-        `on_departure` and `on_arrival` take (table, rows, numbers of islands). Hooks are not saved.
+    before_tick : list of callable
+        Hooks called before each tick of `run`, without arguments.
+    on_birth : list of callable
+        Hooks that take (table, rows, first parents, second parents); parents are uids u64[k], 0 for none.
+    on_death : list of callable
+        Hooks that take (table, rows), before the rows are freed.
+    on_departure : list of callable
+        Hooks that take (table, rows, numbers of the islands to which migrants leave).
+    on_arrival : list of callable
+        Hooks that take (table, rows, numbers of the islands from which migrants come).
 
     Notes
     -----
-    Worlds do not mix: each has its own esper context, which `with world:` enters.
+    Hooks are not saved in checkpoints. Worlds do not mix: each has its own esper context, which `with world:`
+    enters.
 
     Examples
     --------

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import ecs_eco
-from tools.api_pages import API, entries, is_public, pages
+from tools.api_pages import API, DATA, entries, is_public, pages, thing_of
 
 ROOT = Path(__file__).parents[1]
 ENTRIES = list(dict.fromkeys(entries()))
@@ -17,10 +17,6 @@ WITHOUT_EXTRAS = [(page, module, name) for page, module, name in ENTRIES if name
 ELSEWHERE = {"ecs_eco.compiled.portable", "ecs_eco.compiled.elementary"}  # documented by pages of their own
 IMPORT = re.compile(r"^\s*(?:>>> )?from (ecs_eco[\w.]*) import ([\w, ]+)$", re.MULTILINE)
 TEXTS = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*.py")]
-
-
-def thing_of(module: str, name: str) -> object:
-    return getattr(import_module(module), name)
 
 
 def public_members(thing: type) -> list[tuple[str, object]]:
@@ -51,6 +47,15 @@ def test_every_name_that_the_docs_import_has_an_entry():
                 if not known and thing is not None and id(thing) not in listed and inspect.isroutine(thing):
                     missing.append(f"{path.name}: {module}.{name}")
     assert missing == []
+
+
+def test_every_constant_of_the_api_has_a_sentence_and_nothing_else_has():
+    data = {
+        name
+        for _, module, name in WITHOUT_EXTRAS
+        if not inspect.isroutine(thing := thing_of(module, name)) and not inspect.isclass(thing)
+    }
+    assert data == DATA.keys()
 
 
 def test_world_shows_what_users_call_and_nothing_that_only_the_package_calls():

@@ -140,6 +140,24 @@ ANALYSIS = (  # modules; after a colon the names, where the module has no public
 )
 
 
+DATA = {  # what is no function and no class
+    "PHASES": "The phases of a tick in order: environment, sense, feel, learn, decide, move, interact, metabolise, "
+    "die, reproduce, record. Deaths take effect at the end of `die`, births at the end of `reproduce`.",
+    "ANEW": "For `about(change=…)`: the value cannot change in a living world; build a new one.",
+    "FREE": "For `about(change=…)`: the value may change in a living world.",
+    "Count": "Type of a key: an integer from 1 to 50,000,000.",
+    "Name": "Type of a key: a name of letters, digits and underscores that begins with a letter.",
+    "NonNegative": "Type of a key: a finite number, at least 0.",
+    "Positive": "Type of a key: a finite number above 0.",
+    "Real": "Type of a key: a finite number.",
+    "Share": "Type of a key: a number from 0 to 1.",
+    "CONTINUOUS": "Stands for a continuous group of actions among the `groups` of a network.",
+    "ENVIRONMENTS": "World and species of each environment that `gymnasium.make` knows, by its name.",
+    "CHOICES": "The rules of mate choice, by their numbers: nearest, random, richest, oldest.",
+    "DNA": "The alphabet ACGT.",
+}
+
+
 def pages() -> dict[str, str]:
     """Return the text of each page by its name."""
     texts = {name: _page(title, opening, names) for name, (title, opening, names) in API.items()}
@@ -172,19 +190,24 @@ def _page(title: str, opening: str, names: tuple[str, ...]) -> str:
     return "\n\n".join([f"# {title}\n\n{opening}", *(_entry(*entry) for entry in wanted)]) + "\n"
 
 
-def _entry(module: str, name: str) -> str:
+def thing_of(module: str, name: str) -> object:
+    """Return what an entry is about; None if it belongs to an extra that is not installed."""
     try:
-        thing = getattr(import_module(module), name)
-    except ModuleNotFoundError:  # of an extra that is not installed: autodoc replaces it
-        return _directive("autofunction", f"{module}.{name}", "")
+        return getattr(import_module(module), name)
+    except ModuleNotFoundError:
+        return None
+
+
+def _entry(module: str, name: str) -> str:
+    if name in DATA:
+        return _directive("py:data", f"{module}.{name}", f"\n   {DATA[name]}\n")
+    thing = thing_of(module, name)
     if isinstance(thing, type) and issubclass(thing, Exception):
         return _directive("autoexception", f"{module}.{name}", "")
     if inspect.isclass(thing):
         members = "" if module.endswith(".systems") else MEMBERS
         return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name == "World"))
-    if callable(thing):
-        return _directive("autofunction", f"{module}.{name}", "")
-    return _directive("autodata", f"{module}.{name}", "   :no-value:\n")
+    return _directive("autofunction", f"{module}.{name}", "")  # also of an extra, which autodoc replaces
 
 
 def _directive(kind: str, name: str, options: str) -> str:

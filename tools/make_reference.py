@@ -29,6 +29,7 @@ MARK = "<!-- below: written by tools/make_reference.py -->"
 NOTE = "<!-- Written by tools/make_reference.py from the models of ecs_eco.config: change those, not this page. -->"
 HEAD = "| key | type | range | unit | default | meaning |\n|---|---|---|---|---|---|\n"
 TOP = "The top of the file"
+TITLES = {"functions": "Functions of your own"}  # of pages whose places are too many for a title
 PARENTS = ("species", "objects")  # their sections have pages of their own
 
 
@@ -122,7 +123,9 @@ def _page(name: str, listed: list[Part], homes: dict[type[Section], Part]) -> st
     shallowest = min(_depth(part) for part in listed)
     outer = [part for part in listed if _depth(part) == shallowest]
     title = outer[0].title if len(outer) == 1 else joined([p for part in outer for p in part.places])
-    opening = [f"# {title}", NOTE]
+    opening = [f"# {TITLES.get(name, title)}", NOTE]
+    if name in TITLES:
+        opening.append(f"At {title}.")
     if len(outer) > 1:
         opening.append(sentence(outer[0].places[0].about.partition("; absent")[0]))
     if len(outer) == 1:

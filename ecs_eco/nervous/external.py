@@ -118,8 +118,10 @@ class External:
         Names of the readings, columns of `Sensed.x`.
     options : dict of str to tuple of str
         Names of the options of each group of actions; none for a continuous group.
-    low, high : array of float32, shape (groups,)
-        Least and greatest choice of each group.
+    low : array of float32, shape (groups,)
+        Least choice of each group.
+    high : array of float32, shape (groups,)
+        Greatest choice of each group.
 
     Examples
     --------

@@ -26,8 +26,8 @@ class Index:
     ----------
     n : int
     rows : array of int64, shape (n,)
-    x, y, z : array of float32, shape (n,)
-        Coordinates [m].
+    x : array of float32, shape (n,)
+        Coordinates [m]; `y` and `z` have the others.
     start : array of int64, shape (cells + 1,)
         Cell c contains the entries start[c] to start[c + 1].
 

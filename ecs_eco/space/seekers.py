@@ -34,8 +34,8 @@ class Seekers:
     rows : array of int64, shape (n,)
     index : Index
         With uids and places.
-    heading, cos, sin : array of float32, shape (n,)
-        Heading [rad], counter-clockwise from the x axis, with its cosine and sine.
+    heading : array of float32, shape (n,)
+        [rad], counter-clockwise from the x axis; `cos` and `sin` have its cosine and sine.
     radius : array of float32, shape (n,)
         [m]
 

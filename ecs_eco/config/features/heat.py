@@ -28,7 +28,7 @@ class Heat(Section, change=FREE):
         "heat that warms a kilogram of the body by one kelvin", "J/(kg K)", 3500.0
     )
     conductance: NonNegative = quantity(
-        "heat through a square metre of bare surface per kelvin; about 10 in still air, some 100 in water",
+        "heat through a square meter of bare surface per kelvin; about 10 in still air, some 100 in water",
         "W/(m^2 K)",
         10.0,
     )
