@@ -1,6 +1,6 @@
 """Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
 
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 from zlib import crc32
 
 import numpy as np
@@ -31,15 +31,15 @@ class System(Scheduled):
     # the tables that have what it needs, what that was found from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
-    def __new__(cls, *_: object, **__: object) -> Self:
+    def check_needs(self) -> None:
         """Raise TypeError where `update` is defined and `needs` is not: it would be called for every table."""
-        declared = any("needs" in vars(c) for c in cls.__mro__[: cls.__mro__.index(System)])
+        cls = type(self)
+        declared = "needs" in vars(self) or any("needs" in vars(c) for c in cls.__mro__ if c is not System)
         if cls.update is not System.update and cls.process is System.process and not declared:
             raise TypeError(
                 f"{cls.__name__} has no `needs`: declare the components of the tables that it updates, "
                 "as in needs = (Position, Metabolism); needs = () for all tables"
             )
-        return super().__new__(cls)
 
     def process(self, *_: object) -> None:
         """Update every table that has the needed components."""
