@@ -94,7 +94,7 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
         arrays[name] = np.asarray(value, np.float64).reshape(-1)
         if len(arrays[name]) != lengths[name]:
             raise ValueError(
-                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: {lengths[name]}"
+                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; expected: {lengths[name]}"
             )
     return arrays
 

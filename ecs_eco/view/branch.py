@@ -208,7 +208,7 @@ def _nearest(live: Live, tick: int) -> Point:
     points = [] if live.ring.why else [point for point in live.ring.points if point.tick <= tick]
     if not points:
         raise ValueError(
-            f"what if: tick {tick:,} is no longer kept; allowed: {kept(live):,} to {live.tick:,}"
+            f"what if: tick {tick:,} is no longer kept; expected: {kept(live):,} to {live.tick:,}"
         )
     return points[-1]
 

@@ -159,7 +159,7 @@ class Map(Inbox):
         elif page in self._pages and kind == "open":
             self._open(page, request.get("island"))
         elif page in self._pages:
-            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
+            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; expected: 'open'", "kind"))
 
     def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
@@ -168,7 +168,7 @@ class Map(Inbox):
                 page,
                 said(
                     "error",
-                    f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
+                    f"open: island = {str(name)[:60]!r}; expected: {', '.join(known)}; did you "
                     f"mean {nearest(str(name), known)!r}?",
                     "open",
                 ),

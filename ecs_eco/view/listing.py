@@ -38,7 +38,7 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
     order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
     first = request.get("from", 0)
     if isinstance(first, bool) or not isinstance(first, int) or first < 0:
-        raise ValueError(f"table: from = {short(first)}; allowed: a whole number from 0 on")
+        raise ValueError(f"table: from = {short(first)}; expected: a whole number from 0 on")
     shown = order[first : first + ROWS]
     return {
         "kind": "table",
@@ -85,7 +85,7 @@ def one_of(field: str, value: object, known: Sequence[str]) -> str:
     """Return a value that is known; raises ValueError for another."""
     if value not in known:
         raise ValueError(
-            f"{field} = {short(value)}; allowed: {', '.join(known)}; did you mean {nearest(value, known)!r}?"
+            f"{field} = {short(value)}; expected: {', '.join(known)}; did you mean {nearest(value, known)!r}?"
         )
     return str(value)
 
@@ -97,7 +97,7 @@ def kept(columns: Columns, where: object) -> np.ndarray:
         match = TERM.fullmatch(term)
         if match is None:
             raise ValueError(
-                f"where = {short(term.strip())}; allowed: comparisons such as energy < 0.3, age > 100"
+                f"where = {short(term.strip())}; expected: comparisons such as energy < 0.3, age > 100"
             )
         column = columns[one_of("where", match[1], list(columns))]
         try:

@@ -48,13 +48,13 @@ class Picker:
         world, seed = request.get("world", self.world), request.get("seed")
         if not isinstance(world, str) or world not in self.titles:
             raise ValueError(
-                f"begin: world = {short(world)}; allowed: {listed(self.titles)}; "
+                f"begin: world = {short(world)}; expected: {listed(self.titles)}; "
                 f"did you mean {nearest(str(world), list(self.titles))!r}?"
             )
         whole = isinstance(seed, int) and not isinstance(seed, bool)
         if seed is not None and not (whole and 0 <= seed < SEEDS):
             raise ValueError(
-                f"begin: seed = {short(seed)}; allowed: a whole number from 0 to {SEEDS - 1}, "
+                f"begin: seed = {short(seed)}; expected: a whole number from 0 to {SEEDS - 1}, "
                 "or null for that of the world"
             )
         self.wanted = world, seed
@@ -231,7 +231,7 @@ class Pair:
             return self._close("The worlds side by side are closed; the original goes on.")
         tick, change = request.get("tick"), request.get("what")
         if tick is not None and (isinstance(tick, bool) or not isinstance(tick, int)):
-            raise ValueError(f"what if: tick = {str(tick)[:60]}; allowed: a whole number")
+            raise ValueError(f"what if: tick = {str(tick)[:60]}; expected: a whole number")
         try:
             made = fork(self.first, tick, change, self.begun)
         except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:

@@ -298,7 +298,7 @@ class Player(Inbox):
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
         if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
-            raise ValueError(f"step: ticks = {short(ticks)}; allowed: a whole number from 1 to 100000")
+            raise ValueError(f"step: ticks = {short(ticks)}; expected: a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks
         self._refresh_all()
@@ -308,7 +308,7 @@ class Player(Inbox):
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
             raise ValueError(
-                f"speed: value = {short(value)}; allowed: "
+                f"speed: value = {short(value)}; expected: "
                 f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null"
             )
         self.speed = None if value is None else float(value)
@@ -319,7 +319,7 @@ class Player(Inbox):
         by, known = request.get("by"), self._colours
         if by not in known and asked(by) is None:
             raise ValueError(
-                f"colour: by = {short(by)}; allowed: {', '.join(known)}; did you mean {nearest(by, known)!r}?"
+                f"colour: by = {short(by)}; expected: {', '.join(known)}; did you mean {nearest(by, known)!r}?"
             )
         view.colour = str(by)
         view.news = True

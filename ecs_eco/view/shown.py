@@ -64,7 +64,7 @@ class View:
         name, known = request.get("name"), source.hello().get("fields", [])
         if name is not None and name not in known:
             raise ValueError(
-                f"field: name = {short(name)}; allowed: {', '.join(known) or 'null alone'}"
+                f"field: name = {short(name)}; expected: {', '.join(known) or 'null alone'}"
                 + (f"; did you mean {nearest(name, known)!r}?" if known else "")
             )
         self.field, self.mapped, self.field_at = name, None, -math.inf
@@ -106,9 +106,9 @@ def choose(source: Source, view: View, request: Message) -> None:
     """Select an organism by its uid, None for none; one of the second world with `second`."""
     uid, second = request.get("uid"), request.get("second", False)
     if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
-        raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
+        raise ValueError(f"select: uid = {short(uid)}; expected: the uid of an organism, or null")
     if not isinstance(second, bool):
-        raise ValueError(f"select: second = {short(second)}; allowed: true or false")
+        raise ValueError(f"select: second = {short(second)}; expected: true or false")
     if second and uid is not None and _second(source) is None:
         raise ValueError(f"select: #{uid} is asked for of a second world, but there is none beside this one")
     view.selected, view.panel, view.panel_at = None if uid is None else Chosen(uid, second), None, -math.inf

@@ -99,7 +99,7 @@ def uid_of(request: Message) -> int:
     """Return the uid of a request; ValueError where it has none."""
     uid = request.get("uid")
     if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
-        raise ValueError(f"{request['kind']}: uid = {short(uid)}; allowed: the uid of an organism")
+        raise ValueError(f"{request['kind']}: uid = {short(uid)}; expected: the uid of an organism")
     return uid
 
 

@@ -210,5 +210,5 @@ class Watched:
 def tick_of(value: object, allowed: str) -> int:
     """Return the tick of a request to go there; ValueError for no number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"seek: tick = {str(value)[:60]}; allowed: {allowed}")
+        raise ValueError(f"seek: tick = {str(value)[:60]}; expected: {allowed}")
     return round(value)

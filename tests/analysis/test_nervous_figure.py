@@ -159,7 +159,9 @@ def test_all_species_with_nerves_are_drawn_below_each_other() -> None:
 
 def test_a_species_without_nerves_is_refused_and_those_with_nerves_are_listed() -> None:
     config = load("predator-prey")
-    with pytest.raises(ConfigError, match=r'"grass"\n.*neither sensors nor actions; allowed: .*: deer, wolf'):
+    with pytest.raises(
+        ConfigError, match=r'"grass"\n.*neither sensors nor actions; expected: .*: deer, wolf'
+    ):
         draw_nervous_system(config, "grass")
     with pytest.raises(ConfigError, match='did you mean "deer"'):
         draw_nervous_system(config, "dear")
@@ -171,5 +173,5 @@ def test_a_species_without_nerves_is_refused_and_those_with_nerves_are_listed() 
 def test_values_of_unknown_name_or_another_length_are_refused() -> None:
     with pytest.raises(KeyError, match='did you mean "readings"'):
         draw_nervous_system(lamb(), "lamb", {"reading": [0] * 8})
-    with pytest.raises(ValueError, match=r"values\['y'\] of lamb has 3 numbers; allowed: 4"):
+    with pytest.raises(ValueError, match=r"values\['y'\] of lamb has 3 numbers; expected: 4"):
         draw_nervous_system(lamb(), "lamb", {"y": [0, 1, 0]})

@@ -52,9 +52,9 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--species", "grass"], "neither sensors nor actions; allowed: a species with nerves: deer, wolf"),
+        (["--species", "grass"], "neither sensors nor actions; expected: a species with nerves: deer, wolf"),
         (["--species", "wulf"], 'did you mean "wolf"?'),
-        (["--out", "nerves.jpg"], 'allowed: a file ending in .png, .svg, .pdf; did you mean "nerves.png"?'),
+        (["--out", "nerves.jpg"], 'expected: a file ending in .png, .svg, .pdf; did you mean "nerves.png"?'),
         (["--out", "folder.png"], "is a folder"),
         (["--out", "file/nerves.png"], "cannot be written"),
     ],

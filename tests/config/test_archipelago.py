@@ -60,7 +60,7 @@ def test_two_islands_in_a_ring_are_one_neighbour_each(menagerie):
         ({"islands": 33}, "at most 32"),
         ({"every": 0}, "at least 1"),
         ({"emigration": {"ram": 1.5}}, "at most 1"),
-        ({"emigration": {"rams": 0.5}}, 'no such species; allowed: moss, ram, lynx; did you mean "ram"?'),
+        ({"emigration": {"rams": 0.5}}, 'no such species; expected: moss, ram, lynx; did you mean "ram"?'),
         ({"emigration": {"moss": 0.5}}, "plants that spread do not wander"),
         ({"graph": "star"}, "star"),
         ({"graph": "own"}, "is missing"),

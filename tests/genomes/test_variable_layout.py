@@ -156,7 +156,7 @@ def test_alphabets_of_any_letters_leave_a_separator() -> None:
 
 
 REFUSED = [
-    ({"longest": 6}, r"longest = 6\n.*founders have more letters; allowed: at least 7"),
+    ({"longest": 6}, r"longest = 6\n.*founders have more letters; expected: at least 7"),
     ({"loci": 6}, "a founder's genes need 7 letters"),
     ({"genes": [GENES[0] | {"at": 3}]}, "genes have no fixed place"),
     ({"genes": [GENES[0], GENES[1] | {"promoter": "TAC"}]}, "the promoter of red is 'TA'"),

@@ -219,7 +219,9 @@ def test_where_slurm_is_not_or_refuses_it_is_said(
     with pytest.raises(ConfigError, match="sbatch refused: sbatch: error: invalid partition specified"):
         submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
     monkeypatch.setenv("PATH", "/nowhere")
-    with pytest.raises(ConfigError, match="SLURM is not here: there is no scontrol; allowed: a machine from"):
+    with pytest.raises(
+        ConfigError, match="SLURM is not here: there is no scontrol; expected: a machine from"
+    ):
         submit(sweep.folder, [0])
 
 

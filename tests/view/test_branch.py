@@ -97,7 +97,7 @@ def test_what_cannot_be_is_refused_with_what_is_allowed():
         of_living(live, 5, "cull")
     live.ring.points.popleft()
     first = kept(live)
-    with pytest.raises(ValueError, match=f"tick 0 is no longer kept; allowed: {first} to 10"):
+    with pytest.raises(ValueError, match=f"tick 0 is no longer kept; expected: {first} to 10"):
         of_living(live, 0, None)
     live.ring.why = "this run is recorded, and its records stand"
     assert kept(live) == 10

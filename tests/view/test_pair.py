@@ -175,7 +175,7 @@ def test_what_does_not_fit_is_said_and_nothing_is_opened():
         (
             'did you mean "basal"',
             "has not come there: it is at 5",
-            "allowed: a whole number",
+            "expected: a whole number",
             "no intervention",
         ),
         strict=True,

@@ -146,7 +146,7 @@ def test_what_is_asked_of_a_second_world_that_is_not_there_is_refused():
     said = page.sees("said")
     assert [(one["level"], one["field"]) for one in said] == [("error", "select")] * 2
     assert "there is none beside this one" in said[0]["text"]
-    assert "allowed: true or false" in said[1]["text"]
+    assert "expected: true or false" in said[1]["text"]
     (shown,) = [m for m in page.messages if m["kind"] == "organism"]
     assert "world" not in shown
 

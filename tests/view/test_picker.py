@@ -76,8 +76,8 @@ def test_another_world_has_its_own_values_and_its_own_seed():
     ("what", "words"),
     [
         ({"world": "iland"}, "did you mean 'island'?"),
-        ({"world": "/etc/passwd"}, "allowed"),
-        ({"world": ["island"]}, "allowed"),
+        ({"world": "/etc/passwd"}, "expected"),
+        ({"world": ["island"]}, "expected"),
         ({"seed": -1}, "a whole number from 0"),
         ({"seed": True}, "a whole number from 0"),
         ({"seed": 1.5}, "a whole number from 0"),

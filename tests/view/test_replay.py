@@ -86,7 +86,7 @@ def test_time_goes_on_to_the_last_tick_and_back(plain):
         assert plain.handle({"kind": "seek", "tick": asked}) == []
         assert plain.tick == tick
     for wrong in ("x", None, True, float("nan")):
-        with pytest.raises(ValueError, match="allowed: a tick from 0 to 47"):
+        with pytest.raises(ValueError, match="expected: a tick from 0 to 47"):
             plain.handle({"kind": "seek", "tick": wrong})
 
 

@@ -157,8 +157,11 @@ def _check_happiness(key: Key, species: Species, readings: Iterable[str] | None)
     happiness = species.happiness
     if happiness is None:
         return
-    for sensor in happiness.weights if readings is not None else ():
-        yield from named((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
+    if readings is not None:
+        for sensor in happiness.weights:
+            yield from named(
+                (*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings
+            )
     if happiness.formula is not None:
         yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
 
