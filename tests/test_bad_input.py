@@ -114,7 +114,7 @@ def test_a_file_that_is_no_text_is_refused(folder: Path) -> None:
         ("species.deer.birth_rate=-1", "species.deer.birth_rate", "-1", "at least 0", ""),
         ("species.dear.count=5", "species.dear.count", "5", "grass, deer, wolf", "deer"),
         ("specis.deer.count=5", "specis", "count", "species", "species"),
-        ("species.wolf.diet.1.chance=0.5", "species.wolf.diet.1.chance", "0.5", "allowed: 0", ""),
+        ("species.wolf.diet.1.chance=0.5", "species.wolf.diet.1.chance", "0.5", "expected: 0", ""),
         ("species.wolf.count.x=0.5", "species.wolf.count.x", "0.5", "table or list", ""),
         ("species.wolf.policy.learn=True", "species.wolf.policy.learn", '"True"', "true or false", "true"),
         ("species.wolf.count=[1", "species.wolf.count", "[1", "for example", ""),

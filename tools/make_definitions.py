@@ -104,7 +104,7 @@ def marks(path: Path) -> Iterator[str]:
                 clause = ast.literal_eval(argument)
                 if clause not in CLAUSES:
                     near = get_close_matches(clause, CLAUSES, 1)
-                    hint = f"; did you mean {near[0]!r}?" if near else f"; allowed: {', '.join(CLAUSES)}"
+                    hint = f"; did you mean {near[0]!r}?" if near else f"; expected: {', '.join(CLAUSES)}"
                     raise ValueError(f"{path}, line {call.lineno}: no clause {clause!r}{hint}")
                 yield clause
 

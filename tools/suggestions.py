@@ -73,7 +73,7 @@ def table(before: list[dict[str, Any]], now: list[dict[str, Any]]) -> str:
 
 def _cell(row: dict[str, Any]) -> str:
     parts = [f"`{row['suggestion']}`"] if row["suggestion"] else []
-    parts += re.findall(r'(kind = "\w+") has it', row["message"])
+    parts += re.findall(r'belongs to (kind = "\w+")', row["message"])
     parts += [f"{row['problems']} problems"] if row["problems"] > 1 else []
     parts += [f"exit code {row['code']}"] if row["code"] != 2 else []
     return ", ".join(parts) or "–"

@@ -104,7 +104,7 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
             number = least - 1
         if not least <= number <= most:
             raise typer.BadParameter(
-                f"{str(text)[:40]!r} is not possible; allowed: a whole number from {least} to {most}"
+                f"{str(text)[:40]!r} is not possible; expected: a whole number from {least} to {most}"
             )
         return number
 
@@ -116,7 +116,7 @@ def path_of(text: str | Path) -> Path:
     """Reads the name of a folder from the command line; "" is not one."""
     # the last: not UTF-8
     if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
-        raise typer.BadParameter(f"{str(text)!r} is not possible; allowed: the name of a folder")
+        raise typer.BadParameter(f"{str(text)!r} is not possible; expected: the name of a folder")
     return Path(text)
 
 

@@ -73,11 +73,9 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
     if kind == "extra_forbidden":
         known = tuple(parent.model_fields) if parent else ()
         near = suggestion(key, data, model, places, known)
-        if near not in known and (tag := kind_of_key(key, places)):
-            return Problem(
-                key, f'unknown key: kind = "{tag}" has it, and this section is of another kind', value
-            )
-        return Problem(key, "unknown key", value, listed(known, 40) if near in ("", *known) else "", near)
+        tag = "" if near in known else kind_of_key(key, places)
+        fault = f'unknown key, which belongs to kind = "{tag}"' if tag else "unknown key"
+        return Problem(key, fault, value, listed(known, 40), "" if tag else near)
     if kind.startswith("union_tag"):
         tags = _tags(info.annotation if info else None)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING

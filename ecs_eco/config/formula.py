@@ -60,7 +60,7 @@ class FormulaError(ValueError):
         self.what, self.position = f"{fault} at character {position}", position
         self.allowed, self.nearest = allowed, close
         hint = f'; did you mean "{close}"?' if close else ""
-        super().__init__(f"{self.what}; allowed: {allowed}{hint}")
+        super().__init__(f"{self.what}; expected: {allowed}{hint}")
 
 
 class Formula:

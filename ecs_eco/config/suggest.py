@@ -29,6 +29,7 @@ SYNONYMS = {  # words of other programs and papers → ours
     "layers": "hidden",
 }
 ONE_LETTER = 0.9  # similarity of words that differ by a letter: before a key of this very name elsewhere
+EVERYWHERE = ("name", "kind", "title", "description")  # words that say nothing about where they belong
 NEAR = 2  # steps up and down from the section of an unknown key to the section that has it
 
 
@@ -92,7 +93,11 @@ def _closest(key: Key, word: str, places: list[Place]) -> str:
     Sections that the world has come first."""
     found: dict[tuple[int, bool], dict[Key, Key]] = {}
     for place in places:
-        if place.key[-1] == word and (steps := _steps(key[:-1], place.key[:-1])) is not None:
+        if (
+            place.key[-1] == word
+            and word not in EVERYWHERE
+            and (steps := _steps(key[:-1], place.key[:-1])) is not None
+        ):
             pattern = tuple(part for part in place.key if isinstance(part, str))
             found.setdefault((steps, not place.present), {}).setdefault(pattern, place.key)
     closest = found[min(found)] if found else {}

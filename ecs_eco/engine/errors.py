@@ -70,7 +70,7 @@ class Problem:
             head += (" = " if self.path else ": ") + (shortened(self.written, 90) or _short(self.value))
         tail = f"  {shortened(self.what, 500)}"
         if self.allowed:
-            tail += f"; allowed: {self.allowed}"
+            tail += f"; expected: {self.allowed}"
         if self.nearest:
             tail += f'; did you mean "{self.nearest}"?'
         return f"{head}\n{tail}" if head else tail.strip()

@@ -1,7 +1,7 @@
 """Systems define behavior. A system is an esper.Processor that receives, table by table, the columns that
 it needs."""
 
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 from zlib import crc32
 
 import numpy as np
@@ -63,15 +63,15 @@ class System(Scheduled):
     # the tables that have what it needs, what they were derived from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
-    def __new__(cls, *_: object, **__: object) -> Self:
+    def check_needs(self) -> None:
         """Raise TypeError where `update` is defined and `needs` is not: it would be called for every table."""
-        declared = any("needs" in vars(c) for c in cls.__mro__[: cls.__mro__.index(System)])
+        cls = type(self)
+        declared = "needs" in vars(self) or any("needs" in vars(c) for c in cls.__mro__ if c is not System)
         if cls.update is not System.update and cls.process is System.process and not declared:
             raise TypeError(
                 f"{cls.__name__} has no `needs`: declare the components of the tables that it updates, "
                 "as in needs = (Position, Metabolism); needs = () for all tables"
             )
-        return super().__new__(cls)
 
     def process(self, *_: object) -> None:
         """Call `update` for every table that has the needed components.

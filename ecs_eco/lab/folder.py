@@ -112,7 +112,7 @@ class Sweep:
             return treated(load(self.base, values), treatment)
         except NotApplicable as error:
             raise ForeignFile(
-                f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; allowed: {error.allowed}"
+                f"{self.folder / SWEEP}: treatment: {treatment!r} {error.what}; expected: {error.allowed}"
             ) from None
 
     def arm(self, job: Job) -> Arm:

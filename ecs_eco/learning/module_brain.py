@@ -62,7 +62,7 @@ class ModuleBrain:
         self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
     ) -> None:
         if not isinstance(module, torch.nn.Module):
-            raise ValueError(f"gives {type(module).__name__}; allowed: a torch.nn.Module")
+            raise ValueError(f"gives {type(module).__name__}; expected: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
         # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
         self.offsets, self.n_numbers = laid_out(groups)
@@ -190,7 +190,7 @@ class ModuleBrain:
         same each time, and can learn."""
         wrong = {str(p.dtype) for p in self.module.parameters() if p.dtype != torch.float32}
         if wrong:
-            raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; allowed: torch.float32")
+            raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; expected: torch.float32")
         generator = np.random.Generator(np.random.Philox(key=[1, 2]))
         for n in (3, 16):
             x = generator.standard_normal((n, self.n_observations), dtype=np.float32)
@@ -206,7 +206,7 @@ class ModuleBrain:
                     "returns two different outputs for the same observations; put its memory into the state"
                 )
         if not (first[0].requires_grad and self.parameters()):
-            raise ValueError("has logits that depend on no parameter; allowed: a module that can learn")
+            raise ValueError("has logits that depend on no parameter; expected: a module that can learn")
 
     def _outputs(self, x: np.ndarray, state: torch.Tensor | None) -> tuple[torch.Tensor, ...]:
         n = len(x)
@@ -302,7 +302,7 @@ def memory_of(module: torch.nn.Module) -> int:
     memory = getattr(module, "memory", 0)
     if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
         raise ValueError(
-            f"has memory = {memory!r}; allowed: how many numbers each organism keeps, a whole number >= 0"
+            f"has memory = {memory!r}; expected: how many numbers each organism keeps, a whole number >= 0"
         )
     if takes_state and not memory:
         raise ValueError(

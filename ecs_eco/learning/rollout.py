@@ -252,7 +252,7 @@ class Rollout:
             raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
         if n and not 0 <= row.min() <= row.max() < len(last):
             raise ValueError(
-                f"row of the rollout is {row.min()} to {row.max()}; allowed: 0 to {len(last) - 1}"
+                f"row of the rollout is {row.min()} to {row.max()}; expected: 0 to {len(last) - 1}"
             )
         self.n, self.ticks = 0, int(state["ticks"])
         if n > len(self._ended):

@@ -348,7 +348,7 @@ class Nerves:
         if not isinstance(out, np.ndarray) or out.shape != shape:
             raise ValueError(
                 f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
-                f"allowed: an array {shape}"
+                f"expected: an array {shape}"
             )
         return out
 

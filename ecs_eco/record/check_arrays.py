@@ -68,9 +68,9 @@ class ArrayChecks:
         clock, causes, ambient = self.meta["clock"], self.meta["causes"], self.meta["ambient"]
         for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**62), ("seed", -(2**64), 2**64)):
             if type(clock[key]) is not int or not least <= clock[key] <= most:
-                self.fail(f"clock.{key} is {clock[key]!r}; allowed: a whole number, at least {least}")
+                self.fail(f"clock.{key} is {clock[key]!r}; expected: a whole number, at least {least}")
         if not all(isinstance(c, str) for c in causes) or len(causes) > 255 or len(set(causes)) < len(causes):
-            self.fail(f"causes are {str(causes)[:80]}; allowed: at most 255 names, each once")
+            self.fail(f"causes are {str(causes)[:80]}; expected: at most 255 names, each once")
         for key, value in ambient.items():
             if not isinstance(value, int | float) or not math.isfinite(value):
                 self.fail(f"ambient.{key} is {value!r}; allowed are finite numbers")
@@ -108,12 +108,12 @@ class ArrayChecks:
             [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
         )
         if wrong:
-            self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
+            self.fail(f"the part {part!r} holds {wrong[0]}; expected: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
         """Check one whole number, a counter."""
         if array.dtype.kind not in "iu" or array.size != 1:
-            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; allowed: one whole number")
+            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; expected: one whole number")
         self.range(part, array, 0, 2**53)
 
     def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:

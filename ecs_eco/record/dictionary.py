@@ -143,6 +143,7 @@ def _of_reporter(what: object, name: str) -> Meaning:
 def _of_field(column: str, world: SpatialWorld) -> Meaning:
     """Return what a recorded field of a component holds, "Strain.virulence" or "Strain.genome.3"."""
     name, field, *place = column.split(".")
+    component: Any
     for table in world.tables.values():
         for component in table.columns:
             if component.__name__ == name and field in component.fields:

@@ -33,7 +33,7 @@ def check_surroundings(world: Surroundings) -> None:
         _check_map("terrain: ground", world.terrain.ground, shape, GROUND, "0 open, 1 water, 2 rock, 3 fence")
     for quantity, value in world.environment.ambient.items():
         if not isinstance(value, NUMBER) or not -MOST <= float(value) <= MOST:
-            raise ValueError(f"ambient[{quantity!r}] is {value!r}; allowed: finite numbers")
+            raise ValueError(f"ambient[{quantity!r}] is {value!r}; expected: finite numbers")
     for quantity in AMBIENT:
         if quantity not in world.environment.ambient:
             raise ValueError(f"ambient has no {quantity!r}; it needs {', '.join(AMBIENT)}")
@@ -46,13 +46,13 @@ def _check_map(
     _check_form(name, values, shape, low.dtype)
     if first_outside((values.reshape(-1),), 0, values.size, ONE, low, high) >= 0:
         cell = tuple(int(i) for i in np.argwhere(~((values >= low[0]) & (values <= high[0])))[0])
-        raise ValueError(f"{name} is {values[cell]} in the cell {cell}; allowed: {allowed}")
+        raise ValueError(f"{name} is {values[cell]} in the cell {cell}; expected: {allowed}")
 
 
 def _check_form(name: str, values: np.ndarray, shape: tuple[int, ...], dtype: np.dtype) -> None:
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
         raise ValueError(
-            f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; "
+            f"{name} is {given}; expected: {np.dtype(dtype)}{list(shape)} without gaps; "
             "write into it: [...] = …"
         )

@@ -87,7 +87,7 @@ class Limits(NamedTuple):
             value = bad.ravel()[np.flatnonzero(~inside)[0]]
             more = f" ({rows.size - 1} more)" if rows.size > 1 else ""
             raise ValueError(
-                f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}"
+                f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; expected: {self.allowed}"
             )
 
 
@@ -195,7 +195,7 @@ def _refuse_cause(table: "Table", known: int) -> None:
     row = int(np.flatnonzero(table.cause > known)[0])
     raise ValueError(
         f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
-        f"allowed: 0 to {known}, as world.cause(name) gives them"
+        f"expected: 0 to {known}, as world.cause(name) gives them"
     )
 
 
@@ -236,6 +236,6 @@ def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(
-            f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, one for each place"
+            f"{where} gives {array.dtype}{list(array.shape)}; expected: {n} numbers, one for each place"
         )
     return array if array.ndim else np.full(n, array, np.float32)

@@ -224,7 +224,11 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
             "kind": "refused" if ".safetensors" in message else "refused without a place",
             "said": message,
         }
-    if isinstance(error, ValueError) and "allowed" in message and any(place in message for place in PLACES):
+    if (
+        isinstance(error, ValueError)
+        and ("allowed" in message or "expected" in message)
+        and any(place in message for place in PLACES)
+    ):
         return {
             "kind": "refused"
             if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", message)

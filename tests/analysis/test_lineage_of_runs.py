@@ -144,14 +144,14 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["nowhere"], 'DIR: "nowhere"\n  no such folder; allowed: a folder written by `ecs-eco run`'),
+        (["nowhere"], 'DIR: "nowhere"\n  no such folder; expected: a folder written by `ecs-eco run`'),
         (["."], "has no manifest.json"),
         (
             ["RUN", "--species", "rem"],
-            'no such species in this run; allowed: lynx, moss, ram; did you mean "ram"?',
+            'no such species in this run; expected: lynx, moss, ram; did you mean "ram"?',
         ),
         (["RUN", "--csv", "missing/x.csv"], '--csv: "missing/x.csv"\n  its folder does not exist'),
-        (["RUN", "--newick", "."], "is a folder; allowed: a file in a folder that exists"),
+        (["RUN", "--newick", "."], "is a folder; expected: a file in a folder that exists"),
     ],
 )
 def test_the_command_refuses_what_cannot_be(run, tmp_path, monkeypatch, arguments, message):

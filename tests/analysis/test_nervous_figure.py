@@ -159,7 +159,9 @@ def test_all_species_with_nerves_are_drawn_below_each_other() -> None:
 
 def test_a_species_without_nerves_is_refused_and_those_with_nerves_are_listed() -> None:
     config = load("predator-prey")
-    with pytest.raises(ConfigError, match=r'"grass"\n.*neither sensors nor actions; allowed: .*: deer, wolf'):
+    with pytest.raises(
+        ConfigError, match=r'"grass"\n.*neither sensors nor actions; expected: .*: deer, wolf'
+    ):
         draw_nervous_system(config, "grass")
     with pytest.raises(ConfigError, match='did you mean "deer"'):
         draw_nervous_system(config, "dear")

@@ -118,7 +118,7 @@ def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: 
     output = refused(command, str(read_only))
     assert f'DIR: "{read_only}"'[:60] in output
     assert (
-        "cannot be written: Permission denied; allowed: a folder that can be written: name one with --out"
+        "cannot be written: Permission denied; expected: a folder that can be written: name one with --out"
         in output
     )
 

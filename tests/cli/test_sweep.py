@@ -60,7 +60,7 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
     out = invoke("job", "out", "1", "3")
     assert "job 1 (count 10; seed 2): done" in out
     assert "job 3" in out
-    assert "no such job; allowed: a number from 0 to 3" in invoke("job", "out", "4", code=2)
+    assert "no such job; expected: a number from 0 to 3" in invoke("job", "out", "4", code=2)
 
 
 @pytest.mark.parametrize(

@@ -43,12 +43,12 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"space.cell": 1e-9},
             "space.cell = 1e-09",
-            "looked up in 1.2e+21 cells; allowed: at most 4e+06 cells, about 0.017 m",
+            "looked up in 1.2e+21 cells; expected: at most 4e+06 cells, about 0.017 m",
         ),
         (
             {"species.goat.policy.hidden": [4096] * 8},
             "species.goat.policy.hidden = [4096",
-            "117,485,570 weights; allowed: at most 10,000,000",
+            "117,485,570 weights; expected: at most 10,000,000",
         ),
         (
             {"species.goat.policy": {"kind": "individual", "hidden": [2048, 2048]}},
@@ -63,7 +63,7 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"species.goat.count": 50_000_000},
             "species.goat.count = 50000000",
-            "needs about 12.6 GB; allowed: what fits into 8 GB",
+            "needs about 12.6 GB; expected: what fits into 8 GB",
         ),
         (
             {"objects.rock": {"count": 50_000_000, "body": {"radius": 0.1}}},
@@ -110,8 +110,9 @@ def test_a_recorder_of_more_than_128_species_is_refused() -> None:
 
 def test_more_than_255_causes_of_death_are_refused_at_the_first_too_many() -> None:
     culls = [{"kind": "cull", "at": 1, "species": "goat", "count": 1, "cause": f"c{i}"} for i in range(255)]
-    assert 'interventions.254.cause = "c254"\n  one cause of death too many; allowed: at most 255' in refused(
-        {"interventions": culls}
+    assert (
+        'interventions.254.cause = "c254"\n  one cause of death too many; expected: at most 255'
+        in refused({"interventions": culls})
     )
     world({"interventions": culls[:254]})
 

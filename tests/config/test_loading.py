@@ -299,7 +299,9 @@ def test_a_config_error_is_a_value_error_that_survives_a_process() -> None:
     again, arguments = error.__reduce__()
     copy = again(*arguments)  # type: ignore[operator, misc]
     assert isinstance(copy, ValueError)
-    assert str(copy) == str(error) == 'title\nf.toml, line 3: a.0 = 1\n  wrong; allowed: 2; did you mean "b"?'
+    assert (
+        str(copy) == str(error) == 'title\nf.toml, line 3: a.0 = 1\n  wrong; expected: 2; did you mean "b"?'
+    )
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,6 @@ def test_shipped_worlds_come_first_and_paths_are_no_names(installed):
 @pytest.mark.parametrize("text", ["wetlands:big-pond", "no_such_package:pond"])
 def test_a_name_that_leads_nowhere_is_refused(installed, text):
     with pytest.raises(
-        ConfigError, match="no such world, and no such file; allowed: a path, package:world of an"
+        ConfigError, match="no such world, and no such file; expected: a path, package:world of an"
     ):
         load(text)

@@ -155,9 +155,9 @@ def test_without_trust_its_keys_are_taken_as_they_are_and_likely_slips_are_named
         (
             "teeth.wear",
             2.0,
-            r"--set: species.rat.teeth.wear = 2.0\n.*out of range; allowed: at most 1 \(depth lost",
+            r"--set: species.rat.teeth.wear = 2.0\n.*out of range; expected: at most 1 \(depth lost",
         ),
-        ("teeth", 3, r"--set: species.rat.teeth = 3\n.*wrong type; allowed: a table \(their teeth"),
+        ("teeth", 3, r"--set: species.rat.teeth = 3\n.*wrong type; expected: a table \(their teeth"),
         ("teehts", {"wear": 0.5}, r'species.rat.teehts.*\n.*unknown key.*did you mean "teeth"'),
         ("teeth.cost", 9.0, r"species.rat.teeth.cost = 9.0\n.*more than it can hold"),
         ("genome.genes.0.trait", "teeth.adult", r"no gene can code for it: a test of reasons"),

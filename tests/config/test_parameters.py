@@ -202,7 +202,7 @@ def test_a_range_of_a_parameter_is_searched(garden: Path, tmp_path: Path) -> Non
         report=False,
     )
     assert 0.25 <= found["best"][0]["values"]["systems.Feast.gain"] <= 1.0
-    with pytest.raises(ConfigError, match=r'no .Fest. in systems; allowed: 0, 1, Feast, Nothing; .*"Feast"'):
+    with pytest.raises(ConfigError, match=r'no .Fest. in systems; expected: 0, 1, Feast, Nothing; .*"Feast"'):
         load(garden, {'search.ranges."systems.Fest.gain"': [0.25, 1.0]})
 
 

@@ -96,7 +96,7 @@ def test_the_mate_action_needs_reproduction_that_is_sexual_or_a_system_of_ones_o
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "energy_given": 0.25}
     with pytest.raises(
         ConfigError,
-        match=r"species.deer.actions.mate = .*\n.*allowed: "
+        match=r"species.deer.actions.mate = .*\n.*expected: "
         r'reproduction.kind = "sexual", or no such group',
     ):
         meadow(reproduction=way, actions={"mate": ["mate"]})

@@ -50,21 +50,24 @@ def test_wrong_ticks_are_refused(ticks):
 WRONG = {
     "policies.dear": (
         {"policies": {"dear": "random"}},
-        'no such species; allowed: grass, deer, wolf; did you mean "deer"?',
+        'no such species; expected: grass, deer, wolf; did you mean "deer"?',
     ),
     "learn.dear": (
         {"policies": "untrained", "learn": {"dear": True}},
-        'no such species; allowed: grass, deer, wolf; did you mean "deer"?',
+        'no such species; expected: grass, deer, wolf; did you mean "deer"?',
     ),
-    "learn.deer": ({"policies": "untrained", "learn": {"deer": "yes"}}, "wrong type; allowed: true or false"),
-    "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; allowed: true or false"),
+    "learn.deer": (
+        {"policies": "untrained", "learn": {"deer": "yes"}},
+        "wrong type; expected: true or false",
+    ),
+    "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; expected: true or false"),
     "policies": (
         {"policies": 7},
-        "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module",
+        "wrong type; expected: trained, random, untrained, a folder, or in a dict a torch module",
     ),
     "policies.deer": (
         {"policies": {"deer": 7}},
-        "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module",
+        "wrong type; expected: trained, random, untrained, a folder, or in a dict a torch module",
     ),
 }
 

@@ -217,7 +217,7 @@ REFUSED = [
         {},
         "2 of them, and a codon of 1 of 4 letters has 4 values",
     ),
-    ([G | {"letters": 16}], {}, r"4\^16 values; allowed: at most 15"),
+    ([G | {"letters": 16}], {}, r"4\^16 values; expected: at most 15"),
     ([G | {"scale": "log"}], {}, "no logarithm"),
     ([G | {"low": 0.5, "whole": True}], {}, "not a whole number"),
     ([G | {"low": 1.0, "high": 4.0, "whole": True, "scale": "log"}], {}, "not possible for whole numbers"),
@@ -227,7 +227,7 @@ REFUSED = [
     (
         [G, G | {"name": "h", "at": 0}],
         {},
-        "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1",
+        "overlaps the gene g, which has the loci 0 to 0; expected: at least 1",
     ),
     ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "too short a string: the genes need 4 loci"),
     ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
@@ -240,7 +240,7 @@ REFUSED = [
     (
         [G | {"trait": "reflex.red.weight", "low": -1, "high": 2}],
         {"traits": {SIGN.name: SIGN}},
-        "allowed: -1 to 1",
+        "expected: -1 to 1",
     ),
     ([G | {"form": "direct"}], {}, "network that it codes for is not known"),
     ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: how many for each matrix"),

@@ -25,8 +25,8 @@ def test_without_a_name_it_is_two_processes_of_this_machine() -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("rai", 'no such engine; allowed: local, ray, slurm; did you mean "ray"?'),
-        ("slurm", "takes whole sweeps only; allowed: local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN"),
+        ("rai", 'no such engine; expected: local, ray, slurm; did you mean "ray"?'),
+        ("slurm", "takes whole sweeps only; expected: local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN"),
     ],
 )
 def test_engines_that_cannot_be_had_are_refused_with_what_can(name: str, words: str) -> None:
@@ -46,7 +46,7 @@ def test_without_ray_it_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.delitem(sys.modules, "ray", raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ConfigError, match=r'Ray is not installed; allowed: .*pip install "ecs-eco\[ray\]"'):
+    with pytest.raises(ConfigError, match=r'Ray is not installed; expected: .*pip install "ecs-eco\[ray\]"'):
         executor("ray")
 
 

@@ -89,7 +89,7 @@ def test_what_is_done_of_another_job_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ForeignFile, match=r"is of another job \(number, world_seed\)"):
         run_job(sweep.folder, 1)
     (sweep.job_folder(0) / "run").rename(sweep.job_folder(2))
-    with pytest.raises(ConfigError, match=r"no such job; allowed: a number from 0 to 3"):
+    with pytest.raises(ConfigError, match=r"no such job; expected: a number from 0 to 3"):
         run_job(sweep.folder, 4)
     with pytest.raises(RecordingError, match="is no folder of a sweep"):
         run_job(tmp_path, 0)

@@ -77,9 +77,9 @@ class Elsewhere(Plain):
         ),
         (
             lambda n, groups: Plain(n, groups).double(),
-            "has parameters of type torch.float64; allowed: torch.float32",
+            "has parameters of type torch.float64; expected: torch.float32",
         ),
-        (lambda n, groups: "a network", "gives str; allowed: a torch.nn.Module"),
+        (lambda n, groups: "a network", "gives str; expected: a torch.nn.Module"),
         (lambda n: None, "raises TypeError"),
         (Random, "draws random numbers in forward"),
         (Forgetful, "returns two different outputs for the same observations"),
@@ -168,7 +168,7 @@ def test_a_sequential_of_linear_and_tanh_becomes_the_built_in_network(outputs):
     "net", [nn.Linear(4, 5), nn.Sequential(), nn.Sequential(nn.Linear(4, 5), nn.ReLU(), nn.Linear(5, 5))]
 )
 def test_other_layers_are_refused_by_from_torch(net):
-    with pytest.raises(ValueError, match="allowed"):
+    with pytest.raises(ValueError, match="expected"):
         from_torch(net)
 
 

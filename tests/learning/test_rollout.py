@@ -152,7 +152,7 @@ def test_bytes_per_transition_are_those_of_all_columns():
     [
         ("last", 10**6, "last of the rollout points beyond its 3 transitions"),
         ("last", -7, "last of the rollout points"),
-        ("row", 10**6, "row of the rollout is 1000000 to 1000000; allowed: 0 to 2"),
+        ("row", 10**6, "row of the rollout is 1000000 to 1000000; expected: 0 to 2"),
         ("row", -1, "row of the rollout is -1"),
     ],
 )

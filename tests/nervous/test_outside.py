@@ -88,8 +88,8 @@ def test_a_continuous_choice_reaches_the_motor(meadow):
 @pytest.mark.parametrize(
     ("chosen", "says"),
     [
-        (lambda n: np.zeros((n, 1)), r"float64\[2, 1\].*allowed: numbers \[2, 2\]"),
-        (lambda n: np.array([["a", "b"]] * n), "allowed: numbers"),
+        (lambda n: np.zeros((n, 1)), r"float64\[2, 1\].*expected: numbers \[2, 2\]"),
+        (lambda n: np.array([["a", "b"]] * n), "expected: numbers"),
         (lambda n: np.full((n, 2), 3), r"speed = 3\n.*no such option.*0 \(still\), 1 \(walk\), 2 \(run\)"),
         (lambda n: np.full((n, 2), -1), r"turn = -1"),
         (lambda n: np.full((n, 2), 0.5), r"speed = 0.5"),

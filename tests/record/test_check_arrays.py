@@ -70,17 +70,17 @@ CASES = {
     ),
     "equal uids": (_put("table/moss/uid", 2), "uid 2 lives twice"),
     "a uid of two tables": (_put("table/deer/uid", 3, 0), "uid 3 lives twice"),
-    "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' holds 0; allowed: 1 to 5"),
+    "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' holds 0; expected: 1 to 5"),
     "a uid to come": (
         _clock("next_uid", 3),
-        "'table/moss/uid' holds 3; allowed: 1 to 2|'table/deer/uid' holds 5",
+        "'table/moss/uid' holds 3; expected: 1 to 2|'table/deer/uid' holds 5",
     ),
     "a uid that the next ones would not fit behind": (
         _clock("next_uid", 2**63),
         r"clock\.next_uid is 9223372036854775808",
     ),
     "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' holds 5"),
-    "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' holds 9; allowed: 0 to 1"),
+    "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' holds 9; expected: 0 to 1"),
     "a tick before the start": (_clock("tick", -1), r"clock\.tick is -1"),
     "a tick that is none": (_clock("tick", 1.5), r"clock\.tick is 1\.5"),
     "a clock without ticks": (
@@ -89,19 +89,19 @@ CASES = {
     ),
     "no number": (
         _put("table/moss/Metabolism.energy", np.nan, 1),
-        r"moss, uid 2: Metabolism\.energy is nan; allowed: finite numbers",
+        r"moss, uid 2: Metabolism\.energy is nan; expected: finite numbers",
     ),
     "a place outside": (
         _put("table/deer/Position.y", -500.0, 1),
-        r"deer, uid 5: Position\.y is -500\.0; allowed: 0 to 40 m",
+        r"deer, uid 5: Position\.y is -500\.0; expected: 0 to 40 m",
     ),
     "a size below 0": (
         _put("table/deer/Body.radius", -1.0),
-        r"deer, uid 4: Body\.radius is -1\.0 \(1 more\); allowed: 0 to 1e\+30",
+        r"deer, uid 4: Body\.radius is -1\.0 \(1 more\); expected: 0 to 1e\+30",
     ),
     "a sex that there is not": (
         _put("table/deer/Biology.sex", 7, 0),
-        r"deer, uid 4: Biology\.sex is 7; allowed: 0 to 2",
+        r"deer, uid 4: Biology\.sex is 7; expected: 0 to 2",
     ),
     "another type": (
         _replace("table/moss/Position.x", np.zeros(3)),
@@ -166,10 +166,10 @@ def test_a_part_that_cannot_take_its_state_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (np.array(-1), "holds -1; allowed: 0 to"),
-        (np.array(2**63 - 1), "holds 9223372036854775807; allowed: 0 to"),
-        (np.array(np.nan), r"is float64\[\]; allowed: one whole number"),
-        (np.zeros(2, int), r"is int64\[2\]; allowed: one whole number"),
+        (np.array(-1), "holds -1; expected: 0 to"),
+        (np.array(2**63 - 1), "holds 9223372036854775807; expected: 0 to"),
+        (np.array(np.nan), r"is float64\[\]; expected: one whole number"),
+        (np.zeros(2, int), r"is int64\[2\]; expected: one whole number"),
     ],
 )
 def test_the_steps_of_a_learner_are_a_number_that_can_be_counted_on(value, message, tmp_path):

@@ -221,7 +221,7 @@ def test_the_command_line_hands_it_on_and_refuses_other_words(tmp_path):
     assert len(_details(tmp_path / "good", "lamb")["uid"]) == 10
     refused = run("bad", "some")
     assert (refused.exit_code, (tmp_path / "bad").exists()) == (2, False)
-    assert "allowed: focal=N with N from 1 to 1000000, or full" in refused.output
+    assert "expected: focal=N with N from 1 to 1000000, or full" in refused.output
 
 
 def test_the_rewards_of_a_life_add_up_to_the_least_happiness_minus_the_first(menagerie, tmp_path):

@@ -111,7 +111,7 @@ def test_a_world_made_by_hand_measures_components_of_its_own():
         ("2nd", "count()", "not a name"),
         ("moss", "count()", "has this name"),
         ("x", "energy", 'did you mean "Metabolism.energy"'),
-        ("x", "mean(Metabolism.enrgy)", 'no field "enrgy" at character 6; allowed: energy'),
+        ("x", "mean(Metabolism.enrgy)", 'no field "enrgy" at character 6; expected: energy'),
         ("x", "mean(frn.Metabolism.energy)", 'did you mean "fern"'),
         ("x", "meen(Metabolism.energy)", 'unknown function "meen" at character 1'),
         ("x", "Metabolism.energy", "one number for each organism"),

@@ -28,7 +28,7 @@ def test_a_field_holds_finite_numbers(world, value):
     with pytest.raises(
         ValueError,
         match=rf"field 'smell': value is {value} in the cell \(0, 2, 3\); "
-        r"allowed: finite numbers",
+        r"expected: finite numbers",
     ):
         world.run(1)
     assert world.tick == 1
@@ -43,7 +43,7 @@ def test_a_field_holds_finite_numbers(world, value):
 def test_a_field_is_not_replaced_by_one_of_another_form(world, part, array):
     setattr(world.fields["smell"], part, array)
     with pytest.raises(
-        ValueError, match=rf"field 'smell': {part} is .*; allowed: float32\[1, 6, 10\] without gaps"
+        ValueError, match=rf"field 'smell': {part} is .*; expected: float32\[1, 6, 10\] without gaps"
     ):
         world.run(1)
 
@@ -51,26 +51,26 @@ def test_a_field_is_not_replaced_by_one_of_another_form(world, part, array):
 def test_heights_are_finite_and_ground_is_of_a_kind_that_there_is(world):
     world.terrain.height[5, 9] = np.nan
     with pytest.raises(
-        ValueError, match=r"terrain: height is nan in the cell \(5, 9\); allowed: finite numbers \[m\]"
+        ValueError, match=r"terrain: height is nan in the cell \(5, 9\); expected: finite numbers \[m\]"
     ):
         world.run(1)
     world.terrain.height[5, 9] = 0
     world.terrain.ground[1, 0] = 4
     with pytest.raises(
         ValueError,
-        match=r"terrain: ground is 4 in the cell \(1, 0\); allowed: 0 open, "
+        match=r"terrain: ground is 4 in the cell \(1, 0\); expected: 0 open, "
         r"1 water, 2 rock, 3 fence",
     ):
         world.run(1)
     world.terrain.ground = np.zeros((3, 3), np.uint8)
-    with pytest.raises(ValueError, match=r"terrain: ground is uint8\[3, 3\]; allowed: uint8\[6, 10\]"):
+    with pytest.raises(ValueError, match=r"terrain: ground is uint8\[3, 3\]; expected: uint8\[6, 10\]"):
         world.run(1)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e300, "warm", None])
 def test_ambient_values_are_finite_numbers(world, value):
     world.ambient["temperature"] = value
-    with pytest.raises(ValueError, match=r"ambient\['temperature'\] is .*; allowed: finite numbers"):
+    with pytest.raises(ValueError, match=r"ambient\['temperature'\] is .*; expected: finite numbers"):
         world.run(1)
 
 

@@ -71,7 +71,7 @@ def test_a_heading_that_float32_cannot_tell_is_refused(heading):
 @pytest.mark.parametrize("edges", ["torus", "walls"])
 def test_a_place_that_float32_cannot_tell_is_refused(x, edges):
     world = _world(edges)
-    with pytest.raises(ValueError, match=r"spawn 'moss': Position\.x is .*; allowed: 0 to 100 m"):
+    with pytest.raises(ValueError, match=r"spawn 'moss': Position\.x is .*; expected: 0 to 100 m"):
         world.spawn("moss", Position(x=x, y=1.0))
     assert not world.tables["moss"].births
 
@@ -79,7 +79,7 @@ def test_a_place_that_float32_cannot_tell_is_refused(x, edges):
 @pytest.mark.parametrize("y", [-1.0, 60.5, 1e9])
 def test_a_place_outside_of_walls_is_refused_and_one_on_a_wall_is_just_before_it(y):
     world = _world("walls")
-    with pytest.raises(ValueError, match=r"Position\.y is .*; allowed: 0 to 60 m$"):
+    with pytest.raises(ValueError, match=r"Position\.y is .*; expected: 0 to 60 m$"):
         world.spawn("moss", Position(x=1.0, y=y))
     world.spawn("moss", Position(x=1.0, y=60.0))
     table, rows = _born(world)
@@ -89,7 +89,7 @@ def test_a_place_outside_of_walls_is_refused_and_one_on_a_wall_is_just_before_it
 def test_a_volume_has_a_floor_and_a_ceiling_whatever_its_edges():
     world = World((10.0, 10.0, 5.0))
     world.add_table("moss", Position)
-    with pytest.raises(ValueError, match=r"Position\.z is -1\.0; allowed: 0 to 5 m$"):
+    with pytest.raises(ValueError, match=r"Position\.z is -1\.0; expected: 0 to 5 m$"):
         world.spawn("moss", Position(x=11.0, z=-1.0))
 
 
@@ -127,14 +127,14 @@ def test_places_written_between_ticks_are_brought_back_or_refused(ways):
 )
 def test_fields_have_limits_and_all_numbers_are_finite(kind, field, value, allowed):
     world = _world()
-    message = rf"{kind.__name__}\.{field} is .*; allowed: {allowed}"
+    message = rf"{kind.__name__}\.{field} is .*; expected: {allowed}"
     with pytest.raises(ValueError, match="spawn 'moss': " + message):
         world.spawn("moss", kind(**{field: value}))
     world.spawn("moss", n=4)
     world.run(1)
     world.tables["moss"].field(kind, field)[2:4] = value
     with pytest.raises(
-        ValueError, match=rf"moss, uid 3: {kind.__name__}\.{field} is \S+ \(1 more\); allowed: {allowed}"
+        ValueError, match=rf"moss, uid 3: {kind.__name__}\.{field} is \S+ \(1 more\); expected: {allowed}"
     ):
         world.run(1)
     world.tables["moss"].field(kind, field)[2:4] = 1.0
@@ -152,12 +152,12 @@ def test_free_rows_may_hold_anything():
 def test_a_sex_that_there_is_not_and_a_cause_that_nobody_knows_are_refused():
     world = _world()
     world.tables["moss"].add_component(Biology)
-    with pytest.raises(ValueError, match=r"Biology\.sex is 3; allowed: 0 to 2"):
+    with pytest.raises(ValueError, match=r"Biology\.sex is 3; expected: 0 to 2"):
         world.spawn("moss", Biology(sex=3))
     world.spawn("moss")
     world.run(1)
     world.tables["moss"].cause[0] = 200
-    with pytest.raises(ValueError, match="moss, uid 1: cause of death 200; allowed: 0 to 1"):
+    with pytest.raises(ValueError, match="moss, uid 1: cause of death 200; expected: 0 to 1"):
         world.run(1)
 
 
@@ -170,7 +170,7 @@ def test_a_component_of_ones_own_has_the_limits_that_it_declares():
     world = World((9.0, 9.0))
     world.add_table("sheep", Wool, dims={"hairs": 3})
     world.spawn("sheep", Wool(length=[0, 2, 1]))
-    with pytest.raises(ValueError, match=r"Wool\.length is 2\.5; allowed: 0 to 2"):
+    with pytest.raises(ValueError, match=r"Wool\.length is 2\.5; expected: 0 to 2"):
         world.spawn("sheep", Wool(length=[0, 2.5, 1]))
     world.run(1)
     world.tables["sheep"][Wool].length[0, 1] = -1
@@ -251,7 +251,7 @@ def test_a_parent_that_is_no_uid_is_refused():
 def test_surroundings_of_ones_own_give_a_number_for_each_place(given):
     world = _world()
     world.environment["light"] = lambda world, x, y, z: given
-    with pytest.raises(ValueError, match=r"environment\['light'\] gives .*; allowed: 3 numbers"):
+    with pytest.raises(ValueError, match=r"environment\['light'\] gives .*; expected: 3 numbers"):
         world.surroundings("light", *np.zeros((3, 3), F))
 
 
@@ -268,7 +268,7 @@ def test_surroundings_that_are_one_number_are_the_same_everywhere():
 def test_a_network_of_ones_own_answers_for_each_organism_and_action(menagerie, network, value):
     world = World.from_config(menagerie(), policies="random")
     setattr(world.tables["lynx"].species.nerves, network, lambda x: value)
-    with pytest.raises(ValueError, match=rf"lynx: the {network} network gives .*; allowed: an array"):
+    with pytest.raises(ValueError, match=rf"lynx: the {network} network gives .*; expected: an array"):
         world.run(1)
 
 
@@ -277,7 +277,7 @@ def test_a_newcomer_placed_by_hand_outside_of_walls_is_refused_when_it_is_asked_
 
     world = _world("walls")
     world.add_system(Intervene())
-    with pytest.raises(ValueError, match=r"intervene: add: Position\.x is 1000\.0; allowed: 0 to 100 m"):
+    with pytest.raises(ValueError, match=r"intervene: add: Position\.x is 1000\.0; expected: 0 to 100 m"):
         world.intervene({"kind": "add", "species": "moss", "count": 1, "at_place": [1000.0, 5.0]})
 
 

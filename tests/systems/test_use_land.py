@@ -162,5 +162,5 @@ def test_a_year_of_no_whole_number_of_ticks_has_leap_ticks():
 
 
 def test_a_year_shorter_than_a_tick_is_refused():
-    with pytest.raises(ConfigError, match="shorter than a tick; allowed: at least dt, 1 s"):
+    with pytest.raises(ConfigError, match="shorter than a tick; expected: at least dt, 1 s"):
         load(_coast(FISHING | {"period": 0.5, "season": [0.2, 0.6]}))

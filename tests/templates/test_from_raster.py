@@ -59,7 +59,7 @@ def test_rasters_that_do_not_say_their_size_need_a_cell_and_gaps_are_filled(here
     assert load(world_from_raster("my dem 2.npz", cell=30.0)).space.size == [1500.0, 1200.0]
     (here / "maps").mkdir()
     np.savez("holes.npz", z=np.where(np.eye(40, 50) > 0, np.nan, 7.0))
-    with pytest.raises(ConfigError, match=r"FILE: .*\n.*above it; allowed: holes.toml"):
+    with pytest.raises(ConfigError, match=r"FILE: .*\n.*above it; expected: holes.toml"):
         world_from_raster("holes.npz", "maps/holes.toml", cell=30.0)
     (here / "holes.npz").rename(here / "maps" / "holes.npz")
     path = world_from_raster("maps/holes.npz", cell=30.0)

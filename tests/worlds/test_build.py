@@ -154,7 +154,7 @@ def test_policies_that_are_not_there_are_refused(menagerie, policies, message):
 
 
 def test_a_folder_without_the_species_file_or_with_another_network_is_refused(menagerie, tmp_path):
-    with pytest.raises(ValueError, match=r"ram.safetensors\"?\n? *missing; allowed: <species>.safetensors"):
+    with pytest.raises(ValueError, match=r"ram.safetensors\"?\n? *missing; expected: <species>.safetensors"):
         World.from_config(menagerie(), policies=str(tmp_path))
     from safetensors.numpy import save_file
 

@@ -272,19 +272,19 @@ WRONG = {
     "no temperature": (
         {"properties": {}},
         "newt.properties.temperature",
-        "is missing, and heat changes it; allowed: the temperature at the start",
+        "is missing, and heat changes it; expected: the temperature at the start",
     ),
     "below 0 K": (
         {"properties": {"temperature": -5.0}},
         "newt.properties.temperature = -5.0",
-        "below absolute zero; allowed: at least 0 K",
+        "below absolute zero; expected: at least 0 K",
     ),
     "negative": ({"heat": {"insulation": -1.0}}, "newt.heat.insulation = -1.0", "0"),
     "misspelt": ({"heat": {"conductence": 1.0}}, "newt.heat.conductence", 'did you mean "conductance"'),
     "powerless": (
         {"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
         "newt.heat.regulate.warming = 0.0",
-        "is 0, and cooling too; allowed: a power [W]",
+        "is 0, and cooling too; expected: a power [W]",
     ),
     "no set point": (
         {"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},

@@ -60,12 +60,12 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
     """What is wrong with the name of a reporter in a world of these kinds, and what is allowed; or ""."""
     if not NAME.fullmatch(name):
         return (
-            "not a name; allowed: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "
+            "not a name; expected: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "
             "characters"
         )
     if not is_reporter(name):
-        return "every series has a column of this name; allowed: another name"
-    return "a species or object type has this name; allowed: another name" if name in kinds else ""
+        return "every series has a column of this name; expected: another name"
+    return "a species or object type has this name; expected: another name" if name in kinds else ""
 
 
 def is_formula(what: object) -> TypeGuard[str]:

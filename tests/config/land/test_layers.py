@@ -132,7 +132,7 @@ def test_another_coordinate_system_is_brought_to_that_of_the_raster(layers):
     ("layer", "fault"),
     [
         ({"file": "gone.gpkg", "make": "lakes"}, "cannot be read"),
-        ({"file": "lines.gpkg", "make": "lakes"}, "holds lines alone; allowed: areas, for lakes"),
+        ({"file": "lines.gpkg", "make": "lakes"}, "holds lines alone; expected: areas, for lakes"),
         ({"file": "lines.gpkg", "make": "roads", "layer": "line"}, 'did you mean "lines"?'),
         ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class of this name"),
     ],

@@ -90,7 +90,7 @@ def test_an_npz_may_have_several_bands_and_nothing_but_numbers(tmp_path):
 
 @pytest.mark.parametrize(
     ("band", "fault"),
-    [(3, "no such band; allowed: 1 to 2"), (99, "no such band"), ("othr", 'did you mean "other"?')],
+    [(3, "no such band; expected: 1 to 2"), (99, "no such band"), ("othr", 'did you mean "other"?')],
 )
 def test_a_band_that_is_not_there_is_refused_with_those_that_are(tmp_path, band, fault):
     np.savez(tmp_path / "dem.npz", first=GRID, other=-GRID)
