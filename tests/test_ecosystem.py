@@ -194,24 +194,20 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
             "space.edges is 'round'; it must be 'torus' or 'walls'",
         ),
         (lambda w: World(cell=0.0), ValueError, "space.cell is 0.0; it must be a positive length"),
-        (lambda w: World(dt=0), ValueError, "dt is 0; allowed is a finite number of seconds above 0"),
+        (lambda w: World(dt=0), ValueError, "dt is 0; expected a finite number of seconds above 0"),
         (lambda w: World(dt=float("nan")), ValueError, "dt is nan"),
-        (lambda w: World(threads=0), ValueError, "threads is 0; allowed is a whole number from 1 on"),
+        (lambda w: World(threads=0), ValueError, "threads is 0; expected a whole number from 1 on"),
         (lambda w: w.add_table("hare"), ValueError, "table 'hare' already exists; choose another name"),
         (lambda w: w.table("har"), KeyError, "unknown table .*har.*; known: hare, fox; did you mean .*hare"),
         (lambda w: w.spawn("wolf"), KeyError, "unknown table 'wolf'"),
         (lambda w: w.spawn("fox", Metabolism()), KeyError, "table 'fox': unknown component 'Metabolism'"),
-        (
-            lambda w: w.spawn("fox", n=0),
-            ValueError,
-            "spawn 'fox': n is 0; allowed is a whole number from 1 on",
-        ),
+        (lambda w: w.spawn("fox", n=0), ValueError, "spawn 'fox': n is 0; expected a whole number from 1 on"),
         (lambda w: w.spawn("fox", x=3), TypeError, "unexpected keyword argument 'x'"),
         (lambda w: w.kill(77), KeyError, "no living entity has the uid 77"),
         (lambda w: w.kill(0), KeyError, "no living entity has the uid 0"),
         (lambda w: w.get(-1, Position), KeyError, "no living entity has the uid -1"),
         (lambda w: w.get(4, Body), KeyError, "table 'fox': unknown component 'Body'"),
-        (lambda w: w.run(-1), ValueError, "ticks is -1; allowed is a whole number from 0 on"),
+        (lambda w: w.run(-1), ValueError, "ticks is -1; expected a whole number from 0 on"),
         (lambda w: w.series(), RuntimeError, "this world has no recorder; build it with World.from_config"),
     ],
 )
@@ -226,7 +222,7 @@ def test_a_value_of_another_shape_is_refused_when_spawning():
     with pytest.raises(
         ValueError,
         match=r"newborn of 'sea': Chemistry.molarity has the shape \(3, 3\); "
-        r"allowed is \(3, 2\)",
+        r"expected \(3, 2\)",
     ):
         world.spawn("sea", Chemistry(molarity=[1, 2, 3]), n=3)
     world.spawn("sea", Chemistry(molarity=[1, 2]), n=2)

@@ -31,7 +31,7 @@ def plain() -> bool:
     """
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
-        raise ValueError(f"{VARIABLE}={asked}: allowed is 1, for public numba only, or 0")
+        raise ValueError(f"{VARIABLE}={asked}: expected 1, for public numba only, or 0")
     if asked == "" and not interpreted() and not _is_tried():
         warnings.warn(
             f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Public "

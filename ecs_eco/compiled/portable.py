@@ -127,7 +127,7 @@ def check() -> None:
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
         raise PortableError(
-            f"{VARIABLE}={asked}: allowed is 1, for the same bytes on every x86-64 machine, or 0"
+            f"{VARIABLE}={asked}: expected 1, for the same bytes on every x86-64 machine, or 0"
         )
     if not _on:
         return

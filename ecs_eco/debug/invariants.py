@@ -47,7 +47,7 @@ class Invariants:
                 self.fail(
                     None,
                     f"field {name!r} is {field.value[tuple(bad[0])]} in the cell (z, y, "
-                    f"x) = {tuple(bad[0].tolist())}{more(len(bad))}; allowed are finite numbers",
+                    f"x) = {tuple(bad[0].tolist())}{more(len(bad))}; expected finite numbers",
                 )
         if not isinstance(self.system, System):
             self._registry()
@@ -123,7 +123,7 @@ class Invariants:
                     table,
                     f"{component.__name__}.{name}{at} of {owner_of(table.uid, rows[i])} is "
                     f"{values[i, j]}"
-                    f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers",
+                    f"{more(len(np.unique(bad[:, 0])))}; expected finite numbers",
                 )
 
     def _bounds(self, table: Table) -> None:
@@ -149,7 +149,7 @@ class Invariants:
             self.fail(
                 table,
                 f"{name} of {owner_of(table.uid, rows[0])} is "
-                f"{column[rows[0]]}{more(rows.size)}; allowed is {allowed}",
+                f"{column[rows[0]]}{more(rows.size)}; expected {allowed}",
             )
 
     def _resolution(self, table: Table) -> None:
@@ -198,7 +198,7 @@ class Invariants:
             self.fail(
                 table,
                 f"the reading {nerves.channels[j]!r} of {owner_of(table.uid, rows[i])} is "
-                f"{x[i, j]}{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers",
+                f"{x[i, j]}{more(len(np.unique(bad[:, 0])))}; expected finite numbers",
             )
         if brain is not None:
             for name, w in brain.named().items():
@@ -207,7 +207,7 @@ class Invariants:
                     self.fail(
                         table,
                         f"weight {name}{bad[0].tolist()} of the policy is "
-                        f"{w[tuple(bad[0])]}{more(len(bad))}; allowed are finite numbers",
+                        f"{w[tuple(bad[0])]}{more(len(bad))}; expected finite numbers",
                     )
 
     def _index(self, table: Table) -> None:

@@ -29,9 +29,9 @@ def whole_number(name: str, value: object, least: int = 0, most: int | None = No
             raise TypeError
         number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise TypeError(f"{name} is {value!r}; allowed is {allowed}") from None
+        raise TypeError(f"{name} is {value!r}; expected {allowed}") from None
     if number < least or (most is not None and number > most):
-        raise ValueError(f"{name} is {number}; allowed is {allowed}")
+        raise ValueError(f"{name} is {number}; expected {allowed}")
     return number
 
 
@@ -46,10 +46,10 @@ def positive(name: str, value: object, unit: str) -> float:
     Raises TypeError for anything but a number, ValueError if it is out of range.
     """
     if isinstance(value, bool | str) or not hasattr(value, "__float__"):
-        raise TypeError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
+        raise TypeError(f"{name} is {value!r}; expected a finite number of {unit} above 0")
     number = float(value)
     if not (number > 0 and math.isfinite(number)):
-        raise ValueError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
+        raise ValueError(f"{name} is {value!r}; expected a finite number of {unit} above 0")
     return number
 
 
@@ -69,9 +69,9 @@ def called_with(name: str, value: object, *arguments: str) -> None:
     """Raise TypeError for anything but None and a function that accepts these arguments."""
     wanted = f"a function that is called with {' and '.join(arguments)}, or None"
     if value is not None and not callable(value):
-        raise TypeError(f"{name} is {value!r}; allowed is {wanted}")
+        raise TypeError(f"{name} is {value!r}; expected {wanted}")
     if value is not None and (fault := takes(value, len(arguments))):
-        raise TypeError(f"{name} is {value!r}, which {fault}; allowed is {wanted}")
+        raise TypeError(f"{name} is {value!r}, which {fault}; expected {wanted}")
 
 
 def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:

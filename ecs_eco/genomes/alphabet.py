@@ -30,7 +30,7 @@ class Alphabet:
 
     def __init__(self, letters: str = "ACGT") -> None:
         if not 2 <= len(letters) <= 256:
-            raise ValueError(f"alphabet {letters!r} has {len(letters)} letters; allowed are 2 to 256")
+            raise ValueError(f"alphabet {letters!r} has {len(letters)} letters; expected 2 to 256")
         twice = [c for i, c in enumerate(letters) if c in letters[:i]]
         if twice:
             raise ValueError(f"alphabet {letters!r}: the letter {twice[0]!r} occurs twice")
@@ -100,13 +100,13 @@ class Alphabet:
         if row.ndim != 1 or row.dtype.kind not in "ui":
             raise ValueError(
                 f"genome: an array of {row.dtype} with the shape {row.shape}; "
-                "allowed is one row of whole numbers"
+                "expected one row of whole numbers"
             )
         wrong = np.flatnonzero((row < 0) | (row >= len(self)))
         if wrong.size:
             raise ValueError(
                 f"genome: {row[wrong[0]]} at place {wrong[0]} is no letter's number; "
-                f"allowed are 0 to {len(self) - 1}"
+                f"expected 0 to {len(self) - 1}"
             )
         return "".join(self.letters[i] for i in row.tolist())
 

@@ -61,7 +61,7 @@ class Operators:
 
     def __init__(self, toolbox: "Toolbox", layout: Layout, chance: float = 1.0, mates: bool = True) -> None:
         if not 0 <= chance <= 1:
-            raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
+            raise ValueError(f"mate: chance = {chance}; expected 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
         # mutate, with its chance, low and up for each locus
         self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None

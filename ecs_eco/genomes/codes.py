@@ -66,7 +66,7 @@ class Code:
 
     def refuse(self, value: float, allowed: str) -> ValueError:
         """The error for a value that no codon means."""
-        return ValueError(f"gene {self.name!r}: no codon codes for {value:g}; allowed are {allowed}")
+        return ValueError(f"gene {self.name!r}: no codon codes for {value:g}; expected {allowed}")
 
 
 class Listed(Code):

@@ -64,10 +64,10 @@ class Fitted:
             For arrays of other shapes.
         """
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
-            raise ValueError(f"network: readings of the shape {np.shape(x)}; allowed is (n, {self.sizes[0]})")
+            raise ValueError(f"network: readings of the shape {np.shape(x)}; expected (n, {self.sizes[0]})")
         if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
-            raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {allowed}")
+            raise ValueError(f"network: weights of the shape {weights.shape}; expected {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
         kernels.forward(
             np.ascontiguousarray(x, np.float32),
@@ -97,9 +97,7 @@ class Fitted:
         """
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
-            raise ValueError(
-                f"network: weights of the shape {weights.shape}; allowed is {self.weights.shape}"
-            )
+            raise ValueError(f"network: weights of the shape {weights.shape}; expected {self.weights.shape}")
         return replace(self, weights=weights, error=float("nan"))
 
 
@@ -151,7 +149,7 @@ def fit_network(
     True
     """
     if kind not in ("reflex", "happiness"):
-        raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")
+        raise ValueError(f"fit_network: kind = {kind!r}; expected reflex and happiness")
     least, most = (np.broadcast_to(np.asarray(end, np.float32), (n_inputs,)) for end in (low, high))
     if not (least < most).all():
         raise ValueError(f"fit_network: low = {low}, high = {high}; each low must be below its high")
@@ -183,12 +181,12 @@ def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: 
     if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
         allowed = "(n, actions)" if kind == "reflex" else "(n,)"
         raise ValueError(
-            f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; allowed is {allowed}"
+            f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; expected {allowed}"
         )
     if not np.isfinite(y).all():
         raise ValueError(
             "fit_network: the function gives numbers that are not finite; "
-            "allowed are finite ones between low and high"
+            "expected finite ones between low and high"
         )
     return np.sign(y) if kind == "reflex" else y
 

@@ -285,7 +285,7 @@ class Layout:
         wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
         if wrong is not None:
             raise ValueError(
-                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; allowed are 1 or {n}"
+                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; expected 1 or {n}"
             )
         return arrays, n
 
@@ -443,12 +443,12 @@ class Layout:
             given = (
                 f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
             )
-            raise ValueError(f"genome: {given}; allowed are rows of u8[n, {self.row}]")
+            raise ValueError(f"genome: {given}; expected rows of u8[n, {self.row}]")
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
             raise ValueError(
                 f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
-                f"allowed are 0 to {highest}"
+                f"expected 0 to {highest}"
             )
         return loci
 
@@ -469,7 +469,7 @@ class Layout:
         rows = array if array.ndim > len(code.width) else array[None]
         if rows.shape[1:] != code.width:
             allowed = ", ".join(["n", *map(str, code.width)])
-            raise ValueError(f"gene {code.name!r}: values of the shape {array.shape}; allowed is ({allowed})")
+            raise ValueError(f"gene {code.name!r}: values of the shape {array.shape}; expected ({allowed})")
         if not np.isfinite(rows).all():
             raise ValueError(f"gene {code.name!r}: a value is not finite")
         return rows

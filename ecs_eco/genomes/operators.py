@@ -156,11 +156,11 @@ def check_name(word: str, name: str, layout: Layout) -> None:
     if name == "cxUnequal" and name not in known:
         raise ValueError(
             f"{word}: {name} cuts strings at genes, which needs genome.max_length; "
-            f"allowed are {listed(known, 30)}"
+            f"expected {listed(known, 30)}"
         )
     if name in REFUSED and name not in known and name.startswith(PREFIX[word]):
         raise ValueError(
-            f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}"
+            f"{word}: {name} does not work on genomes: {REFUSED[name]}; expected {listed(known, 30)}"
         )
     if name not in known:
         raise UnknownName(unknown_name(word, "operator", name, known))
@@ -219,7 +219,7 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     for share in ("indpb", "slip"):
         given = arguments.get(share, 0)
         if not isinstance(given, int | float) or not 0 <= given <= 1:
-            raise ValueError(f"{word}: {name} with {share} = {given}; allowed are 0 to 1")
+            raise ValueError(f"{word}: {name} with {share} = {given}; expected 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation_rate is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
@@ -238,24 +238,24 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
         if not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(
                 f"{word}: mutUniformInt with {key} = {arguments[key]}; "
-                f"allowed are 0 to {len(layout.alphabet) - 1}"
+                f"expected 0 to {len(layout.alphabet) - 1}"
             )
         if isinstance(arguments[key], list | tuple) and layout.longest is not None:
             raise ValueError(
-                f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; allowed is "
+                f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; expected "
                 "one, as genes have no fixed place"
             )
         if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
             n = len(arguments[key])
             raise ValueError(
-                f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, "
+                f"{word}: mutUniformInt with {n} numbers as {key}; expected one, "
                 f"or {layout.length}: one each locus"
             )
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
         raise ValueError(
             f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; "
-            "allowed is low at most up"
+            "expected low at most up"
         )
 
 
@@ -296,7 +296,7 @@ def strings_of(word: str, name: str, result: object, length: int | None, size: i
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
         raise ValueError(
-            f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; allowed is {allowed}"
+            f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; expected {allowed}"
         )
     return [_string(word, name, genome, length, size) for genome in result]
 
@@ -306,7 +306,7 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
         return np.zeros(0, np.uint8)
     if length is not None and len(genome) != length:
         raise ValueError(
-            f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: "
+            f"{word}: {name} returns a genome of {len(genome)} loci; expected {length}: "
             "genomes keep their length"
         )
     try:
@@ -317,9 +317,7 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
         pass
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
-    raise ValueError(
-        f"{word}: {name} puts {letter!r} at place {at}, which is no letter; allowed are {allowed}"
-    )
+    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; expected {allowed}")
 
 
 def _is_whole(letter: object) -> TypeGuard[int]:

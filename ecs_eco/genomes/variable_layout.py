@@ -173,7 +173,7 @@ class VariableLayout(Layout):
         arrays, n = self._arrays(values)
         order = [g for g, code in enumerate(self.genes) if code.name in arrays]
         if (needed := int(self.spans[order].sum())) > self.longest:
-            raise ValueError(f"genome: these genes need {needed} letters; allowed are {self.longest}")
+            raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
         out = self._blanks(n)
         for place, code in self._places(order):
             numbers = np.broadcast_to(code.numbers(arrays[code.name], clip), (n, code.codons.n))
@@ -250,7 +250,7 @@ class VariableLayout(Layout):
                 allowed = f"{self.ploidy} of at most {self.longest} letters, with {self.separator!r} between"
                 raise ValueError(
                     f"genome {text[:40]!r}: strings of {[len(s) for s in strings]} letters; "
-                    f"allowed are {allowed}"
+                    f"expected {allowed}"
                 )
             for s, string in enumerate(strings):
                 out[i, s * self.longest : s * self.longest + len(string)] = self.alphabet.encode(string)

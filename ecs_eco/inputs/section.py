@@ -26,7 +26,7 @@ LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ranges from 1.2
 
 def _in_float32(value: float) -> float:
     if value < SMALLEST:
-        raise ValueError(f"too small for float32: it becomes 0; allowed is at least {SMALLEST:g}")
+        raise ValueError(f"too small for float32: it becomes 0; expected at least {SMALLEST:g}")
     return value
 
 

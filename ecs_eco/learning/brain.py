@@ -41,15 +41,15 @@ class PlainNetwork:
         self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], trunk: str = "shared"
     ) -> None:
         if n_observations < 1:
-            raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
+            raise ValueError(f"n_observations = {n_observations}: expected a whole number >= 1")
         if not groups or min(groups) < 1:
             raise ValueError(
-                f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group"
+                f"groups = {groups}: expected a tuple of one or more sizes >= 1, one per action group"
             )
         if min(hidden, default=1) < 1:
-            raise ValueError(f"hidden = {hidden}: allowed is a tuple of layer widths >= 1, or ()")
+            raise ValueError(f"hidden = {hidden}: expected a tuple of layer widths >= 1, or ()")
         if trunk not in ("shared", "separate"):
-            raise ValueError(f"trunk = {trunk!r}: allowed is 'shared' or 'separate'")
+            raise ValueError(f"trunk = {trunk!r}: expected 'shared' or 'separate'")
         self.n_observations, self.groups = n_observations, tuple(groups)
         self.hidden, self.trunk = tuple(hidden), trunk
         # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
@@ -140,7 +140,7 @@ class Brain(PlainNetwork):
     ) -> None:
         super().__init__(n_observations, groups, hidden, trunk)
         if not hidden:
-            raise ValueError(f"hidden = {hidden}: allowed is a tuple of one or more layer widths >= 1")
+            raise ValueError(f"hidden = {hidden}: expected a tuple of one or more layer widths >= 1")
         self.weights = np.zeros(self.size, np.float32)
         self._draw(seed)
 
@@ -210,7 +210,7 @@ class Brain(PlainNetwork):
         n = len(observations)
         shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)
         if shape != (n, self.n_observations):
-            raise ValueError(f"observations have shape {shape}; allowed is (n, {self.n_observations})")
+            raise ValueError(f"observations have shape {shape}; expected (n, {self.n_observations})")
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
             x = np.ascontiguousarray(x)

@@ -125,7 +125,7 @@ class Individuals(PlainNetwork):
         observations f32[n, c]."""
         n = len(rows)
         if x.shape != (n, self.n_observations):
-            raise ValueError(f"observations have shape {x.shape}; allowed is {(n, self.n_observations)}")
+            raise ValueError(f"observations have shape {x.shape}; expected {(n, self.n_observations)}")
         x = np.ascontiguousarray(x, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         if n:

@@ -142,7 +142,7 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
         raise ValueError(
             f"takes {inputs} observations and gives {outputs} numbers; "
             f"this species has {n_observations} channels, and {n_logits} options to choose from: "
-            f"allowed are {n_logits} outputs, or {n_logits + 1} where the last is the value"
+            f"expected {n_logits} outputs, or {n_logits + 1} where the last is the value"
         )
     state: dict[str, np.ndarray] = {}
     for i, layer in enumerate(linear):
@@ -191,7 +191,7 @@ def from_torch(module: nn.Module) -> nn.Module:
     """
     if type(module) is not nn.Sequential:
         raise ValueError(
-            f"{type(module).__name__}: allowed is a torch.nn.Sequential of Linear and Tanh, "
+            f"{type(module).__name__}: expected a torch.nn.Sequential of Linear and Tanh, "
             "or `policy.network` for any other"
         )
     layers = list(module)
@@ -203,6 +203,6 @@ def from_torch(module: nn.Module) -> nn.Module:
     ):
         raise ValueError(
             f"layers {', '.join(type(x).__name__ for x in layers)}: "
-            "allowed are Linear and Tanh in turn, Linear at both ends"
+            "expected Linear and Tanh in turn, Linear at both ends"
         )
     return module

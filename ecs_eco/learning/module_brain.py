@@ -144,7 +144,7 @@ class ModuleBrain:
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(
-                f"observations have shape {np.shape(observations)}; allowed is (n, {self.n_observations})"
+                f"observations have shape {np.shape(observations)}; expected (n, {self.n_observations})"
             )
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
@@ -199,7 +199,7 @@ class ModuleBrain:
             first, second = self._outputs(x, state), self._outputs(x, state)
             if not torch.equal(before, torch.get_rng_state()):
                 raise ValueError(
-                    "draws random numbers in forward; allowed: an output that depends only on the observations"
+                    "draws random numbers in forward; expected: an output that depends only on the observations"
                 )
             if not all(torch.equal(a, b) for a, b in zip(first, second, strict=True)):
                 raise ValueError(
@@ -311,7 +311,7 @@ def memory_of(module: torch.nn.Module) -> int:
         )
     if memory and len(positional) < 2 and not takes_state:
         raise ValueError(
-            f"has memory = {memory}, but its forward takes no state; allowed: forward(observations, state)"
+            f"has memory = {memory}, but its forward takes no state; expected: forward(observations, state)"
         )
     return memory
 

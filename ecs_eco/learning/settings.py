@@ -132,4 +132,4 @@ def _checked(f: Field[Any], value: object) -> Any:
     if kind is not bool:
         allowed += f" {'>' if m['above'] else '>='} {m['low']}"
         allowed += "" if math.isinf(m["high"]) else f" and <= {m['high']}"
-    raise ValueError(f"PPO.{f.name} = {value!r}: allowed is {allowed} ({m['doc']})")
+    raise ValueError(f"PPO.{f.name} = {value!r}: expected {allowed} ({m['doc']})")

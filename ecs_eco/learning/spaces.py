@@ -21,7 +21,7 @@ def as_vector(envs: Any) -> VectorEnv:
         return envs
     if not all(hasattr(envs, name) for name in ("reset", "step", "observation_space", "action_space")):
         raise TypeError(
-            f"envs = {envs!r}: allowed is an environment of Gymnasium, or a vector of them, as "
+            f"envs = {envs!r}: expected an environment of Gymnasium, or a vector of them, as "
             'gymnasium.make_vec("CartPole-v1", num_envs=8)'
         )
     from gymnasium.vector import SyncVectorEnv
@@ -34,7 +34,7 @@ def resets_in_same_step(envs: VectorEnv) -> bool:
     reset."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
-        raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")
+        raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: expected NEXT_STEP or SAME_STEP")
     return mode == "SAME_STEP"
 
 
@@ -59,7 +59,7 @@ class Observations:
         if kind == "MultiDiscrete" and space.nvec.ndim == 1:
             return cls(tuple(space.shape), np.asarray(space.nvec), np.asarray(space.start))
         raise ValueError(
-            f"observation space {space}: allowed is Box, Discrete, MultiDiscrete or MultiBinary; "
+            f"observation space {space}: expected Box, Discrete, MultiDiscrete or MultiBinary; "
             "gymnasium.wrappers.FlattenObservation(env) converts others to a Box"
         )
 
@@ -105,7 +105,7 @@ class Actions:
                 (CONTINUOUS,) * space.shape[0], space.shape, space.dtype, low=space.low, high=space.high
             )
         raise ValueError(
-            f"action space {space}: allowed is Discrete, or MultiDiscrete or a bounded Box of "
+            f"action space {space}: expected Discrete, or MultiDiscrete or a bounded Box of "
             "numbers with one axis"
         )
 

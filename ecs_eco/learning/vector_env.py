@@ -270,7 +270,7 @@ def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
     logits, _ = brain.forward(np.asarray(observations, np.float32).reshape(len(observations), -1))
     if brain.n_numbers:
         if len(brain.offsets) > 1:
-            raise ValueError(f"groups = {brain.groups}: allowed are only choices, or only continuous actions")
+            raise ValueError(f"groups = {brain.groups}: expected only choices, or only continuous actions")
         return np.clip(logits[:, ::2], -1, 1)
     choice = np.empty((len(logits), len(brain.groups)), np.int64)
     choose_best(logits, brain.offsets, choice)

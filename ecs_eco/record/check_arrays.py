@@ -43,8 +43,7 @@ class ArrayChecks:
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
                 self.fail(
-                    f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; "
-                    "allowed are finite numbers"
+                    f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; expected finite numbers"
                 )
 
     def fail(self, what: str) -> None:
@@ -73,7 +72,7 @@ class ArrayChecks:
             self.fail(f"causes are {str(causes)[:80]}; expected: at most 255 names, each once")
         for key, value in ambient.items():
             if not isinstance(value, int | float) or not math.isfinite(value):
-                self.fail(f"ambient.{key} is {value!r}; allowed are finite numbers")
+                self.fail(f"ambient.{key} is {value!r}; expected finite numbers")
 
     def table(self, name: str, table: Table) -> np.ndarray:
         """Check the living and the newborn of one table; return the uids of the living."""

@@ -23,7 +23,7 @@ def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":
             raise CheckpointError(
-                f"{owner}: state() gives {key!r} as {array.dtype}; allowed are arrays of numbers"
+                f"{owner}: state() gives {key!r} as {array.dtype}; expected arrays of numbers"
             )
         arrays[f"{owner}/{key}"] = array
 

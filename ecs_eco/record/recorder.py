@@ -87,13 +87,13 @@ class Recorder(System):
             raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")
         if keep_events and sink is not None:
             raise ValueError(
-                "Recorder: keep_events is True, but a sink takes the events; allowed is one of the two"
+                "Recorder: keep_events is True, but a sink takes the events; expected one of the two"
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
         self.names = world.species_names()
         if (s := len(self.names)) > MOST_SPECIES:
-            raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
+            raise ValueError(f"Recorder: the world has {s} species; expected at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
         self._tick = np.zeros((block, s), np.int64)
         island = is_island(world)

@@ -77,7 +77,7 @@ def _number(name: str, said: Any) -> float:
     if isinstance(said, np.ndarray | np.generic) and said.ndim == 0:
         said = said.item()
     if not isinstance(said, Real):
-        raise ValueError(f"reporter {name!r} returned {said!r:.60}; allowed is a number, or species → number")
+        raise ValueError(f"reporter {name!r} returned {said!r:.60}; expected a number, or species → number")
     return float(said)
 
 

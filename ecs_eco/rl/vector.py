@@ -210,6 +210,6 @@ def slots(
     """
     n = num_envs if n is None else n
     if n is None:
-        raise TypeError("slots: n is missing; allowed is a whole number from 1 on")
+        raise TypeError("slots: n is missing; expected a whole number from 1 on")
     cycles = max_episode_steps if max_cycles is None else max_cycles
     return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode, flat)

@@ -85,13 +85,13 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
         raise ValueError(
-            f"places: an array of the shape {array.shape}; allowed is (n, {axes}): "
+            f"places: an array of the shape {array.shape}; expected (n, {axes}): "
             f"{', '.join('xyz'[:axes])} of each [m]"
         )
     if (wrong := np.argwhere(~np.isfinite(array))).size:
         place, axis = wrong[0]
         raise ValueError(
-            f"places[{place}].{'xyz'[axis]} is {array[place, axis]}; allowed are finite numbers [m]"
+            f"places[{place}].{'xyz'[axis]} is {array[place, axis]}; expected finite numbers [m]"
         )
     out = []
     for axis, length in enumerate(space.size):
@@ -99,7 +99,7 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
         if not space.wrap[axis] and (beyond := np.flatnonzero((v < 0) | (v > length))).size:
             raise ValueError(
                 f"places[{beyond[0]}].{'xyz'[axis]} is {v[beyond[0]]:g}; "
-                f"allowed is 0 to {length:g} m, between the walls"
+                f"expected 0 to {length:g} m, between the walls"
             )
         out.append(back_into(v, length, space.wrap[axis]).astype(np.float32))
     return (*out, *[np.zeros(len(array), np.float32)] * (3 - axes))
@@ -114,11 +114,11 @@ def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarr
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
         allowed = f"({n},), one for each place" if rows is None else f"({least},) or more, one for each row"
-        raise ValueError(f"radius: an array of the shape {array.shape}; allowed is a number, or {allowed}")
+        raise ValueError(f"radius: an array of the shape {array.shape}; expected a number, or {allowed}")
     if array.ndim == 1 and rows is not None:
         array = array[rows]
     if not (array >= 0).all():
-        raise ValueError(f"radius is {array[~(array >= 0)].flat[0]}; allowed is at least 0 m")
+        raise ValueError(f"radius is {array[~(array >= 0)].flat[0]}; expected at least 0 m")
     return np.ascontiguousarray(np.broadcast_to(array, n))
 
 

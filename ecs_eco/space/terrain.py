@@ -246,7 +246,7 @@ class Terrain:
         ):
             raise ValueError(
                 f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
-                f"each; allowed are two finite numbers each, up to {far:g} m"
+                f"each; expected two finite numbers each, up to {far:g} m"
             )
         self.ground[...] = state["ground"]
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]

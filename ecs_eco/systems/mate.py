@@ -209,7 +209,7 @@ class Mate(System):
                 if it not in uids:
                     raise ValueError(
                         f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; "
-                        f"allowed is one of {uids[:9]}"
+                        f"expected one of {uids[:9]}"
                     )
                 partner[me], distance2[me] = chosen[uids.index(it)], far[uids.index(it)]
         finally:

@@ -54,7 +54,7 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
     [
         (
             ["--species", "grass"],
-            "neither sensors nor actions; allowed: a species with a nervous system: deer, wolf",
+            "neither sensors nor actions; expected: a species with a nervous system: deer, wolf",
         ),
         (["--species", "wulf"], 'did you mean "wolf"?'),
         (["--out", "nerves.jpg"], 'expected: a file ending in .png, .svg, .pdf; did you mean "nerves.png"?'),

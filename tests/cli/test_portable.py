@@ -25,5 +25,5 @@ def test_the_mode_can_be_asked_for_before_any_command():
 def test_a_wrong_word_is_refused_with_code_2():
     done = command("list", ECS_ECO_PORTABLE="yes")
     assert done.returncode == 2
-    assert "ECS_ECO_PORTABLE=yes: allowed is 1" in done.stderr
+    assert "ECS_ECO_PORTABLE=yes: expected 1" in done.stderr
     assert "Traceback" not in done.stderr

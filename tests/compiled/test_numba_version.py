@@ -77,7 +77,7 @@ def test_the_variable_decides_whatever_the_version(monkeypatch):
     assert not plain()
     plain.cache_clear()
     monkeypatch.setenv(VARIABLE, "yes")
-    with pytest.raises(ValueError, match=f"{VARIABLE}=yes: allowed is 1"):
+    with pytest.raises(ValueError, match=f"{VARIABLE}=yes: expected 1"):
         plain()
 
 

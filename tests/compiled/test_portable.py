@@ -78,7 +78,7 @@ def test_a_job_script_gets_all_that_a_process_needs():
 
 def test_a_word_that_is_neither_0_nor_1_is_refused(monkeypatch):
     monkeypatch.setenv(portable.VARIABLE, "yes")
-    with pytest.raises(portable.PortableError, match=r"ECS_ECO_PORTABLE=yes: allowed is 1"):
+    with pytest.raises(portable.PortableError, match=r"ECS_ECO_PORTABLE=yes: expected 1"):
         portable.check()
 
 

@@ -64,7 +64,7 @@ def test_two_islands_in_a_ring_are_one_neighbour_each(menagerie):
         ({"migration_probability": {"ram": 1.5}}, "at most 1"),
         (
             {"migration_probability": {"rams": 0.5}},
-            'no such species; allowed: moss, ram, lynx; did you mean "ram"?',
+            'no such species; expected: moss, ram, lynx; did you mean "ram"?',
         ),
         ({"migration_probability": {"moss": 0.5}}, "plants that spread do not wander"),
         ({"graph": "star"}, "star"),

@@ -104,7 +104,7 @@ def test_a_recorder_of_more_than_128_species_is_refused() -> None:
     by_hand = World((9.0, 9.0))
     for i in range(129):
         by_hand.add_table(f"s{i}", capacity=1)
-    with pytest.raises(ValueError, match="129 species; allowed are at most 128"):
+    with pytest.raises(ValueError, match="129 species; expected at most 128"):
         Recorder(by_hand)
 
 

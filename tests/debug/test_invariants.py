@@ -22,7 +22,7 @@ def test_nan_in_a_column_is_caught(caught):
         table[Biology].age[table.by_uid()[1]] = np.nan
 
     assert caught(work) == (
-        f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; allowed are finite numbers"
+        f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; expected finite numbers"
     )
 
 
@@ -36,12 +36,12 @@ def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
     message = caught(work, components=[Wool])
     assert (
         message == f"species 'deer': Wool.length[1] of uid {caught.uids[0]} (row 0) is inf (1 more); "
-        "allowed are finite numbers"
+        "expected finite numbers"
     )
     assert (
         caught(heavy, components=[Wool])
         == f"species 'deer': Wool.weights[2] of uid {caught.uids[0]} (row 0) is -inf; "
-        "allowed are finite numbers"
+        "expected finite numbers"
     )
 
 
@@ -68,7 +68,7 @@ def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
         world.run(1)
     assert str(error.value) == (
         "after Sense, tick 0, species 'deer': the reading 'ear' "
-        f"of uid {second} (row 1) is nan; allowed are finite numbers"
+        f"of uid {second} (row 1) is nan; expected finite numbers"
     )
 
 
@@ -78,8 +78,7 @@ def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
 
     message = caught(work, policy={"kind": "shared", "hidden": [4]}, options={"policies": "untrained"})
     assert (
-        message == "species 'deer': weight policy.head.bias[1] of the policy is nan; "
-        "allowed are finite numbers"
+        message == "species 'deer': weight policy.head.bias[1] of the policy is nan; expected finite numbers"
     )
 
 
@@ -181,10 +180,10 @@ def test_components_that_a_processor_replaces_are_caught(debug):
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; allowed is [0, 20)"),
-        ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; allowed is [0, 20)"),
-        ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; allowed is [0, 2π)"),
-        ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; allowed is [0, 2π)"),
+        ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; expected [0, 20)"),
+        ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; expected [0, 20)"),
+        ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; expected [0, 2π)"),
+        ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; expected [0, 2π)"),
     ],
 )
 def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, message):

@@ -17,7 +17,7 @@ from ecs_eco.runs.run import fork, resume, run_to_folder
 @pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])
 def test_a_wrong_seed_is_refused(seed):
     with pytest.raises(
-        (TypeError, ValueError), match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"
+        (TypeError, ValueError), match=r"seed is .*; expected a whole number from 0 to 9223372036854775807"
     ):
         World(seed=seed)
 
@@ -30,20 +30,20 @@ def test_whole_numbers_of_numpy_are_seeds(seed):
 @pytest.mark.parametrize("dt", [math.inf, math.nan, 0, -1.0, True, "1", None])
 def test_a_wrong_dt_is_refused(dt):
     with pytest.raises(
-        (TypeError, ValueError), match=r"dt is .*; allowed is a finite number of seconds above 0"
+        (TypeError, ValueError), match=r"dt is .*; expected a finite number of seconds above 0"
     ):
         World(dt=dt)
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
 def test_wrong_threads_are_refused(threads):
-    with pytest.raises((TypeError, ValueError), match=r"threads is .*; allowed is a whole number from 1 on"):
+    with pytest.raises((TypeError, ValueError), match=r"threads is .*; expected a whole number from 1 on"):
         World(threads=threads)
 
 
 @pytest.mark.parametrize("ticks", [-1, 1.5, True, "3", math.nan])
 def test_wrong_ticks_are_refused(ticks):
-    with pytest.raises((TypeError, ValueError), match=r"ticks is .*; allowed is a whole number from 0 on"):
+    with pytest.raises((TypeError, ValueError), match=r"ticks is .*; expected a whole number from 0 on"):
         World().run(ticks)
 
 
@@ -90,8 +90,8 @@ def test_an_empty_key_is_refused(key):
 @pytest.mark.parametrize(
     ("progress", "why"),
     [
-        (True, "True; allowed is a function that is called with done and t(icks|otal), or None"),
-        (lambda done: None, "is to take 2 arguments.*allowed is a function that is called with done and t"),
+        (True, "True; expected a function that is called with done and t(icks|otal), or None"),
+        (lambda done: None, "is to take 2 arguments.*expected a function that is called with done and t"),
     ],
 )
 def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, why, tmp_path):

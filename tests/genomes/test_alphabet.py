@@ -34,14 +34,14 @@ def test_every_text_of_the_alphabet_survives():
 def test_errors_name_the_place_and_the_letter():
     with pytest.raises(ValueError, match="genome: 'U' at place 2 is no letter of the alphabet 'ACGT'"):
         DNA.encode("GAUACU")
-    with pytest.raises(ValueError, match="genome: 4 at place 1 is no letter's number; allowed are 0 to 3"):
+    with pytest.raises(ValueError, match="genome: 4 at place 1 is no letter's number; expected 0 to 3"):
         DNA.decode(np.array([0, 4, 9], np.uint8))
     with pytest.raises(ValueError, match="genome: -1 at place 0"):
         DNA.decode(np.array([-1]))
     with pytest.raises(
         ValueError,
         match=r"an array of float64 with the shape \(2,\); "
-        r"allowed is one row of whole numbers",
+        r"expected one row of whole numbers",
     ):
         DNA.decode(np.array([0.0, 1.0]))
     with pytest.raises(ValueError, match=r"with the shape \(1, 2\)"):
@@ -51,7 +51,7 @@ def test_errors_name_the_place_and_the_letter():
 @pytest.mark.parametrize(
     ("letters", "message"),
     [
-        ("A", "has 1 letters; allowed are 2 to 256"),
+        ("A", "has 1 letters; expected 2 to 256"),
         ("", "has 0 letters"),
         ("ACGA", "the letter 'A' occurs twice"),
     ],

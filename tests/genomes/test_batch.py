@@ -234,7 +234,7 @@ def test_a_letter_outside_the_alphabet_that_first_comes_in_a_birth_is_named() ->
     births = operators(layout, None, (rare, {}))
     with pytest.raises(
         ValueError,
-        match="mutate: rare puts 4 at place 7, which is no letter; allowed are whole numbers from 0 to 3",
+        match="mutate: rare puts 4 at place 7, which is no letter; expected whole numbers from 0 to 3",
     ):
         births.offspring(np.ones((1, 8), np.uint8), None, KEYS[:1])
 
@@ -248,9 +248,9 @@ def test_a_failed_birth_restores_the_users_random_numbers() -> None:
 
 
 def test_genomes_of_another_layout_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 10\]"):
+    with pytest.raises(ValueError, match=r"expected rows of u8\[n, 10\]"):
         operators(layout_of(10)).offspring(np.zeros((1, 9), np.uint8), None, KEYS[:1])
-    with pytest.raises(ValueError, match=r"chance = 1\.5; allowed are 0 to 1"):
+    with pytest.raises(ValueError, match=r"chance = 1\.5; expected 0 to 1"):
         operators(layout_of(10), chance=1.5)
 
 

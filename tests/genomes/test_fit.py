@@ -105,10 +105,10 @@ def test_hidden_layers_may_be_none_or_many() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"function": lambda x: x[:, 0]}, r"allowed is \(n, actions\)"),
+        ({"function": lambda x: x[:, 0]}, r"expected \(n, actions\)"),
         ({"function": lambda x: x[:, 0] / 0 * np.nan, "kind": "happiness"}, "not finite"),
         ({"low": 2.0, "high": 1.0}, "each low must be below its high"),
-        ({"kind": "policy"}, "allowed are reflex and happiness"),
+        ({"kind": "policy"}, "expected reflex and happiness"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
@@ -118,9 +118,9 @@ def test_what_cannot_be_fitted_is_refused(change: dict, words: str) -> None:
 
 
 def test_wrong_numbers_of_readings_and_weights_are_refused(diver) -> None:
-    with pytest.raises(ValueError, match=r"allowed is \(n, 3\)"):
+    with pytest.raises(ValueError, match=r"expected \(n, 3\)"):
         diver(np.zeros((4, 2), np.float32))
-    with pytest.raises(ValueError, match=r"allowed is \(217,\)"):
+    with pytest.raises(ValueError, match=r"expected \(217,\)"):
         diver.with_weights(np.zeros(3))
 
 

@@ -277,7 +277,7 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
     "loci", [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]]
 )
 def test_rows_of_another_form_are_refused(loci: object) -> None:
-    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
+    with pytest.raises(ValueError, match=r"expected rows of u8\[n, 2\]"):
         one(Gene(name="g", letters=2, low=0, high=1)).decode(loci)
 
 
@@ -288,18 +288,18 @@ def test_a_number_that_is_no_letter_is_refused_with_its_place() -> None:
 
 def test_values_that_no_codon_codes_for_are_refused() -> None:
     size = one(Gene(name="size", letters=2, low=0.2, high=0.6))
-    with pytest.raises(ValueError, match=r"gene 'size': no codon codes for 0.7; allowed are 0.2 to 0.6"):
+    with pytest.raises(ValueError, match=r"gene 'size': no codon codes for 0.7; expected 0.2 to 0.6"):
         size.encode({"size": [0.3, 0.7]})
     assert size.decode(size.encode({"size": 0.7}, clip=True))["size"] == pytest.approx(0.6)
-    with pytest.raises(ValueError, match="allowed are -1, 0"):
+    with pytest.raises(ValueError, match="expected -1, 0"):
         one(RED).encode({"red": 1})
     assert one(RED).decode(one(RED).encode({"red": [-0.6, 3]}, clip=True))["red"].tolist() == [-1, 0]
     with pytest.raises(ValueError, match="not finite"):
         size.encode({"size": float("nan")})
     weights = one(Gene(name="w", letters=2, low=-1, high=1, form="direct"), shapes={"w": [(2, 2)]})
-    with pytest.raises(ValueError, match=r"shape \(3,\); allowed is \(n, 4\)"):
+    with pytest.raises(ValueError, match=r"shape \(3,\); expected \(n, 4\)"):
         weights.encode({"w": [0, 0, 0]})
-    with pytest.raises(ValueError, match="allowed are weights from -1 to 1"):
+    with pytest.raises(ValueError, match="expected weights from -1 to 1"):
         weights.encode({"w": [0, 0, 0, 2]})
 
 
@@ -309,12 +309,12 @@ def test_names_of_genes_are_known_or_refused() -> None:
         layout.encode({"siz": 1})
     with pytest.raises(ValueError, match="no value given"):
         layout.encode({})
-    with pytest.raises(ValueError, match="allowed are 1 or 3"):
+    with pytest.raises(ValueError, match="expected 1 or 3"):
         Layout([Gene(**G), Gene(**G | {"name": "h"})]).encode({"g": [0, 0, 0], "h": [0, 0]})
 
 
 def test_a_text_with_a_wrong_letter_or_length_is_refused() -> None:
     with pytest.raises(ValueError, match="'X' at place 1"):
         one(RED, loci=2).mark("AX")
-    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
+    with pytest.raises(ValueError, match=r"expected rows of u8\[n, 2\]"):
         one(RED, loci=2).mark("A")

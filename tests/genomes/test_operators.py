@@ -68,12 +68,12 @@ REFUSED = [
     ("mate", {"operator": "cxESBlend", "alpha": 0.1}, "strategy"),
     ("mate", {"operator": "cxUniform"}, "missing a required argument: 'indpb'"),
     ("mate", {"operator": "cxUniform", "indpd": 0.5}, 'did you mean "indpb"'),
-    ("mate", {"operator": "cxUniform", "indpb": 2.0}, "indpb = 2.0; allowed are 0 to 1"),
+    ("mate", {"operator": "cxUniform", "indpb": 2.0}, "indpb = 2.0; expected 0 to 1"),
     ("mutate", {"operator": "mutGaussian", "mu": 0.0, "sigma": 1.0, "indpb": 0.1}, "numbers between letters"),
     ("mutate", {"operator": "mutPolynomialBounded"}, "numbers between letters"),
     ("mutate", {"operator": "mutESLogNormal", "c": 1.0, "indpb": 0.1}, "strategy"),
     ("mutate", {"operator": "mutFlipBit", "indpb": 0.1}, "'ACGT' has 4 letters; use mutUniformInt"),
-    ("mutate", WELL | {"up": 4}, "up = 4; allowed are 0 to 3"),
+    ("mutate", WELL | {"up": 4}, "up = 4; expected 0 to 3"),
     ("mutate", {"operator": "mutUniformInt"}, "missing a required argument: 'indpb'"),
 ]
 
@@ -122,8 +122,8 @@ def test_an_unknown_operator_is_told_the_nearest() -> None:
 
 
 OWN = [
-    (lengthen, "returns a genome of 5 loci; allowed are 4"),
-    (forget_the_tuple, "returns list .* allowed is a tuple of one genome"),
+    (lengthen, "returns a genome of 5 loci; expected 4"),
+    (forget_the_tuple, "returns list .* expected a tuple of one genome"),
     (use_numpy, "numpy's global random numbers"),
     (need_fitness, "fails on a list of letters' numbers: AttributeError"),
     (lambda genome: ([0.5] * 4,), "puts 0.5 at place 0"),

@@ -267,7 +267,7 @@ def test_operators_that_do_not_fit_are_refused() -> None:
     fixed = Layout([Gene(name="g", letters=2, low=0, high=1)])
     with pytest.raises(ValueError, match=r"cuts strings at genes, which needs genome\.longest"):
         toolbox_of({"mate": {"operator": "cxUnequal"}}, fixed)
-    with pytest.raises(ValueError, match=r"slip = 1\.5; allowed are 0 to 1"):
+    with pytest.raises(ValueError, match=r"slip = 1\.5; expected 0 to 1"):
         births(mate={"slip": 1.5})
     with pytest.raises(ValueError, match="genes have no fixed place"):
         births(mutate={"operator": "mutUniformInt", "indpb": 0.1, "low": [0, 1]})

@@ -97,7 +97,7 @@ def test_values_become_strings_and_come_back() -> None:
     rows = of.encode({"red": [1, 3], "size": 6})
     assert texts(of, rows) == ["TACGCCG|TACGCCG", "TATGCCG|TATGCCG"]
     assert of.decode(rows)["size"].tolist() == [6, 6]
-    with pytest.raises(ValueError, match="these genes need 7 letters; allowed are 6"):
+    with pytest.raises(ValueError, match="these genes need 7 letters; expected 6"):
         layout(max_length=6, loci=3, genes=[GENES[0], GENES[1] | {"copies": 0}]).encode({"red": 1, "size": 2})
 
 
@@ -156,7 +156,7 @@ def test_alphabets_of_any_letters_leave_a_separator() -> None:
 
 
 REFUSED = [
-    ({"max_length": 6}, r"max_length = 6\n.*founders have more letters; allowed: at least 7"),
+    ({"max_length": 6}, r"max_length = 6\n.*founders have more letters; expected: at least 7"),
     ({"loci": 6}, "a founder's genes need 7 letters"),
     ({"genes": [GENES[0] | {"at": 3}]}, "genes have no fixed place"),
     ({"genes": [GENES[0], GENES[1] | {"promoter": "TAC"}]}, "the promoter of red is 'TA'"),
@@ -186,11 +186,11 @@ def test_keys_that_need_a_variable_length_are_refused_without_it() -> None:
 
 def test_rows_and_texts_of_another_form_are_refused() -> None:
     of = layout()
-    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 24\]"):
+    with pytest.raises(ValueError, match=r"expected rows of u8\[n, 24\]"):
         of.decode(np.zeros((1, 23), np.uint8))
-    with pytest.raises(ValueError, match="5 at place 0 is no letter's number; allowed are 0 to 4"):
+    with pytest.raises(ValueError, match="5 at place 0 is no letter's number; expected 0 to 4"):
         of.decode(np.full((1, 24), 5, np.uint8))
-    with pytest.raises(ValueError, match="allowed are 1 of at most 24 letters"):
+    with pytest.raises(ValueError, match="expected 1 of at most 24 letters"):
         of.rows(["ACG|T"])
     with pytest.raises(ValueError, match="have no loci in common"):
         diversity(of, of.rows(["ACG"]))

@@ -135,5 +135,5 @@ def test_impossible_networks_are_refused(given, message):
 
 
 def test_observations_of_another_width_are_refused():
-    with pytest.raises(ValueError, match=r"\(4, 6\); allowed is \(n, 5\)"):
+    with pytest.raises(ValueError, match=r"\(4, 6\); expected \(n, 5\)"):
         Brain(5, (3,)).forward(_observations(4, width=6))

@@ -143,7 +143,7 @@ def test_a_newborn_network_depends_on_who_and_key_only():
 def test_observations_of_another_width_are_refused():
     individuals = minds()
     table = herd(individuals, 2)
-    with pytest.raises(ValueError, match=r"\(2, 4\); allowed is \(2, 5\)"):
+    with pytest.raises(ValueError, match=r"\(2, 4\); expected \(2, 5\)"):
         individuals.forward(table[Policy], table.by_uid(), np.zeros((2, 4), np.float32), whole)
 
 

@@ -167,7 +167,7 @@ def test_a_single_environment_whose_observations_are_whole_numbers_is_learnt_and
 
 
 def test_what_is_no_environment_and_what_is_no_array_is_refused_with_what_to_do():
-    with pytest.raises(TypeError, match=r"envs = 'CartPole-v1': allowed is .* gymnasium.make_vec"):
+    with pytest.raises(TypeError, match=r"envs = 'CartPole-v1': expected .* gymnasium.make_vec"):
         train("CartPole-v1", PPO(), 10, seed=0)
     env = Rooms()
     env.observation_space = gymnasium.spaces.Dict({"room": gymnasium.spaces.Discrete(3)})
@@ -179,12 +179,12 @@ def test_what_is_no_environment_and_what_is_no_array_is_refused_with_what_to_do(
 
 def test_environments_that_do_not_fit_are_refused():
     envs = _corridors(gymnasium.vector.AutoresetMode.DISABLED)
-    with pytest.raises(ValueError, match="allowed is NEXT_STEP or SAME_STEP"):
+    with pytest.raises(ValueError, match="expected NEXT_STEP or SAME_STEP"):
         train(envs, PPO(), 10, seed=0)
     envs = _corridors(NEXT_STEP)
     for space in (gymnasium.spaces.Box(0, 1, (1, 2)), gymnasium.spaces.Box(0, np.inf, (1,))):
         envs.single_action_space = space
-        with pytest.raises(ValueError, match="allowed is Discrete, or MultiDiscrete or a bounded Box"):
+        with pytest.raises(ValueError, match="expected Discrete, or MultiDiscrete or a bounded Box"):
             train(envs, PPO(), 10, seed=0)
 
 

@@ -94,7 +94,7 @@ def test_a_continuous_choice_reaches_the_motor(meadow):
         (lambda n: np.full((n, 2), -1), r"turn = -1"),
         (lambda n: np.full((n, 2), 0.5), r"speed = 0.5"),
         (lambda n: np.full((n, 2), np.nan), r"speed = nan\n.*not a number"),
-        (lambda n: None, "allowed: numbers"),
+        (lambda n: None, "expected: numbers"),
     ],
 )
 def test_what_cannot_be_carried_out_is_refused_with_organism_group_and_value(meadow, chosen, says):

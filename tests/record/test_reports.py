@@ -143,9 +143,9 @@ def test_a_component_that_nobody_has_is_refused_before_the_first_tick():
 @pytest.mark.parametrize(
     ("said", "words"),
     [
-        ("many", "returned 'many'; allowed is a number"),
+        ("many", "returned 'many'; expected a number"),
         ({"mos": 1}, "unknown species 'mos'; known: moss, fern; did you mean"),
-        ([1, 2], "allowed is a number"),
+        ([1, 2], "expected a number"),
     ],
 )
 def test_a_function_that_says_something_else_is_named(said, words):

@@ -196,7 +196,7 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
             code.numbers(np.array([code.trait.default]), clip=False)
         except ValueError as error:
             fault = f"it cannot code for the species' own value, {code.trait.default:g}"
-            allowed = f'{str(error).partition("allowed are ")[2]}, or founders = "random"'
+            allowed = f'{str(error).partition("expected ")[2]}, or founders = "random"'
             yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 

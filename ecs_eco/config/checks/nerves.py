@@ -245,4 +245,4 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
             try:
                 check_setting(name, value)
             except ValueError as error:
-                yield Problem(at, "not possible", value, str(error).partition("allowed is ")[2])
+                yield Problem(at, "not possible", value, str(error).partition("expected ")[2])

@@ -126,7 +126,7 @@ class Body(Section):
         if self.density is not None:
             self.__dict__["mass"] = mass = self.density * self.volume
             if not SMALLEST <= mass <= LARGEST:
-                raise ValueError(f"density × volume is {mass:g} kg; allowed is 1e-30 to 1e+30")
+                raise ValueError(f"density × volume is {mass:g} kg; expected 1e-30 to 1e+30")
         return self
 
     @model_serializer(mode="wrap")
