@@ -65,7 +65,7 @@ class Archipelago:
                     Problem(
                         ("archipelago",),
                         "is missing: this world has no islands",
-                        allowed="a table with islands, every and emigration",
+                        allowed="a table with islands, migration_interval and migration_probability",
                     )
                 ]
             )
