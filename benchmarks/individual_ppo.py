@@ -129,7 +129,7 @@ class Plain:
             p = torch.log_softmax(logits, 2)
             ratio = torch.exp(p.gather(2, self.choice)[..., 0] - then)
             loss = -torch.minimum(ratio * advantage, ratio.clamp(1 - s.clip, 1 + s.clip) * advantage)
-            loss = loss + s.entropy * (p.exp() * p).sum(2) + s.value_weight * (value - target) ** 2
+            loss = loss + s.entropy_coef * (p.exp() * p).sum(2) + s.value_weight * (value - target) ** 2
             self.adam.zero_grad()
             loss.mean(1).sum().backward()
             gradients = [g for q in self.parameters if (g := q.grad) is not None]

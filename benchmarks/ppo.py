@@ -83,14 +83,14 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
     )
     advantage, target = (gain - gain.mean()) / (gain.std() + 1e-8), gain + old
     for _ in range(SETTINGS.epochs):
-        for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):
+        for index in torch.randperm(rollout.n).split(SETTINGS.minibatch_size):
             logits, value = net(seen[index])
             parts = [torch.log_softmax(part, 1) for part in logits.split(GROUPS, 1)]
             now = sum(p.gather_transitions(1, choices[index, g : g + 1])[:, 0] for g, p in enumerate(parts))
             entropy = -sum((p.exp() * p).sum(1).mean() for p in parts)
             ratio, a = torch.exp(now - then[index]), advantage[index]
             policy = -torch.min(ratio * a, ratio.clamp(1 - SETTINGS.clip, 1 + SETTINGS.clip) * a).mean()
-            loss = policy - SETTINGS.entropy * entropy
+            loss = policy - SETTINGS.entropy_coef * entropy
             loss = loss + SETTINGS.value_weight * ((value - target[index]) ** 2).mean()
             adam.zero_grad()
             loss.backward()

@@ -244,7 +244,11 @@ def test_cells_of_almost_nothing_are_refused_for_their_number(section):
 
 
 def test_a_number_that_float32_makes_0_is_refused_where_0_is():
-    _refused(_goat(("sensors", 2, "scale"), 5e-324), "species.goat.sensors.2.scale", "at least 1e-30")
+    _refused(
+        _goat(("sensors", 2, "half_saturation"), 5e-324),
+        "species.goat.sensors.2.half_saturation",
+        "at least 1e-30",
+    )
 
 
 def test_more_sites_of_plants_than_can_be_is_refused():

@@ -70,6 +70,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
     about = f" ({info.description})" if info is not None and info.description else ""
     if kind == "missing":
         return Problem(key, "is missing", allowed=_words(info) + about)
+    if kind == "extra_forbidden" and info is not None:
+        return Problem(key, f"is given twice, also by its former name {info.alias}", value, "one of them")
     if kind == "extra_forbidden":
         known = tuple(parent.model_fields) if parent else ()
         near = suggestion(key, data, model, places, known)

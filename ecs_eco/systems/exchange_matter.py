@@ -77,7 +77,11 @@ class ExchangeMatter(System):
             _, rows, cell = self.places(table, world, way, key)
             rate, half, until = own_values(
                 table,
-                {f"{key}rate": way.rate, f"{key}half": way.half or 0.0, f"{key}until": way.until or np.inf},
+                {
+                    f"{key}rate": way.rate,
+                    f"{key}half": way.half or 0.0,
+                    f"{key}concentration_max": way.concentration_max or np.inf,
+                },
             )
             wanted = np.zeros(rows.size)
             want(

@@ -56,7 +56,7 @@ class Nurse(System):
         if way is None or not table.n:
             return
         rows = table.by_uid()
-        until = own_value(table, "care.until", np.float32(way.until))
+        until = own_value(table, "care.age_max", np.float32(way.age_max))
         young = rows[(b.age[rows] < np.float32(highest(until, table.alive))) & (table.cause[rows] == 0)]
         for parent in PARENTS[way.by] if young.size else ():
             its = rows_of(table, getattr(table[Parentage], parent)[young])

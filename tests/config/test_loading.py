@@ -69,7 +69,7 @@ def test_what_is_left_out_has_its_default_and_is_resolved() -> None:
         "energy": 1.0,
         "energy_max": 1.0,
         "basal": 0.0,
-        "growth": 0.0,
+        "photosynthesis": 0.0,
         "handling_time": 0.0,
     }
     assert moss["policy"]["kind"] == "none"

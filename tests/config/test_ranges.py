@@ -145,10 +145,11 @@ def test_values_change_and_everything_else_of_the_text_stays() -> None:
 
 def test_a_value_that_is_not_in_the_text_finds_a_place_in_it() -> None:
     text = edited(
-        WORLD, {("species", "mite", "metabolism", "growth"): 0.5, ("space", "edges"): "walls", ("seed",): 3}
+        WORLD,
+        {("species", "mite", "metabolism", "photosynthesis"): 0.5, ("space", "edges"): "walls", ("seed",): 3},
     )
     assert text is not None
-    assert "basal = 0.01, growth = 0.5 }" in text
+    assert "basal = 0.01, photosynthesis = 0.5 }" in text
     assert '[space]\nedges = "walls"\n' in text
     assert text.startswith("seed = 3\n")
 

@@ -265,7 +265,7 @@ def test_operators_that_do_not_fit_are_refused() -> None:
     from ecs_eco.genomes import Gene, Layout, toolbox_of
 
     fixed = Layout([Gene(name="g", letters=2, low=0, high=1)])
-    with pytest.raises(ValueError, match=r"cuts strings at genes, which needs genome\.longest"):
+    with pytest.raises(ValueError, match=r"cuts strings at genes, which needs genome\.max_length"):
         toolbox_of({"mate": {"operator": "cxUnequal"}}, fixed)
     with pytest.raises(ValueError, match=r"slip = 1\.5; expected 0 to 1"):
         births(mate={"slip": 1.5})

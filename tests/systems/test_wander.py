@@ -98,7 +98,7 @@ def test_the_gait_is_neutral_beside_others_and_each_may_have_its_own_turn():
     gene = {"name": "g", "trait": "wander.turn", "letters": 1, "values": [0.0, 2.0]}
     walker = {"actions": {"speed": ["rest", "walk"]}, "genome": {"alphabet": "01", "genes": [gene]}}
     species = load(config(walker=walker)).species["snail"]
-    assert (species.neutral, species.automatic) == ({"speed": "walk"}, [])
+    assert (species.default_action, species.always_on) == ({"speed": "walk"}, [])
     world = World.from_config(config(walker=walker), record=False)
     table = world.table("snail")
     before = table[Position].heading[table.rows()].copy()

@@ -172,9 +172,8 @@ class Species(
         derived = {} if self.genome is None else self.genome.derived
         for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
             if coded.trait is not None:
-                coded.__dict__["trait"] = ".".join(
-                    map(str, both_names(tuple(coded.trait.split(".")), self, None)[0])
-                )
+                present, *_ = both_names(tuple(coded.trait.split(".")), self, None)
+                coded.__dict__["trait"] = ".".join(map(str, present))
         for name, one in derived.items():
             if one.trait is None:
                 keys = [*(".".join(key) for number, key, _ in values_in(self) if number.codable), *NO_NUMBERS]
