@@ -9,7 +9,7 @@ NONE, FEMALE, MALE = 0, 1, 2
 class Biology:
     """Age, sex and fertility of an organism."""
 
-    age: f32 = 0.0  # [s] since birth
+    age: f32 = 0.0  # [s] time since birth
     # [s] age beyond the ticks since birth: of founders, and where `age` was set; written by Age
     head_start: f64 = 0.0
     sex: u8.within(0, 2) = 0  # 0 none, 1 female, 2 male

@@ -11,5 +11,5 @@ class Body:
     The radius of a capsule is that across, of a box that of the smallest sphere around it.
     """
 
-    radius: f32.within(0, 1e30) = 0.5  # [m] of the body
-    mass: f32.within(0, 1e30) = 1.0  # [kg] of the body
+    radius: f32.within(0, 1e30) = 0.5  # [m] radius of the body
+    mass: f32.within(0, 1e30) = 1.0  # [kg] mass of the body

@@ -8,6 +8,6 @@ class Nervous:
     """The decision of this tick and the happiness that the sensors gave."""
 
     decision: u8["actions"] = 0  # the multi-hot vector H(y + z)
-    happiness: f32 = 0.0  # that the sensors gave in this tick
+    happiness: f32 = 0.0  # happiness in this tick
     reward: f32 = 0.0  # change of happiness in this tick; a system in the phase `feel` may write it
     awake: boolean = False  # whether it has sensed once: a newborn has no earlier happiness

@@ -7,7 +7,7 @@ from ecs_eco.engine.schema import component, f32
 class Position:
     """The place of an entity's centre and its heading; z is 0 on a plane."""
 
-    x: f32 = 0.0  # [m] of the center
-    y: f32 = 0.0  # [m] of the center
-    z: f32 = 0.0  # [m] of the center, upward
-    heading: f32 = 0.0  # [rad] counter-clockwise from the x axis
+    x: f32 = 0.0  # [m] place of the center
+    y: f32 = 0.0  # [m] place of the center
+    z: f32 = 0.0  # [m] height of the center
+    heading: f32 = 0.0  # [rad] heading, counter-clockwise from the x axis

@@ -7,6 +7,6 @@ from ecs_eco.engine.schema import component, f32
 class Velocity:
     """The motion of the last tick: along the heading and upward, and what it cost."""
 
-    speed: f32 = 0.0  # [m/s] along the heading
-    climb: f32 = 0.0  # [m/s] upward, in a volume
-    cost: f32 = 0.0  # [energy/s] of locomotion, slope included
+    speed: f32 = 0.0  # [m/s] speed along the heading
+    climb: f32 = 0.0  # [m/s] speed upward, in a volume
+    cost: f32 = 0.0  # [energy/s] cost of locomotion, slope included

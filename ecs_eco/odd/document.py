@@ -88,7 +88,8 @@ def _html(block: Block) -> str:
     if isinstance(block, Items):
         return f"<ul>{''.join(f'<li>{_inline(text)}</li>' for text in block.texts)}</ul>"
     if isinstance(block, Grid):
-        return page.table(block.head, [[page.Markup(_inline(cell)) for cell in row] for row in block.rows])
+        table = page.table(block.head, [[page.Markup(_inline(cell)) for cell in row] for row in block.rows])
+        return re.sub(r"<t([dh])>", r"<t\1 class='words'>", table)  # all columns begin at the left
     return f"<p>{_inline(block)}</p>"
 
 

@@ -116,7 +116,7 @@ def entities(model: Model) -> Iterator[Block]:
         "Each individual has a unique number (uid). The space with its fields and surroundings is one more entity."
     )
     yield Heading(3, "State variables")
-    yield from grid(("variable", "unit", "meaning", "of", "changes"), _state(model))
+    yield from grid(("variable", "unit", "meaning", "of", "static or dynamic"), _state(model))
     constants = [
         (kind, key)
         for kind, section in model.sections.items()
@@ -273,7 +273,6 @@ def inputs(model: Model) -> Iterator[Block]:
         rows += [f"`{getattr(layer, 'file', '')}`: {getattr(layer, 'make', '')}" for _, layer in layers]
     if config is not None:
         rows += [f"{_when(one)}: {in_words(one.once(one.at))}." for one in config.interventions]
-        rows += [f"{use.kind} of {use.species} at a rate (submodels)" for use in config.land_use]
     if not rows:
         yield "The model uses no input data to represent processes that change over time."
         return

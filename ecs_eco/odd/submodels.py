@@ -22,6 +22,7 @@ from ecs_eco.odd.values import (
 )
 
 WIDEST = 6  # columns of kinds in a table of parameters
+FEW = 5  # words of a docstring that is no more than a heading
 
 
 def submodels(model: Model) -> Iterator[Block]:
@@ -126,7 +127,7 @@ def _cell(value: Value | None) -> str:
 
 def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterator[Block]:
     """Yield the table of the entries of lists that are of one model, and the meanings of its columns."""
-    if "." in sentences(kind).rstrip(".") or "=" in sentences(kind):  # more than a heading
+    if len(sentences(kind).split()) > FEW:
         yield sentences(kind)
     values = [{v.key: v for v in values_of(entry) if v.key not in ("name", "label")} for _, _, entry in rows]
     columns = {key: one for row in values for key, one in row.items()}

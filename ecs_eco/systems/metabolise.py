@@ -42,6 +42,8 @@ class Metabolise(System):
             "": "`dE/dt = −(basal + cost)`, where cost is that of the locomotion of this tick.",
             "diet": "The time until an animal can eat again runs down.",
             "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
+            "genome.genes.trait=body.mass": "The basal rate is multiplied by `(mass/body.mass)^0.75` (Kleiber "
+            "1932).",
             "metabolism.torpor": "An animal without energy is torpid: it burns nothing and stands still.",
         },
         changes=("Metabolism.energy", "Metabolism.burnt", "Metabolism.digesting"),

@@ -67,7 +67,11 @@ class Move(System):
             "locomotion.pitch": "Swimming up or down, an animal moves along a slope of the angle `pitch`: "
             "`v sin(pitch)` upward and `v cos(pitch)` ahead.",
             "terrain.slope_cost": "Uphill, the cost is multiplied by `1 + slope_cost × rise/distance`.",
-            "terrain": "Water, rocks and fences stop an animal where they begin.",
+            "space.edges=torus": "An animal that leaves on one side enters on the opposite side.",
+            "space.edges=walls": "The edges of the world stop an animal.",
+            "terrain.lakes": "Lakes stop an animal where they begin.",
+            "terrain.rocks": "Rocks stop an animal where they begin.",
+            "interventions.kind=fence": "Fences stop an animal where they begin.",
             "terrain.roads": "Roads multiply speed by `pace` and cost by `cost`.",
             "ectothermy": "Pace multiplies the speed, and its square the cost.",
             "growth.pace": "The speed of the young is multiplied by `(mass/adult mass)^pace`.",
