@@ -1,7 +1,7 @@
-"""What organisms and objects are made of: data without behaviour, one component a file.
+"""The components of organisms and objects: data without behavior, one component per file.
 
-A component declares fields with a type, a default and a unit. What changes them belongs to `ecs_eco.systems`;
-what all members of a species share is no component, but a field of `ecs_eco.life.kind.Kind`.
+A component declares fields with a type, a default and a unit. `ecs_eco.systems` changes them. Values that all
+members of a species share are not components, but fields of `ecs_eco.life.kind.Kind`.
 """
 
 from ecs_eco._lazy import lazy

@@ -6,9 +6,10 @@ from ecs_eco.engine.schema import component, f32
 @component
 class Body:
     """The size of a body (the paper's conformation) and its mass: a sphere, or a disc on a plane, unless the
-    component Shape says otherwise.
+    component Shape defines another shape.
 
-    The radius of a capsule is that across, of a box that of the smallest sphere around it.
+    The radius of a capsule is measured across it; that of a box is the radius of the smallest sphere around
+    it.
     """
 
     radius: f32.within(0, 1e30) = 0.5  # [m] radius of the body

@@ -1,4 +1,4 @@
-"""How fertile an organism is at which age and in which season, where this is individual and not the species'."""
+"""Individual fertility by age and season."""
 
 from ecs_eco.engine.schema import component, f32
 
@@ -10,6 +10,6 @@ class Breeding:
     peak: f32.within(0, 1) = 1.0  # fertility at the prime, in season
     maturity: f32 = 0.0  # [s] age from which it is fertile
     prime: f32 = 0.0  # [s] age at which it is most fertile
-    end: f32 = 1.0e30  # [s] age at which it ceases to be; 1e30: never
+    end: f32 = 1.0e30  # [s] age at which fertility ends; 1e30: never
     season: f32 = 0.0  # share of the year after which it is most fertile
     width: f32.within(0, 1e30) = 0.0  # share of a year, one standard deviation of the season; 0: all year

@@ -1,4 +1,4 @@
-"""What an entity is made of, chemically."""
+"""The chemical composition of an entity."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""Insulation of an organism, where it is individual and not the species'."""
+"""Individual insulation."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""A plant's defence against being eaten."""
+"""A plant's defense against being eaten."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""Experience of an organism that learns individually, since its last update."""
+"""The experience of an individual learner since its last update."""
 
 from ecs_eco.engine.schema import component, f32, i16, i32
 
@@ -9,7 +9,9 @@ class Experience:
 
     observations: f32["horizon", "channels"].heavy = 0.0
     choices: i16["horizon", "groups"].heavy = 0
-    log_probability: f32["horizon"].heavy = 0.0  # of the choice, under the policy that made it
-    value: f32["horizon"].heavy = 0.0  # expected then
-    reward: f32["horizon"].heavy = 0.0  # that followed
+    log_probability: f32["horizon"].heavy = (
+        0.0  # log-probability of the choice, under the policy that made it
+    )
+    value: f32["horizon"].heavy = 0.0  # value estimated at the decision
+    reward: f32["horizon"].heavy = 0.0  # reward that followed
     length: i32.within(0, "horizon") = 0

@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32, i64, u8, u16, u64
 
 @component
 class Gestation:
-    """What a mother carries, and when an organism can mate again."""
+    """The litter that a mother carries, and the time at which an organism can mate again."""
 
     carrying: u16 = 0  # newborn conceived; 0: not pregnant
     due: i64 = 0  # tick of the birth

@@ -1,4 +1,4 @@
-"""Growth and spread of a plant, where they are individual and not the species'."""
+"""Individual growth and spread of a plant."""
 
 from ecs_eco.engine.schema import component, f32
 

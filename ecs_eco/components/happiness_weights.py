@@ -1,4 +1,4 @@
-"""Happiness of an individual, where it is not the species'."""
+"""Individual weights of happiness."""
 
 from ecs_eco.engine.schema import component, f32
 

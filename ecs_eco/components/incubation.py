@@ -1,10 +1,11 @@
-"""How far an egg has developed."""
+"""The development of an egg."""
 
 from ecs_eco.engine.schema import component, f64
 
 
 @component
 class Incubation:
-    """The time that an egg has developed for, counted at the temperature for which its incubation is given."""
+    """The time for which an egg has developed, in units of time at the reference temperature of its
+    incubation."""
 
     developed: f64 = 0.0  # [s]

@@ -1,4 +1,4 @@
-"""What an animal carries."""
+"""The object that an animal carries."""
 
 from ecs_eco.engine.schema import component, f32, u64
 

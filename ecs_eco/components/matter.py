@@ -1,14 +1,15 @@
-"""What a body needs besides concentrations so that its substances add up."""
+"""The state of a body that lets its substances add up exactly."""
 
 from ecs_eco.engine.schema import component, f32, f64
 
 
 @component
 class Matter:
-    """The volume that the concentrations of a body refer to, and what of them float32 cannot hold.
+    """The volume to which the concentrations of a body refer, and the part of them that float32 cannot
+    represent.
 
-    The amount of a substance in it is (Chemistry.molarity + residue) × volume [mol]. `Dilute` keeps it where
-    a body grows or shrinks.
+    The amount of a substance in it is (Chemistry.molarity + residue) × volume [mol]. `Dilute` preserves it
+    when a body grows or shrinks.
     """
 
     volume: f64.within(0, 1e300) = 0.0  # [L]; 0 until it is born

@@ -1,4 +1,4 @@
-"""What a nervous system keeps from one decision to the next."""
+"""The memory of a nervous system between decisions."""
 
 from ecs_eco.engine.schema import component, f32
 
@@ -8,4 +8,6 @@ class Memory:
     """The state of a policy network with a memory; zero at birth."""
 
     state: f32["memory"].heavy = 0.0
-    began: f32["memory"].heavy = 0.0  # what it was when the rollout of one that learns alone began
+    began: f32["memory"].heavy = (
+        0.0  # its value at the beginning of the current rollout of an individual learner
+    )

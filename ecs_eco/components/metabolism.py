@@ -13,5 +13,5 @@ class Metabolism:
     energy: f32 = 1.0  # [energy] energy held
     digesting: i32 = 0  # [ticks] time until it can eat again
     taken: f32 = 0.0  # [energy] taken in during this tick
-    burnt: f32 = 0.0  # [energy] burnt during this tick
+    burnt: f32 = 0.0  # [energy] burned during this tick
     given: f32 = 0.0  # [energy] passed to offspring during this tick

@@ -1,13 +1,13 @@
-"""Where an entity is and which way it faces."""
+"""The position and heading of an entity."""
 
 from ecs_eco.engine.schema import component, f32
 
 
 @component
 class Position:
-    """The place of an entity's centre and its heading; z is 0 on a plane."""
+    """The position of an entity's center and its heading; z is 0 on a plane."""
 
     x: f32 = 0.0  # [m] place of the center
     y: f32 = 0.0  # [m] place of the center
     z: f32 = 0.0  # [m] height of the center
-    heading: f32 = 0.0  # [rad] heading, counter-clockwise from the x axis
+    heading: f32 = 0.0  # [rad] counterclockwise from the x axis

@@ -1,10 +1,10 @@
-"""How far an object is on its path."""
+"""The position of an object on its path."""
 
 from ecs_eco.engine.schema import component, i32
 
 
 @component
 class Route:
-    """The place of its path that an object goes to next."""
+    """The corner of its path toward which an object moves."""
 
     leg: i32.within(0, 1000) = 0

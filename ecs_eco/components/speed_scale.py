@@ -1,4 +1,4 @@
-"""Speed of an organism, where it is individual and not the species'."""
+"""Individual speed."""
 
 from ecs_eco.engine.schema import component, f32
 

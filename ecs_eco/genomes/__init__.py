@@ -1,7 +1,8 @@
-"""Heredity: genomes as strings over a finite alphabet, what they code for, and the operators that make new ones.
+"""Heredity: genomes as strings over a finite alphabet, the traits for which they code, and the operators of
+inheritance.
 
-What a genome codes for belongs to its layout; how an organism with it lives belongs to `ecs_eco.systems`.
-Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor torch.
+The layout of a genome defines its meaning; `ecs_eco.systems` uses the traits. Names load on first use:
+`import ecs_eco.genomes` loads neither DEAP nor numba nor torch.
 """
 
 from typing import TYPE_CHECKING

@@ -70,7 +70,7 @@ class Alphabet:
         except KeyError:
             at = next(i for i, letter in enumerate(text) if letter not in self._number)
             raise ValueError(
-                f"genome: {text[at]!r} at place {at} is no letter of the alphabet {self.letters!r}"
+                f"genome: {text[at]!r} at place {at} is not in the alphabet {self.letters!r}"
             ) from None
 
     def decode(self, loci: np.ndarray) -> str:
@@ -105,8 +105,8 @@ class Alphabet:
         wrong = np.flatnonzero((row < 0) | (row >= len(self)))
         if wrong.size:
             raise ValueError(
-                f"genome: {row[wrong[0]]} at place {wrong[0]} is no letter's number; "
-                f"expected 0 to {len(self) - 1}"
+                f"genome: {row[wrong[0]]} at place {wrong[0]} is not the number of a letter; expected 0 to "
+                f"{len(self) - 1}"
             )
         return "".join(self.letters[i] for i in row.tolist())
 

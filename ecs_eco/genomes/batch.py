@@ -1,4 +1,4 @@
-"""Births: from parents' genomes to children's, many at once or one by one."""
+"""Births: children's genomes from parents' genomes, in batches or one by one."""
 
 import random
 from collections.abc import Callable
@@ -100,7 +100,7 @@ class Operators:
 
     @property
     def choice(self) -> int:
-        """The number in CHOICES of the toolbox's `select_mate`; −1: a function of the user's own."""
+        """The number in CHOICES of the toolbox's `select_mate`; −1: a user's function."""
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
@@ -144,7 +144,7 @@ class Operators:
         return child
 
     def _operator(self, word: str) -> tuple[Callable[..., Any], dict[str, Any]]:
-        """Return the function registered under a word and its arguments, checked when it is first seen."""
+        """Return the function registered under a word and its arguments, checked on first sight."""
         operator = getattr(self.toolbox, word)
         if word not in self._seen or self._seen[word][0] is not operator:
             check_operator(word, operator, self.layout)
@@ -171,7 +171,7 @@ class Operators:
     def _cross_all(
         self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
     ) -> bool:
-        """Fill out by a kernel, if there is one for this operator."""
+        """Fill `out` with a kernel, if there is one for this operator."""
         from deap import tools
 
         if function in (tools.cxOnePoint, tools.cxTwoPoint):
@@ -217,7 +217,7 @@ class Operators:
         function: Callable[..., Any],
         arguments: dict[str, Any],
     ) -> None:
-        """Mutate birth by birth; genes with mutation rates of their own separately."""
+        """Mutate birth by birth; genes with their own mutation rates separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
@@ -236,7 +236,7 @@ class Operators:
 
 
 def way_of(function: Callable[..., Any]) -> int | None:
-    """Return the number of the way in which an operator of DEAP mutates letters; None for any other."""
+    """Return the number of the method by which an operator of DEAP mutates letters; None for any other."""
     from deap import tools
 
     ways = (tools.mutUniformInt, tools.mutFlipBit, tools.mutShuffleIndexes)

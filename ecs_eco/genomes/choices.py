@@ -1,16 +1,16 @@
-"""Mate choice: which of the candidates in reach an organism mates with."""
+"""Mate choice: the selection of a mate among the candidates in reach."""
 
 import random
 from collections.abc import Callable, Sequence
 
 CHOICES = ("nearest", "random", "richest", "oldest")
-"""The rules that mating knows, by their numbers."""
+"""The rules of mate choice, by their numbers."""
 
 Numbers = Sequence[float]
 
 
 def nearest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the nearest candidate; of equal ones any."""
+    """Return the nearest candidate; one at random if several are equal."""
     return _first(distance, candidates)
 
 
@@ -20,17 +20,17 @@ def any_one(chooser: int, candidates: Sequence[int], distance: Numbers, energy: 
 
 
 def richest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the candidate with the most energy; of equal ones any."""
+    """Return the candidate with the most energy; one at random if several are equal."""
     return _first([-e for e in energy], candidates)
 
 
 def oldest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the oldest candidate; of equal ones any."""
+    """Return the oldest candidate; one at random if several are equal."""
     return _first([-a for a in age], candidates)
 
 
 def _first(values: Numbers, candidates: Sequence[int]) -> int:
-    """Return the candidate with the least value, one of them at random where several have it."""
+    """Return the candidate with the lowest value, one at random if several have it."""
     least = min(values)
     return random.choice(sorted(c for v, c in zip(values, candidates, strict=True) if v == least))
 

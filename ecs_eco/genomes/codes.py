@@ -1,7 +1,9 @@
-"""The code of one gene: its codons mean entries of a table, numbers in a range, or the weights of a network.
+"""The code of one gene: its codons represent entries of a table, numbers in a range, or the weights of a
+network.
 
 A codon of k letters of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
-Gray code a digit is the sum of the letters so far modulo A: neighbouring numbers differ in one letter."""
+Gray code a digit is the sum of the letters so far modulo A: adjacent numbers differ in one letter.
+"""
 
 import math
 
@@ -16,7 +18,7 @@ SLACK = 1e-6  # of a range: how far float32 may round beyond its end
 
 
 class Codons:
-    """Where the codons of a gene are, and how their letters make numbers."""
+    """The positions of a gene's codons, and how their letters form numbers."""
 
     def __init__(self, gene: Gene, first: int, n: int, size: int) -> None:
         self.gene, self.first, self.n, self.size = gene, first, n, size
@@ -39,11 +41,11 @@ class Codons:
 
 
 class Code:
-    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait."""
+    """Base of all codes; `trait` is the gene's trait, None for a neutral marker or an unknown trait."""
 
     dtype: type = np.float32
     width: tuple[int, ...] = ()  # shape of one organism's value
-    resolution = 0.0  # largest distance between neighbouring values
+    resolution = 0.0  # largest distance between adjacent values
     low, high = 0.0, 0.0
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
@@ -52,20 +54,20 @@ class Code:
 
     @property
     def text(self) -> str:
-        """How it codes, in a few words."""
+        """A short description of the code."""
         raise NotImplementedError
 
     def values(self, numbers: np.ndarray) -> np.ndarray:
-        """Return what numbers i64[n, codons] of codons mean, f64[n, …]."""
+        """Return the values of numbers i64[n, codons] of codons, f64[n, …]."""
         raise NotImplementedError
 
     def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
-        """Return numbers i64[n, codons] that mean values f64[n, …]; `clip` takes the nearest,
-        else ValueError."""
+        """Return numbers i64[n, codons] for values f64[n, …]; `clip` takes the nearest valid one,
+        otherwise raises ValueError."""
         raise NotImplementedError
 
     def refuse(self, value: float, allowed: str) -> ValueError:
-        """The error for a value that no codon means."""
+        """Return the error for a value that no codon represents."""
         return ValueError(f"gene {self.name!r}: no codon codes for {value:g}; expected {allowed}")
 
 
@@ -212,7 +214,7 @@ class Weights(Code):
 
 
 def is_whole(gene: Gene, trait: Trait | None) -> bool:
-    """Whether a gene's values are whole numbers."""
+    """Return whether a gene's values are integers."""
     return gene.whole or (trait is not None and trait.kind in ("whole", "sign"))
 
 

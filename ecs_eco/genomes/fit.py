@@ -1,4 +1,4 @@
-"""Hand-written reflexes and happiness as small networks, so that mutation has weights to act on."""
+"""Hand-written reflexes and happiness as small networks, so that mutation has weights to change."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from ecs_eco.genomes.later import kernels
 
 BATCH = 512
 RATE = 1e-2  # of Adam at the start; it falls to 0
-HELD_OUT = 4096  # samples on which the error is measured
+HELD_OUT = 4096  # samples for the error
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def fit_network(
     target = (y - scale[0]) / scale[1] if kind == "happiness" else y + 1
     with one_torch_thread():
         layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
-    # the network reads raw readings, and answers in raw units
+    # the network takes raw readings, and returns raw units
     layers[0][1] -= ((middle / half)[:, None] * layers[0][0]).sum(axis=0)
     layers[0][0] /= half[:, None]
     layers[-1][0] *= scale[1]
@@ -181,12 +181,12 @@ def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: 
     if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
         allowed = "(n, actions)" if kind == "reflex" else "(n,)"
         raise ValueError(
-            f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; expected {allowed}"
+            f"fit_network: the function returns the shape {y.shape} for {len(x)} readings; expected {allowed}"
         )
     if not np.isfinite(y).all():
         raise ValueError(
-            "fit_network: the function gives numbers that are not finite; "
-            "expected finite ones between low and high"
+            "fit_network: the function returns numbers that are not finite; expected finite ones between "
+            "low and high"
         )
     return np.sign(y) if kind == "reflex" else y
 

@@ -1,4 +1,4 @@
-"""Heredity: what a newborn inherits: genome, the traits that it codes for, and the weights of its brain."""
+"""Heredity: the inheritance of a newborn: its genome, its traits, and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,13 +17,13 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Heredity:
-    """Makes the inherited columns of the newborn of one species.
+    """The inherited columns of the newborn of one species.
 
-    `targets` maps a gene's name to (component, field, index or None): where its value is written. `derived` has
-    the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
+    `targets` maps a gene's name to (component, field, index or None), where its value is written. `derived`
+    has the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
     `expression` and `shuffled` are switches of treatments: without expression genes are inherited and mutate,
-    but have no effect; shuffled, the genes of a newborn come from any of the living instead of its parents.
-    Founders start from random letters, unless `alike` is given: (row u8[loci], which of its letters all
+    but have no effect; if shuffled, the genes of a newborn come from random living members instead of its
+    parents. Founders have random letters, unless `alike` is given: (row u8[loci], which of its letters all
     founders share bool[loci]).
     """
 
@@ -54,8 +54,8 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that no column holds: the weights of founders, empty if these are random, and how
-        often strings of variable length were at their limit."""
+        """Return the state that is in no column: the weights of founders, empty if these are random, and
+        how often strings of variable length reached their limit."""
         out = (
             {}
             if self.minds is None
@@ -65,14 +65,14 @@ class Heredity:
         return out if counts is None else out | {"at_limit": counts.copy()}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take a `state()`."""
+        """Load a `state()`."""
         if "founder" in state:
             self.founder = state["founder"] if state["founder"].size else None
         if "at_limit" in state:
             self.operators.at_limit[:] = state["at_limit"]
 
     def founders(self, world: World, table: Table, identity: np.ndarray) -> Values:
-        """Return the inherited columns of organisms without parents; `identity` u64[k] tells them apart."""
+        """Return the inherited columns of organisms without parents; `identity` u64[k] distinguishes them."""
         keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.layout is not None:
@@ -102,7 +102,8 @@ class Heredity:
     ) -> Values:
         """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (−1: dead).
 
-        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are genomes of fathers."""
+        `identity` u64[k] distinguishes the newborn of a tick; `sperm` u8[k, loci] are genomes of fathers.
+        """
         keys = hashed(keys_of(world, table), identity)
         values: Values = {}
         if self.shuffled:
@@ -132,7 +133,7 @@ class Heredity:
         return values
 
     def _prune(self, table: Table, values: Values) -> None:
-        """Leave networks the hidden units that genes give them."""
+        """Keep only the hidden units that genes give to networks."""
         for layer, at in hidden_units(table).items():
             if (Policy, "weights") in values and (Traits, "value") in values:
                 values[Policy, "weights"] = np.ascontiguousarray(values[Policy, "weights"])
@@ -141,7 +142,7 @@ class Heredity:
                 )
 
     def express(self, table: Table, loci: np.ndarray) -> Values:
-        """Return the traits that genomes u8[k, loci] code for, as columns."""
+        """Return the traits of genomes u8[k, loci], as columns."""
         if not self.expression:
             return {}
         out: Values = {}
@@ -167,7 +168,7 @@ class Heredity:
 
 
 def hidden_units(table: Table) -> dict[int, int]:
-    """Return the hidden layers whose number of units a gene codes for, and their places in Traits."""
+    """Return the hidden layers whose number of units is heritable, and their positions in Traits."""
     traits = {} if table.species is None else table.species.traits
     return {int(key.rpartition(".")[2]): at for key, at in traits.items() if key.startswith("policy.hidden.")}
 
@@ -178,13 +179,13 @@ def keys_of(world: World, table: Table) -> np.uint64:
 
 
 def _anyone(table: Table, keys: np.ndarray, number: int) -> np.ndarray:
-    """Return a living row for each key, all equally likely: i64[k]."""
+    """Return a random living row for each key, all equally likely: i64[k]."""
     rows = table.by_uid()
     return rows[(draws(keys, random.GENES + ((2 + number) << 8)) * rows.size).astype(np.int64)]
 
 
 def _one_of(keys: np.ndarray, first: np.ndarray, second: np.ndarray | None) -> np.ndarray:
-    """Return one parent of each, both equally likely; the other where it is dead (−1): i64[k]."""
+    """Return one parent of each, both equally likely; the other if it is dead (−1): i64[k]."""
     if second is None:
         return first
     return np.where((draws(keys, random.BRAIN) < 0.5) | (second < 0), first, second)

@@ -1,8 +1,9 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
-Draws follow from the key of each birth alone. A `salt` keeps the draws of several crossings of one birth
-apart. Keys are mixed first: `draw` takes key ^ locus, which is the same for many pairs of small numbers. A
-draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8."""
+Draws depend only on the key of each birth. A `salt` distinguishes the draws of several crossings of one
+birth. Keys are mixed first: `draw` takes key ^ locus, which is the same for many pairs of small numbers. A
+draw is a multiple of 2**-24: a probability below 6e-8 acts as 6e-8.
+"""
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from ecs_eco.engine.random import draw, mix
 
 # The purposes of a birth's draws.
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
-SALT = 16  # purposes apart
-UNIFORM, FLIP, SHUFFLE = range(3)  # ways in which a letter mutates
+SALT = 16  # distance between purposes
+UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
 
 
 @njit
@@ -34,7 +35,8 @@ def read_codons(loci, first, letters, size, gray, out):
 
 @njit
 def write_codons(numbers, first, letters, size, gray, loci):
-    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads."""
+    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: the inverse of
+    `read_codons`."""
     for row in range(numbers.shape[0]):
         for codon in range(numbers.shape[1]):
             left = numbers[row, codon]
@@ -47,8 +49,8 @@ def write_codons(numbers, first, letters, size, gray, loci):
 
 @njit
 def combine(coefficients, basis, out):
-    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size],
-    in an order that depends on nothing else."""
+    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], in a fixed order of
+    summation."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = 0.0
@@ -77,8 +79,8 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`;
-    `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`; `swapped`
+    rows start from `second`."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -101,8 +103,8 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], with each locus from `second` by the same chance;
-    `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci], with each locus from `second` with the same probability; `swapped` rows
+    start from `second`."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -113,7 +115,8 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 
 @njit
 def mutate(strings, keys, salt, way, rates, low, up):
-    """Mutate each letter of u8[n, loci] by the chance of its locus, in one of three ways, as `change` does."""
+    """Mutate each letter of u8[n, loci] with the probability of its locus, by one of the three methods of
+    `change`."""
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         for locus in range(string.size):
@@ -124,8 +127,8 @@ def mutate(strings, keys, salt, way, rates, low, up):
 
 @njit
 def change(string, n, i, way, u, low, up):
-    """Change letter i of n by a draw u: to one from low to up, to the other of two, or with that of another
-    place."""
+    """Change letter i of n by a draw u: to one from low to up, to the other of two, or swap it with that
+    of another place."""
     if way == UNIFORM:
         string[i] = low + np.int64(u * (up - low + 1))
     elif way == FLIP:
@@ -141,8 +144,8 @@ def forward(x, sizes, weights, out):
     """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
     f32[1, size] for all rows.
 
-    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum
-    of a unit has the same order in every row.
+    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum of a unit has the same order
+    in every row.
     """
     widest = 0
     for s in sizes:

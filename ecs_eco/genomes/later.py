@@ -1,4 +1,4 @@
-"""Kernels for genomes, which load numba when they are first used: layouts are checked without it."""
+"""Kernels for genomes that load numba on first use: layouts are checked without it."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The layout of a genome: which loci code for which value, both ways."""
+"""The layout of a genome: which loci code for which value, in both directions."""
 
 from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from ecs_eco.genomes.traits import Shapes, Trait
 
 
 class Piece(NamedTuple):
-    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters."""
+    """A part of a genome's text: its string, its gene ("" if it is neutral), its first locus, its letters."""
 
     string: int
     gene: str
@@ -56,12 +56,12 @@ class Layout:
     """
 
     longest: int | None = None
-    """Letters that a string may have; None: strings keep their length."""
+    """Maximum letters of a string; None: strings keep their length."""
     doubled = "first"
-    """What several copies of a gene in a string make, where they have a length of their own."""
+    """How several copies of a gene in a string combine, if strings vary in length."""
 
     derived: Mapping[str, Derived] = MappingProxyType({})
-    """Traits that are formulas of genes, as the section lists them: no letters code for them."""
+    """Traits that are formulas of genes, as the section lists them: they have no letters."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class Layout:
         )
         self.length = loci or max(stop for _, stop in at)  # of one string
         self.row = self.length * ploidy  # letters of an organism
-        self.highest = len(self.alphabet) - 1  # number in a row
+        self.highest = len(self.alphabet) - 1  # numbers in a row
         self._by_name = {code.name: code for code in self.genes}
 
     @classmethod
@@ -142,7 +142,7 @@ class Layout:
         return layout
 
     def __getitem__(self, name: str) -> Code:
-        """Return the gene of this name; raises UnknownName."""
+        """Return the gene of this name. Raises UnknownName."""
         if name not in self._by_name:
             raise UnknownName(unknown_name("genome", "gene", name, self._by_name))
         return self._by_name[name]
@@ -273,7 +273,7 @@ class Layout:
         return out
 
     def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
-        """Return the values of genes by name, and of how many organisms they are; raises as `encode`."""
+        """Return the values of genes by name, and their number of organisms; raises as `encode`."""
         for name in values:
             self[name]
         arrays = {
@@ -327,7 +327,7 @@ class Layout:
         return [begin for one, begins in self._founder() if one is code for begin in begins]
 
     def own_value(self, code: Code) -> float:
-        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
+        """Return the value of an organism without a copy of a gene: the species' own value, or 0."""
         return 0.0 if code.trait is None else float(code.trait.default)
 
     def _founder(self) -> list[tuple[Code, list[int]]]:
@@ -335,7 +335,7 @@ class Layout:
         return [(code, [s * self.length + code.first for s in range(self.ploidy)]) for code in self.genes]
 
     def _of_values(self) -> list[tuple[Code, list[int]]]:
-        """Return those that code for a value of the species."""
+        """Return the genes that code for a value of the species."""
         return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
@@ -355,7 +355,8 @@ class Layout:
         return out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each locus' chance of mutation f32[length] for one string: a gene's own, else `chance`."""
+        """Return each locus' probability of mutation f32[length] for one string: a gene's own, or
+        `chance`."""
         out = np.full(self.length, chance, np.float32)
         for code in self.genes:
             if code.gene.mutation_rate is not None:
@@ -432,7 +433,7 @@ class Layout:
         return pieces
 
     def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type, or a wrong number."""
+        """Return rows unchanged. Raises ValueError for another width or type, or a wrong number."""
         highest = self.highest
         if (
             not isinstance(loci, np.ndarray)
@@ -447,8 +448,8 @@ class Layout:
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
             raise ValueError(
-                f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
-                f"expected 0 to {highest}"
+                f"genome {row}: {loci[row, place]} at place {place} is not the number of a letter; expected "
+                f"0 to {highest}"
             )
         return loci
 
@@ -464,7 +465,7 @@ class Layout:
 
     def _array(self, code: Code, values: Mapping[str, Any]) -> np.ndarray:
         if code.name not in values:
-            raise ValueError(f"gene {code.name!r}: no value given; given are {listed(values)}")
+            raise ValueError(f"gene {code.name!r}: no value given; the given ones are {listed(values)}")
         array = np.asarray(values[code.name], np.float64)
         rows = array if array.ndim > len(code.width) else array[None]
         if rows.shape[1:] != code.width:
@@ -483,5 +484,5 @@ def _code(gene: Gene, first: int, size: int, trait: Trait | None, shapes: Mappin
 
 
 def by_trait(shapes: Mapping[str, Shapes] | Shapes | None) -> Mapping[str, Shapes] | None:
-    """Return shapes of networks by trait; a list is those of policy.weights."""
+    """Return shapes of networks by trait; a list means those of policy.weights."""
     return shapes if shapes is None or isinstance(shapes, Mapping) else {"policy.weights": shapes}

@@ -1,4 +1,5 @@
-"""A genome: its alphabet, what every gene codes for, and the operators that make new genomes of old ones."""
+"""A genome: its alphabet, the meaning of every gene, and the operators that create new genomes from old
+ones."""
 
 from functools import partial
 from typing import Annotated, Any, Literal
@@ -32,18 +33,18 @@ OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"
 
 
 class Gene(Section, own=LETTERS):
-    """Loci that code for one value of the organism: by a table of values, by a range,
-    or as the weights of a network."""
+    """Loci that code for one value of the organism: by a table of values, by a range, or as the weights of
+    a network."""
 
     name: Name = about("name of the gene")
     trait: str | None = about(
-        "key of the species' value that it replaces; absent: none, a neutral marker", None
+        "the species' key whose value it replaces; absent: none, a neutral marker", None
     )
     letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters of one codon", "1")
     at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity(
-        "first locus; absent: after the gene before", "1", None
+        "first locus; absent: after the previous gene", "1", None
     )
-    values: list[Real] | None = about("a value for each codon in their order; several may be the same", None)
+    values: list[Real] | None = about("a value for each codon in order; values may repeat", None)
     low: Real | None = quantity("the value of the first codon", "unit of the trait", None)
     high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
     code: Literal["positional", "gray", "additive"] = about(
@@ -55,22 +56,23 @@ class Gene(Section, own=LETTERS):
         'codons that add up, for code = "additive"', "1", 1
     )
     scale: Literal["linear", "log"] = about("log: equal steps are equal factors", "linear")
-    whole: bool = about(
-        "whether values are rounded to whole numbers; a trait of whole numbers always is", False
-    )
+    whole: bool = about("whether values are rounded to integers; an integer trait always is", False)
     form: Literal["direct", "cosine"] | None = about(
         "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of "
         "every matrix",
         None,
     )
-    coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
+    coefficients: Count | None = quantity(
+        'maximum number of coefficients per matrix, for form = "cosine"', "1", None
+    )
     mutation_rate: Share | None = quantity(
-        "its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None, former="mutation"
+        "its own probability per letter of mutation (indpb); absent: that of mutate",
+        "1",
+        None,
+        former="mutation",
     )
     expression: Expression | None = about(
-        "with two strings, how two alleles make the value; absent: that of the genome",
-        None,
-        former="dominance",
+        "with two strings, how two alleles combine; absent: as for the genome", None, former="dominance"
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
         "with `max_length`: the letters that begin each copy of the gene; absent: a word chosen by its number",
@@ -81,7 +83,7 @@ class Gene(Section, own=LETTERS):
         "with `max_length`: copies of the gene in a founder's string", "1", 1, exclude_if=lambda n: n == 1
     )
     copy_rule: CopyRule | None = about(
-        "with `max_length`: what several copies in a string make; absent: that of the genome",
+        "with `max_length`: how several copies in a string combine; absent: as for the genome",
         None,
         former="doubled",
         exclude_if=is_absent,
@@ -96,11 +98,11 @@ _From: Any = with_keyword(
 
 
 class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
-    """A trait that no letters code for: a formula of the values of genes, so that one gene may have several
-    effects. Values beyond what the trait can be become its nearest limit, whole numbers are rounded."""
+    """A trait without letters: a formula of the values of genes, so that one gene may have several
+    effects. Values beyond the limits of the trait become the nearest limit, integers are rounded."""
 
     trait: str | None = about(
-        "key of the species' value that it replaces; absent: the one that ends with NAME", None
+        "the species' key whose value it replaces; absent: the one that ends with NAME", None
     )
     formula: Annotated[str, Field(max_length=1000)] = about(
         "formula of the values of genes and other derived traits, by name"
@@ -114,7 +116,7 @@ class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
 
 
 def _deaps_name(function: object) -> str:
-    """Return the name of a function of `deap.tools`, which a file can say as well; "" for any other."""
+    """Return the name of a function of `deap.tools`, which a file may contain as well; "" for any other."""
     if not getattr(function, "__module__", "").startswith("deap."):
         return ""
     from deap import tools
@@ -124,10 +126,10 @@ def _deaps_name(function: object) -> str:
 
 
 class Operator(Section):
-    """An operator of DEAP by name, "module:name" of a similar function, or the function itself,
-    and its keyword arguments.
+    """An operator of DEAP by name, "module:name" of a similar function, or the function itself, and its
+    keyword arguments.
 
-    In Python what a DEAP toolbox has registered, `toolbox.mate`, may replace the whole section,
+    In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, may replace the whole section,
     or `operator`.
     """
 
@@ -138,7 +140,7 @@ class Operator(Section):
     @model_validator(mode="before")
     @classmethod
     def _registered(cls, given: object) -> Any:
-        """Take apart what a toolbox has registered: a partial says an operator and its arguments."""
+        """Split a function registered in a toolbox: a partial contains an operator and its arguments."""
         if callable(given):
             given = {"operator": given}
         if not isinstance(given, dict) or not callable(function := given.get("operator")):
@@ -147,14 +149,14 @@ class Operator(Section):
         while isinstance(function, partial):
             if function.args:
                 name = getattr(function.func, "__name__", repr(function.func))
-                raise ValueError(f"{name} is registered with {function.args!r}; give its arguments by name")
+                raise ValueError(f"{name} is registered with {function.args!r}; pass its arguments by name")
             if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
                 conflict = (
                     f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, "
-                    f"and {arguments[twice[0]]!r} beside it"
+                    f"and {arguments[twice[0]]!r} next to it"
                 )
                 raise ValueError(
-                    f"{conflict}; give it once: toolbox.{cls.__name__.lower()} may stand for the section"
+                    f"{conflict}; use only one: toolbox.{cls.__name__.lower()} may replace the section"
                 )
             function = function.func
         return {"operator": _deaps_name(function) or function, **arguments}
@@ -166,16 +168,18 @@ class Operator(Section):
 
 
 class Mate(Operator, own=LETTERS):
-    """How two strings are crossed."""
+    """The crossover of two strings."""
 
     operator: OperatorName = about(
-        "cxOnePoint, cxTwoPoint, cxUniform …; with `max_length` absent means cxUnequal", "cxTwoPoint"
+        "cxOnePoint, cxTwoPoint, cxUniform …; with `max_length`, absent means cxUnequal", "cxTwoPoint"
     )
-    chance: Share = quantity("chance of a crossing; without one the child copies one parent, drawn", "1", 1.0)
+    chance: Share = quantity(
+        "probability of crossover; without it the child copies a random parent", "1", 1.0
+    )
 
 
 class Mutate(Operator):
-    """How a string mutates."""
+    """The mutation of a string."""
 
     operator: OperatorName = about("mutUniformInt, mutFlipBit …", "mutUniformInt")
 
@@ -215,29 +219,29 @@ class GenomeSection(Section, own=LETTERS):
     mate: Mate = table("crossover", Mate, change=FREE)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}), change=FREE)
     max_length: Count | None = quantity(
-        "letters that a string may have at most, which gives strings a length of their own; absent: all have "
-        "the same length, and genes a fixed place",
+        "maximum letters of a string, which lets strings vary in length; absent: all strings have the same "
+        "length, and genes a fixed place",
         "1",
         None,
         former="longest",
         exclude_if=is_absent,
     )
     copy_rule: CopyRule = about(
-        "with `max_length`: what several copies of a gene in a string make: the first one's value, the mean, "
-        "the sum (within what one copy can say) or the greatest",
+        "with `max_length`: how several copies of a gene in a string combine: the first one's value, the "
+        "mean, the sum (within the range of one copy) or the greatest",
         "first",
         former="doubled",
         exclude_if=lambda how: how == "first",
     )
     insertion: Share = quantity(
-        "with `max_length`: chance per letter that one is inserted before it",
+        "with `max_length`: probability per letter of an insertion before it",
         "1",
         0.0,
         exclude_if=is_empty,
         change=FREE,
     )
     base_deletion: Share = quantity(
-        "with `max_length`: chance per letter to be lost",
+        "with `max_length`: probability per letter of a deletion",
         "1",
         0.0,
         former="deletion",
@@ -245,14 +249,14 @@ class GenomeSection(Section, own=LETTERS):
         change=FREE,
     )
     duplication: Share = quantity(
-        "with `max_length`: chance per copy of a gene to be doubled, in tandem",
+        "with `max_length`: probability per copy of a gene of a tandem duplication",
         "1",
         0.0,
         exclude_if=is_empty,
         change=FREE,
     )
     gene_deletion: Share = quantity(
-        "with `max_length`: chance per copy of a gene to be lost",
+        "with `max_length`: probability per copy of a gene of its loss",
         "1",
         0.0,
         former="loss",
@@ -260,12 +264,12 @@ class GenomeSection(Section, own=LETTERS):
         change=FREE,
     )
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
-    derived: dict[Name, Derived] = about("name = trait that is a formula of genes", {}, exclude_if=is_empty)
+    derived: dict[Name, Derived] = about("name = a trait that is a formula of genes", {}, exclude_if=is_empty)
 
     @model_validator(mode="before")
     @classmethod
     def _unequal_crossover(cls, given: object) -> Any:
-        """Let strings of variable length cross at genes, unless an operator is named."""
+        """Make strings of variable length cross at genes, unless an operator is named."""
         if not isinstance(given, dict) or given.get("max_length") is None:
             return given
         mate = given.get("mate", {})

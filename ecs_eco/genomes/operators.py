@@ -1,7 +1,8 @@
 """DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`.
 
 An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
-the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it."""
+the toolbox is called for each birth, with lists of integers, as DEAP calls it.
+"""
 
 import inspect
 import random
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
 LONGEST_TRIED = 10_000  # loci of the strings on which an operator is tried
-# the only operators of DEAP that data may name, and the arguments of each
+# the operators of DEAP that data may name, and the arguments of each
 SAFE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
     "mutate": {
@@ -34,14 +35,14 @@ SAFE: dict[str, dict[str, tuple[str, ...]]] = {
         "mutUniformInt": ("low", "up", "indpb"),
     },
 }
-# those beside them for strings of variable length: our own, and DEAP's
+# further ones for strings of variable length: our own, and DEAP's
 VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()},
     "mutate": {},
 }
-_NUMBERS = "it makes numbers between letters"
-_STRATEGY = "it needs a strategy besides the genome"
-_ORDER = "it permutes, and needs a genome that has every letter once"
+_NUMBERS = "it produces numbers between letters"
+_STRATEGY = "it needs a strategy in addition to the genome"
+_ORDER = "it permutes a genome that contains every letter once"
 REFUSED = {  # operators of DEAP that cannot work on letters
     "cxBlend": _NUMBERS,
     "cxSimulatedBinary": _NUMBERS,
@@ -134,7 +135,7 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
 def operator_of(
     word: str, name: object, layout: Layout, find: Callable[[Any], Any] = handed_over
 ) -> Callable[..., Any]:
-    """Return the operator of this name, or what `find` returns for a function or "module:name"."""
+    """Return the operator of this name, or the result of `find` for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
         return find(name)
     check_name(word, name, layout)
@@ -151,7 +152,7 @@ def known_operators(word: str, layout: Layout) -> dict[str, tuple[str, ...]]:
 
 
 def check_name(word: str, name: str, layout: Layout) -> None:
-    """Raise ValueError or UnknownName for a name that is not one of the operators on letters."""
+    """Raise ValueError or UnknownName for a name other than the operators on letters."""
     known = known_operators(word, layout)
     if name == "cxUnequal" and name not in known:
         raise ValueError(
@@ -167,15 +168,15 @@ def check_name(word: str, name: str, layout: Layout) -> None:
 
 
 def defaults(name: object, layout: Layout) -> dict[str, Any]:
-    """Return arguments that need not be given: mutUniformInt draws among all letters."""
+    """Return default arguments: mutUniformInt draws among all letters."""
     if name == "cxUnequal":
         return {"slip": SLIP}
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, used: bool = True) -> None:
-    """Raise ValueError or UnknownName where DEAP has no such operator or it takes other arguments, or where
-    it is `used` and cannot work with these on these genomes; nothing is called."""
+    """Raise ValueError or UnknownName if DEAP has no such operator or it takes other arguments, or if it
+    is `used` and cannot work with these on these genomes; nothing is called."""
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
@@ -189,8 +190,8 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError with the reason if a registered operator cannot work on these genomes;
-    a user's own is tried on samples."""
+    """Raise ValueError with the reason if a registered operator cannot work on these genomes; a user's
+    function is tried on samples."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -205,15 +206,14 @@ def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> N
 
 
 def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError where these arguments, or this operator, do not fit genomes of the layout."""
+    """Raise ValueError if these arguments, or this operator, do not fit genomes of the layout."""
     if name == "mutFlipBit" and len(layout.alphabet) > 2:
         letters = layout.alphabet.letters
         raise ValueError(
-            f"{word}: mutFlipBit turns 0 and 1 into each other, "
-            f"and {letters!r} has {len(letters)} letters; use mutUniformInt"
+            f"{word}: mutFlipBit exchanges 0 and 1, but {letters!r} has {len(letters)} letters; use mutUniformInt"
         )
     if layout.length < 2 and name in ("cxOnePoint", "cxTwoPoint", "mutShuffleIndexes"):
-        raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
+        raise ValueError(f"{word}: {name} needs at least two loci, but the genome has {layout.length}")
     if name == "mutUniformInt":
         _check_letters(word, arguments, layout)
     for share in ("indpb", "slip"):
@@ -223,17 +223,17 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     own = [code.name for code in layout.genes if code.gene.mutation_rate is not None]
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
-            f"mutate: {name} does not know where genes are, so the gene {own[0]!r} cannot have "
+            f"mutate: {name} ignores the positions of genes, so the gene {own[0]!r} cannot have "
             "a mutation of its own"
         )
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
         why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
-        raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have a mutation of its own")
+        raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have its own mutation_rate")
 
 
 def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome,
-    or low is above up."""
+    """Raise ValueError if `low` and `up` of mutUniformInt are not letters of the genome, or low is above
+    up."""
     for key in ("low", "up"):
         if not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(
@@ -249,7 +249,7 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
             n = len(arguments[key])
             raise ValueError(
                 f"{word}: mutUniformInt with {n} numbers as {key}; expected one, "
-                f"or {layout.length}: one each locus"
+                f"or {layout.length}: one per locus"
             )
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
@@ -260,12 +260,12 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """Return the function that is registered, and its arguments besides the genomes by name;
-    ValueError where one is missing."""
+    """Return the registered function, and its arguments other than the genomes by name. Raises ValueError
+    if one is missing."""
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):
-        raise ValueError(f"{word}: {name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
+        raise ValueError(f"{word}: {name} is registered with {operator.args!r}; pass its arguments by name")  # type: ignore[attr-defined]
     signature = inspect.signature(function)
     genomes = 2 if word == "mate" else 1
     takes = list(signature.parameters)[genomes:]
@@ -284,14 +284,14 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
 
 
 def choice_of(toolbox: "Toolbox") -> int:
-    """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a function of the user's own."""
+    """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a user's function."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
 
 
 def strings_of(word: str, name: str, result: object, length: int | None, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator gave back (None: any length); raises ValueError."""
+    """Return the genomes u8[length] that an operator returned (None: any length). Raises ValueError."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
@@ -310,14 +310,16 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
             "genomes keep their length"
         )
     try:
-        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of whole numbers
+        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of integers
         if letters.max() < size:
             return letters
     except (TypeError, ValueError):
         pass
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
-    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; expected {allowed}")
+    raise ValueError(
+        f"{word}: {name} puts {letter!r} at place {at}, which is not a letter; expected {allowed}"
+    )
 
 
 def _is_whole(letter: object) -> TypeGuard[int]:
@@ -331,7 +333,7 @@ def _letters(value: object, size: int) -> bool:
 
 @contextmanager
 def kept_random() -> Iterator[None]:
-    """Leave Python's random numbers as they were."""
+    """Restore the state of Python's random numbers after this context."""
     state = random.getstate()
     try:
         yield

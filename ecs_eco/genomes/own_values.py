@@ -1,4 +1,4 @@
-"""What organisms have in place of their species' values, where genes code for these."""
+"""Individual values in place of the species', if genes code for them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,11 +11,11 @@ from ecs_eco.engine.table import Table
 
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return the values of keys of the world file: as they are given where no gene codes for any of them,
-    else all as arrays [table.high], each organism's own in those that a gene codes for.
+    """Return the values of keys of the world file: unchanged if no gene codes for any of them, otherwise all
+    as arrays [table.high], with each organism's own value for keys that a gene codes for.
 
-    So a kernel is compiled twice at most: for what all share, and for what each has. Arrays have the type of
-    what is given, f64 for a number of Python. Keys are dotted, within the species' section.
+    So a kernel is compiled at most twice: for shared and for individual values. Arrays have the type of the
+    given values, f64 for a number of Python. Keys are dotted, within the species' section.
     """
     coded = table.species.traits
     if not coded or coded.keys().isdisjoint(shared):

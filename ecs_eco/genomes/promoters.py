@@ -1,7 +1,7 @@
-"""Promoters: the words of letters by which genes are found in strings of variable length.
+"""Promoters: the words of letters that mark genes in strings of variable length.
 
-A string is read from its first letter on. Where a promoter stands and the letters that its gene needs follow,
-there is a copy of the gene, and reading goes on behind it; any other letter is neutral.
+A string is read from its first letter on. A promoter followed by the letters that its gene needs is a copy of
+the gene, and reading continues behind it; any other letter is neutral.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,8 +15,8 @@ from ecs_eco.genomes.traits import Shapes, Trait
 
 MOST_WORDS = 2**16  # of the longest promoter's length
 LONGEST = 1_000_000  # letters of a string of variable length
-RARE = 64  # random letters begin a gene about once in so many, with promoters by default
-MOST_LETTERS = 254  # of an alphabet: two numbers more mean the end of a string, and in texts its separator
+RARE = 64  # random letters begin a gene about once in this many, with promoters by default
+MOST_LETTERS = 254  # of an alphabet: two more numbers mark the end of a string and, in texts, its separator
 ONLY = {"promoter": None, "copies": 1, "copy_rule": None}  # keys of a gene that need a variable length
 
 
@@ -37,8 +37,8 @@ def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
-    """Return the number of the gene whose promoter begins each word of the longest promoter's length, −1 for
-    none: i16[size ** length]."""
+    """Return the number of the gene whose promoter begins each word of the longest promoter's length, −1
+    for none: i16[size ** length]."""
     size, length = len(letters), max(map(len, promoters))
     table = np.full(size**length, -1, np.int16)
     for gene, word in enumerate(promoters):
@@ -50,7 +50,7 @@ def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
 def copies_in(
     string: str, promoters: Mapping[str, str], spans: Mapping[str, int]
 ) -> Iterator[tuple[str, int]]:
-    """Find the genes of a string, as text: the name of each copy and where its promoter begins.
+    """Return the genes of a string, given as text: the name of each copy and where its promoter begins.
 
     `promoters` and `spans` (letters of a copy, with its promoter) are by name of the gene.
     """
@@ -72,19 +72,22 @@ def copies_in(
 def problems_of_variable(
     section: GenomeSection, traits: Mapping[str, Trait] | None, shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
-    """All problems of a genome section that have to do with strings of variable length."""
+    """Yield the problems of a genome section that concern strings of variable length."""
     if section.max_length is None:
         for key in ("insertion", "base_deletion", "duplication", "gene_deletion"):
             if value := getattr(section, key):
                 yield Problem(
-                    (key,), "strings keep their length here", value, "max_length = …, or nothing here"
+                    (key,),
+                    "strings of this genome have a fixed length",
+                    value,
+                    "max_length = …, or nothing here",
                 )
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
                     yield Problem(
                         ("genes", i, key),
-                        "strings keep their length here",
+                        "strings of this genome have a fixed length",
                         value,
                         "genome.max_length = …, or nothing here",
                     )
@@ -117,13 +120,13 @@ def problems_of_variable(
 
 
 def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
-    """Whether promoters are words of the alphabet, and none begins with another."""
+    """Yield a problem if promoters are not words of the alphabet, or one begins with another."""
     most = max(k for k in range(1, 17) if len(letters) ** k <= MOST_WORDS)
     words = promoters_of(genes, letters)
     for i, word in enumerate(words):
         key = ("genes", i, "promoter")
         if wrong := [letter for letter in word if letter not in letters]:
-            yield Problem(key, f"{wrong[0]!r} is no letter of the alphabet", word, f"letters of {letters!r}")
+            yield Problem(key, f"{wrong[0]!r} is not in the alphabet", word, f"letters of {letters!r}")
         elif len(word) > most:
             yield Problem(key, f"too long with {len(letters)} letters", word, f"at most {most} letters")
         for j, other in enumerate(words[:i]):
@@ -140,7 +143,8 @@ def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
 def _of_lengths(
     section: GenomeSection, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
-    """Whether a founder's genes fit into its string, and this into the longest."""
+    """Yield a problem if a founder's genes do not fit into its string, or this does not fit into the
+    longest."""
     longest = section.max_length or 0
     if longest > LONGEST:
         yield Problem(("max_length",), "too many letters", longest, f"at most {LONGEST}")
@@ -159,7 +163,7 @@ def _of_lengths(
     if needed == 0 and section.loci is None:
         yield Problem(
             ("genes",),
-            "founders have no copy of any gene, and no letter",
+            "founders have neither a gene nor a letter",
             allowed="copies = 1 of a gene, or loci = …",
         )
     if longest < max(needed, section.loci or 0):

@@ -1,4 +1,4 @@
-"""A trait: a value of a species that a gene may replace, and the column that holds an organism's own."""
+"""A trait: a value of a species that a gene may replace, and the column of individual values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Trait:
     text: str
 
     def nearest(self, values: np.ndarray) -> np.ndarray:
-        """Return the possible values nearest to others: within limits, rounded where whole; of NaN the
+        """Return the possible values nearest to others: within limits, rounded if integers; of NaN, the
         species' own."""
         values = np.where(np.isnan(values), self.default, np.clip(values, self.low, self.high))
         return np.rint(values) if self.kind in ("whole", "sign") else values

@@ -9,13 +9,13 @@ SLIP = 0.1  # by default
 
 
 class UnequalCrossover:
-    """Crosses strings of a layout: `mate(a, b, slip)` exchanges what two lists of letters' numbers have from
-    the promoter of a gene on.
+    """A crossover of strings of a layout: `mate(a, b, slip)` exchanges the parts of two lists of letters'
+    numbers from the promoter of a gene on.
 
     A gene of `a` and its counterpart in `b` are cut: the copy of the same gene that has the same rank among
-    the copies in its string, or, by the chance `slip`, any copy of the gene, as when chromosomes pair out of
-    register. All pairs of counterparts are equally likely. Where the strings share no gene nothing happens.
-    Both lists are changed, and returned. `Operators` makes all births of a tick at once by a kernel of the
+    the copies in its string or, with probability `slip`, any copy of the gene, as when chromosomes pair out
+    of register. All pairs of counterparts are equally likely. If the strings share no gene nothing happens.
+    Both lists are changed, and returned. `Operators` computes all births of a tick at once by a kernel of the
     same distribution instead.
     """
 

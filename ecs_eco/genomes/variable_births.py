@@ -1,4 +1,5 @@
-"""Births with strings of variable length: crossed at genes; genes double, letters come and go."""
+"""Births with strings of variable length: crossover at genes, duplications, losses, insertions and
+deletions."""
 
 import random
 from collections.abc import Callable
@@ -22,11 +23,13 @@ EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")
 
 
 class VariableOperators(Operators):
-    """Applies the operators of a toolbox to strings of variable length, which are crossed; then, by the chances
-    of the section, genes are doubled and lost and letters inserted and lost; then `mutate` is applied.
+    """The operators of a toolbox for strings of variable length. Strings are crossed; then genes are
+    duplicated and lost and letters inserted and deleted with the probabilities of the section; then `mutate`
+    is applied.
 
-    What would make a string longer than `longest`, or leave it without letters, does not happen: `at_limit`
-    i64[5] counts such crossings, duplications, losses, insertions and deletions."""
+    A change that would make a string longer than `longest`, or empty, does not happen: `at_limit` i64[5]
+    counts such crossings, duplications, losses, insertions and deletions.
+    """
 
     layout: VariableLayout
 
@@ -68,7 +71,7 @@ class VariableOperators(Operators):
 
     @property
     def genes(self) -> tuple[Any, ...]:
-        """What kernels need to find genes: blank, words, their length, letters, spans."""
+        """Return the parameters by which kernels find genes: blank, words, their length, letters, spans."""
         layout = self.layout
         return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
 

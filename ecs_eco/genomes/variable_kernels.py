@@ -1,9 +1,9 @@
 """Kernels over many strings of variable length: u8[n, longest], letters up to the first blank.
 
 The blank is the number after the last letter's. Genes are found by their promoters: `words` i16[size ** k]
-has the gene that each word of k letters begins, `spans` i64[genes] the letters of a copy with its promoter.
-What would make a string longer than `longest`, or take its last letter, does not happen, and is counted in
-`at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws are as in `kernels`.
+has the gene that each word of k letters begins, `spans` i64[genes] the letters of a copy with its promoter. A
+change that would make a string longer than `longest`, or empty, does not happen, and is counted in `at_limit`
+i64[5]: crossings, duplications, losses, insertions, deletions. Draws are as in `kernels`.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ def end_of(string, blank):
 
 @njit
 def gap(u, chance):
-    """Return how many trials of this chance fail before the next that succeeds, for a draw u in [0, 1)."""
+    """Return how many trials of this probability fail before the next success, for a draw u in [0, 1)."""
     if chance <= 0:
         return NEVER
     return np.int64(np.log1p(-np.float64(u)) / np.log1p(-chance)) if chance < 1 else np.int64(0)
@@ -37,14 +37,14 @@ def gap(u, chance):
 
 @njit
 def parse(string, n, words, k, size, spans, at, gene):
-    """Find the genes in the first n letters: where the promoter of each copy begins, and its gene's number;
-    return how many copies."""
+    """Find the genes in the first n letters: where the promoter of each copy begins, and its gene's
+    number; return the number of copies."""
     top = np.int64(1)
     for _ in range(k - 1):
         top *= size
     i, m, word, anew = 0, 0, np.int64(0), True
     while i < n:
-        if anew:  # a word that runs over the end is filled with zeros: no gene fits there
+        if anew:  # a word that extends over the end is filled with zeros: no gene fits there
             word = np.int64(0)
             for j in range(i, i + k):
                 word = word * size + (np.int64(string[j]) if j < n else 0)
@@ -98,8 +98,8 @@ def join_strings(strings, blank, ploidy, out):
 
 @njit
 def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the `pick`-th copy of string 1 with a counterpart of its rank in string 2, and that one;
-    (−1, how many have one) where pick is beyond them."""
+    """Return the `pick`-th copy of string 1 with a counterpart of its rank in string 2, and that one; (−1,
+    how many have one) if pick is beyond them."""
     n = 0
     for c in range(m_1):
         rank = 0
@@ -119,8 +119,8 @@ def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
 
 @njit
 def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the `pick`-th pair of copies of a same gene, of string 1 and of string 2;
-    (−1, how many there are) where pick is beyond them."""
+    """Return the `pick`-th pair of copies of the same gene, of string 1 and of string 2; (−1, how many
+    there are) if pick is beyond them."""
     n = 0
     for c in range(m_1):
         if pick < n + copies[gene_1[c]]:
@@ -140,8 +140,8 @@ def cross_unequal(
     """Copy `first` u8[n, longest] up to the promoter of one of its genes, and `second` from that of the
     counterpart on; `swapped` rows begin with `second`.
 
-    The counterpart is the copy of the same gene with the same rank; by the chance `slip` any copy of the
-    gene. All pairs of counterparts are equally likely.
+    The counterpart is the copy of the same gene with the same rank or, with probability `slip`, any copy of
+    the gene. All pairs of counterparts are equally likely.
     """
     longest = first.shape[1]
     at_1, gene_1 = np.empty(longest, np.int64), np.empty(longest, np.int64)
@@ -181,15 +181,15 @@ def cross_unequal(
 
 @njit
 def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spans, at_limit):
-    """Double each copy of a gene by the chance `duplication`, the new one right after the old one, or take it
-    away by the chance `loss`."""
+    """Duplicate each copy of a gene with probability `duplication`, the new one right after the old one,
+    or remove it with probability `loss`."""
     longest, total, least = strings.shape[1], duplication + loss, spans.min()
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     times, old = np.empty(longest, np.int64), np.empty(longest, np.uint8)
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         c = gap(draw(key, 0, DUPLICATE + SALT * salt), total)
-        if c * least >= longest:  # beyond all copies that there could be
+        if c * least >= longest:  # beyond all possible copies
             continue
         n = end_of(string, blank)
         m = parse(string, n, words, k, size, spans, at, gene)
@@ -212,7 +212,7 @@ def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spa
             continue
         old[:n] = string[:n]
         to, begin = 0, 0
-        for c in range(m + 1):  # what is before each copy, and the copy as often as it shall be
+        for c in range(m + 1):  # the letters before each copy, and the copy zero, one or two times
             stop = at[c] if c < m else n
             for i in range(begin, stop):
                 string[to] = old[i]
@@ -229,8 +229,8 @@ def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spa
 
 @njit
 def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_limit):
-    """Insert a random letter before each letter by the chance `insertion`, or take the letter away by the
-    chance `deletion`."""
+    """Insert a random letter before each letter with probability `insertion`, or delete the letter with
+    probability `deletion`."""
     longest, total = strings.shape[1], insertion + deletion
     old = np.empty(longest, np.uint8)
     for birth in range(keys.size):
@@ -267,7 +267,7 @@ def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_
 
 @njit
 def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
-    """Mutate each letter by the same chance, as `kernels.mutate` does."""
+    """Mutate each letter with the same probability, as `kernels.mutate` does."""
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         n = end_of(string, blank)
@@ -279,8 +279,8 @@ def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
 
 @njit
 def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words, k, size, spans, skipped):
-    """Mutate as `mutate_letters`, but those letters of a copy that follow its promoter, of `skipped`
-    i64[genes] letters, by the chance of the gene, `own` f64[genes]."""
+    """Mutate as `mutate_letters`, but letters of a copy that follow its promoter, of `skipped` i64[genes]
+    letters, with the probability of the gene, `own` f64[genes]."""
     longest = strings.shape[1]
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     rates = np.empty(longest, np.float64)

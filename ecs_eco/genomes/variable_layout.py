@@ -14,15 +14,17 @@ from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
 from ecs_eco.genomes.traits import Shapes, Trait
 
-SEPARATORS = "|/;:,. "  # between the strings of a text; the first that is no letter
+SEPARATORS = "|/;:,. "  # between the strings of a text; the first one that is not a letter
 
 
 class VariableLayout(Layout):
-    """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] holds the letters
-    of each string, then blanks, the number after the last letter's.
+    """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] contains the
+    letters of each string, then blanks, the number after the last letter's.
 
-    Every row decodes to valid values: of several copies of a gene `doubled` says what counts; without any the
-    species' own value does (of a neutral marker 0, of a network weights of 0). Raises ConfigError."""
+    Every row decodes to valid values: `doubled` determines how several copies of a gene combine; without any
+    copy the species' own value is used (for a neutral marker 0, for a network weights of 0). Raises
+    ConfigError.
+    """
 
     longest: int
 
@@ -54,7 +56,7 @@ class VariableLayout(Layout):
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene and derived trait: gene, promoter, letters after it, trait, codes for,
+        """Return a row for each gene and derived trait: gene, promoter, letters after it, trait, meaning,
         resolution."""
         rows = super().table()
         letters = {code.name: code.codons.length for code in self.genes}
@@ -71,8 +73,8 @@ class VariableLayout(Layout):
     # --- reading --------------------------------------------------------------------------------------------
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Find all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string), the
-        letter at which their promoter begins, the number of their gene; i64[copies] each."""
+        """Return all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string),
+        the letter at which their promoter begins, the number of their gene; i64[copies] each."""
         strings = np.ascontiguousarray(self.check(loci)).reshape(-1, self.longest)
         n = np.empty(len(strings), np.int64)
         given = self.blank, self.words, self.word, len(self.alphabet), self.spans
@@ -96,8 +98,8 @@ class VariableLayout(Layout):
         return lengths
 
     def values_of(self, loci: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies] and
-        its value f64[copies, …]."""
+        """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies]
+        and its value f64[copies, …]."""
         return self._values(np.ascontiguousarray(self.check(loci)), self.copies(loci), self[name])
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
@@ -107,8 +109,8 @@ class VariableLayout(Layout):
         return {code.name: self._phenotype(loci, found, code).astype(code.dtype) for code in wanted}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return what each string says of one gene, before dominance: [n, ploidy, …]; where it has no copy,
-        the species' own value."""
+        """Return the value of one gene in each string, before they combine: [n, ploidy, …]; without a
+        copy, the species' own value."""
         code, loci = self[name], np.ascontiguousarray(self.check(loci))
         value, has = self._by_string(loci, self.copies(loci), code)
         value[~has] = self.own_value(code)
@@ -126,7 +128,8 @@ class VariableLayout(Layout):
     def _by_string(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what each string's copies of a gene make together f64[strings, …], and whether it has any."""
+        """Return the combined value of each string's copies of a gene f64[strings, …], and whether it has
+        any."""
         string, values = self._values(loci, found, code)
         out = np.zeros((len(loci) * self.ploidy, *code.width))
         has = np.zeros(len(out), np.bool_)
@@ -168,7 +171,7 @@ class VariableLayout(Layout):
         """Return rows u8[n, row] with one copy of each gene that has values, one or n, in the order of the
         genes, the same in both strings, and no other letter.
 
-        Raises as `Layout.encode`; ValueError where they are longer than `longest`.
+        Raises as `Layout.encode`; ValueError if they are longer than `longest`.
         """
         arrays, n = self._arrays(values)
         order = [g for g, code in enumerate(self.genes) if code.name in arrays]
@@ -185,8 +188,8 @@ class VariableLayout(Layout):
         return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
-        letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
+        """Return rows u8[n, row] of founders for keys u64[n]: as many copies of each gene as its `copies`,
+        and letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
         drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
         kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
         out = self._blanks(len(keys))
@@ -198,8 +201,8 @@ class VariableLayout(Layout):
         return out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each gene's chance of mutation of a letter behind its promoter f64[genes]: its own, else
-        `chance`."""
+        """Return each gene's probability of mutation of a letter behind its promoter f64[genes]: its own,
+        or `chance`."""
         return np.array(
             [chance if code.gene.mutation_rate is None else code.gene.mutation_rate for code in self.genes],
             np.float64,
@@ -209,7 +212,7 @@ class VariableLayout(Layout):
         return np.full((n, self.row), self.blank, np.uint8)
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return where the letters behind its promoter begin, for each copy of a string made of these genes."""
+        """Return where the letters behind its promoter begin, for each copy of a string of these genes."""
         ends = accumulate(int(self.spans[g]) for g in order)
         return [
             (end - self.genes[g].codons.length, self.genes[g]) for g, end in zip(order, ends, strict=True)
@@ -233,16 +236,16 @@ class VariableLayout(Layout):
         )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
-        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank`
-        is no letter and blank + 1 the separator."""
+        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank` is not
+        a letter and blank + 1 is the separator."""
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
         strings = np.ascontiguousarray(loci).reshape(-1, self.longest)
         variable_kernels.join_strings(strings, self.blank, self.ploidy, out)
         return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
-        """Return the rows u8[n, row] of texts; raises ValueError for one with another number of strings, or
-        letters."""
+        """Return the rows u8[n, row] of texts. Raises ValueError for one with another number of strings,
+        or other letters."""
         out = self._blanks(len(texts))
         for i, text in enumerate(texts):
             strings = text.split(self.separator)
@@ -257,8 +260,8 @@ class VariableLayout(Layout):
         return out
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[row], in order: copies of genes, with their promoters,
-        and what is neutral between them."""
+        """Return the pieces of one genome, text or u8[row], in order: copies of genes, with their
+        promoters, and the neutral parts between them."""
         text = genome if isinstance(genome, str) else self.text(genome)
         self.rows([text])
         spans = {code.name: int(span) for code, span in zip(self.genes, self.spans, strict=True)}

@@ -81,7 +81,7 @@ def breed(table: Any, odd: Any) -> None:
     try:
         layout.decode(first)
     except ValueError as error:
-        if "is no letter's number; expected 0 to" not in str(error):
+        if "is not the number of a letter; expected 0 to" not in str(error):
             raise
     first, second = first % size, second % size
     layout.encode(layout.decode(first), clip=True)

@@ -199,7 +199,7 @@ def test_a_partial_and_a_function_may_stand_there_too_and_arguments_beside_it_ad
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); give its arguments by name"),
+        (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); pass its arguments by name"),
         (
             {"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2},
             "indpb = 0.1 in the toolbox, and 0.2 beside it; .* toolbox.mate may",
@@ -218,7 +218,7 @@ def test_a_world_takes_what_a_toolbox_has_registered_and_says_it_as_a_file_does(
     written = load("reflexes", {"species.goat.genome.mate": {"operator": "cxUniform", "indpb": 0.1}})
     assert load("reflexes", {"species.goat.genome.mate": toolbox.mate}).config_hash == written.config_hash
     with pytest.raises(
-        ConfigError, match="mutGaussian does not work on genomes: it makes numbers between letters"
+        ConfigError, match="mutGaussian does not work on genomes: it produces numbers between letters"
     ):
         load("reflexes", {"species.goat.genome.mutate": toolbox.mutate})
 
@@ -234,7 +234,7 @@ def test_a_decorated_operator_is_called_as_decorated() -> None:
 def test_positional_arguments_are_refused() -> None:
     toolbox = toolbox_of({"mutate": WELL}, LAYOUT)
     toolbox.register("mutate", tools.mutUniformInt, 0, 3, 0.5)
-    with pytest.raises(ValueError, match="give its arguments by name"):
+    with pytest.raises(ValueError, match="pass its arguments by name"):
         Operators(toolbox, LAYOUT)
 
 

@@ -273,7 +273,7 @@ def test_operators_that_do_not_fit_are_refused() -> None:
         births(mutate={"operator": "mutUniformInt", "indpb": 0.1, "low": [0, 1]})
     one = births(genes=[GENES[0] | {"mutation": 0.1}])
     one.toolbox.register("mutate", lambda genome, indpb: (genome,), indpb=0.5)
-    with pytest.raises(ValueError, match="does not know where genes are"):
+    with pytest.raises(ValueError, match="ignores the positions of genes"):
         children(one, "TAC", None, 1)
     assert layout().longest == 24
 
