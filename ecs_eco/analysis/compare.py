@@ -261,13 +261,14 @@ def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
 
 
 def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
-    """Cross-seed surrogates of each adjacent pair, over the runs in which everybody persisted."""
+    """Cross-seed surrogates of each adjacent pair of species, over the runs in which all persisted."""
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}
     period = float(np.median([c.period for _, c in kept]))
     out = {}
-    for a, b in zip(runs[0].species, runs[0].species[1:], strict=False):
+    present = [s for s in runs[0].species if _there(runs, s)]
+    for a, b in zip(present, present[1:], strict=False):
         try:
             surrogates = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
         except ValueError:
