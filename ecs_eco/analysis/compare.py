@@ -292,7 +292,8 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
         return {}
     period = float(np.median([c.period for _, c in kept]))
     out = {}
-    for a, b in zip(runs[0].species, runs[0].species[1:], strict=False):
+    present = [s for s in runs[0].species if _there(runs, s)]
+    for a, b in zip(present, present[1:], strict=False):
         try:
             surrogates = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
         except ValueError:

@@ -63,6 +63,14 @@ def test_cycles_are_told_per_arm(compared: tuple[dict, Path]) -> None:
     assert compared[0]["arms"]["random"]["coupling"] == {}
 
 
+def test_an_arm_without_a_species_has_the_coupling_of_the_others() -> None:
+    chain = [chains.chain(1500, seed) for seed in range(5)]
+    for numbers in chain:
+        numbers[:, 2] = 0  # no wolves from the start
+    tables = [chains.series_table(numbers, seed) for seed, numbers in enumerate(chain)]
+    assert list(compare({"no wolves": tables}, n_boot=99)["arms"]["no wolves"]["coupling"]) == ["grass→deer"]
+
+
 def test_the_files_hold_what_was_returned(compared: tuple[dict, Path]) -> None:
     result, out = compared
     assert json.loads((out / "compare.json").read_text()) == result
