@@ -48,7 +48,7 @@ class Replay(Watched):
     >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
     >>> replay = Replay("my-run")
     >>> replay.species
-    ('grass', 'deer', 'wolf')
+    ['grass', 'deer', 'wolf']
     """
 
     mode = "replay"

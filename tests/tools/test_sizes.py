@@ -38,6 +38,11 @@ def test_how_a_statement_is_wrapped_changes_no_count_and_a_docstring_counts_whol
     assert code_lines(text) == [1, 4, 7, 8, 9, 10, 11, 12]
 
 
+def test_the_sections_of_a_docstring_are_documentation_and_count_no_lines():
+    text = 'def f(a):\n    """One.\n\n    Two.\n\n    Parameters\n    ----------\n    a : int\n    """\n    return a\n'
+    assert code_lines(text) == [1, 2, 3, 4, 10]
+
+
 def test_the_table_has_a_column_for_each_commit_and_a_line_for_each_folder():
     rows = rows_of(measure(SOURCES))
     assert rows["functions: median, 90 %, most lines"] == "2, 2, 4"
