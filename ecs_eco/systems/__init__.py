@@ -1,7 +1,7 @@
-"""What happens to entities, one system a file: it picks columns and calls one kernel.
+"""The behavior of entities, one system per file: it selects columns and calls one kernel.
 
-Systems never import each other; what two of them share belongs to `ecs_eco.life`, `ecs_eco.nervous`,
-`ecs_eco.space` or a component. Their order belongs to `schedule.py`.
+Systems never import each other; code that several systems share belongs to `ecs_eco.life`, `ecs_eco.nervous`,
+`ecs_eco.space` or a component. `schedule.py` defines their order.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Time passes for everyone."""
+"""Organisms grow older."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Age(System):
     submodel = Submodel("Aging", changes=("Biology.age", "Biology.head_start"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species age."""
+        """Update the ages of one species."""
         biology, high = table[Biology], table.high
         world.split(
             grow_old,
@@ -46,7 +46,7 @@ class Age(System):
 
 @njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
-    """Give the living of rows first … last − 1 their age at the end of a tick [s]; `head_start` follows an
+    """Set the age at the end of a tick [s] of the living of rows first … last − 1; `head_start` follows an
     age that was set."""
     for k in range(last - first):
         row = np.uint64(first + k)

@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-TURN = random.LOT + (2 << 8)  # purpose of the draws that say who builds first
+TURN = random.LOT + (2 << 8)  # purpose of the draws that decide which animal builds first
 
 
 class Build(System):
-    """An animal that decides to, and has more energy than it takes, makes an object where it is: a nest, a
-    dam, a store of honey.
+    """An animal that decides to build, and has more energy than the cost, makes an object at its position: a
+    nest, a dam, a store of honey.
 
-    It burns the cost, and gives the object the energy that objects of this type hold. None is made closer to
-    another than the spacing, or beyond the greatest number; where several want to, chance decides. The
-    objects are there at the end of the tick.
+    It pays the cost, and gives the object the energy that objects of this type hold. New objects keep the
+    spacing to each other and the maximum number; if too many animals want to build, random draws decide. The
+    objects exist from the end of the tick.
     """
 
     needs = (Position, Body, Metabolism)
@@ -39,7 +39,7 @@ class Build(System):
         "Building",
         reads=("builds",),
         changes=("Metabolism.energy", "Metabolism.burnt"),
-        draws="which animals build where too many want to",
+        draws="which animals build if too many want to",
     )
     asked_for = staticmethod(lambda table: bool(table.species.builds))
 
@@ -91,8 +91,8 @@ class Build(System):
 
 
 def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWorld) -> np.ndarray:
-    """Return which of places f32[k, 3] [m] are at least `spacing` f64[k] [m] from all objects of a type, from
-    those asked for already, and from those before them: bool[k]."""
+    """Return which of places f32[k, 3] [m] are at least `spacing` f64[k] [m] from all objects of a type,
+    from requested ones, and from the places before them: bool[k]."""
     out = np.ones(len(places), np.bool_)
     if thing.n:
         out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
@@ -108,7 +108,7 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
 
 @njit
 def keep_apart(places, before, spacing, lengths, torus, out):
-    """Take away from `out` who is closer than the spacing to a place `before`, or to one that is kept."""
+    """Remove from `out` the places closer than the spacing to a place in `before`, or to one that is kept."""
     for i in range(len(places)):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):

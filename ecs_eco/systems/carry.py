@@ -1,4 +1,4 @@
-"""Ants carry seeds."""
+"""Animals carry objects, as ants carry seeds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 
 class Wishes(NamedTuple):
-    """The animals of one table that could pick up objects of one type: rows i64[k] of both, and how far."""
+    """The animals of one table that could pick up objects of one type: rows i64[k] of both, and their
+    distances."""
 
     table: Table
     thing: Table
@@ -31,12 +32,12 @@ class Wishes(NamedTuple):
 
 
 class Carry(System):
-    """An animal puts down what it carries if it decides to `drop`; one that carries nothing and decides to
-    `take` picks up the nearest object in reach that nobody carries.
+    """An animal puts down its object if it decides to `drop`; one without object that decides to `take` picks
+    up the nearest object in reach that no animal carries.
 
-    Nearer pairs of all species and objects go first, ties by lot. What is carried is where its carrier is,
-    and falls where that dies. Carrying has a cost. An animal without these actions takes
-    whatever it can and keeps it.
+    Nearer pairs of all species and objects go first, ties by lot. A carried object shares its carrier's
+    position, and falls when the carrier dies. Carrying costs energy. An animal without these actions takes
+    any object it can and keeps it.
     """
 
     needs = (Position, Body, Metabolism, Load)
@@ -51,14 +52,13 @@ class Carry(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Let what the dying carry fall, and what those carry that leave for another island, where they arrive
-        with empty hands."""
+        """Let the objects of the dying fall, and those of emigrants, which arrive with empty hands."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
         world.on_arrival.append(lambda table, rows, origin: put_down(table, rows))
 
     def process(self, *_args: object) -> None:
-        """Let all species put down, then take up, then carry."""
+        """Let all species put down, then pick up, then carry."""
         self._hands: list[tuple[Table, list[Table], np.ndarray]] = []
         super().process()
         wishes = [
@@ -73,7 +73,7 @@ class Carry(System):
             self.carry(table, things, self.world)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species put down, and note which of its hands are empty."""
+        """Let one species put down objects, and record which animals have empty hands."""
         load, species = table[Load], table.species
         things = [world.tables[way.object] for way in species.carries]
         rows = table.by_uid()
@@ -89,7 +89,7 @@ class Carry(System):
         self._hands.append((table, things, empty))
 
     def carry(self, table: Table, things: list[Table], world: SpatialWorld) -> None:
-        """Bring what is carried to its carriers, who pay for it."""
+        """Move carried objects to their carriers, who pay for it."""
         load, p, m, rows = table[Load], table[Position], table[Metabolism], table.by_uid()
         held = where(things, load.object[rows])
         for number, (way, thing) in enumerate(zip(table.species.carries, things, strict=True)):
@@ -122,7 +122,7 @@ def put_down(table: Table, rows: np.ndarray) -> None:
 
 
 def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
-    """Return the number of the table among `things` and the row of each uid u64[k]: i64[k, 2]; −1 where there
+    """Return the number of the table among `things` and the row of each uid u64[k]: i64[k, 2]; −1 if there
     is none."""
     out = np.full((uids.size, 2), -1, np.int64)
     for number, thing in enumerate(things):
@@ -135,8 +135,8 @@ def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
 
 
 def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
-    """Return who does an action of the group `carry`: bool[capacity]; `otherwise` for all where a species has
-    none of them."""
+    """Return which animals execute an action of the group `carry`: bool[capacity]; `otherwise` for all if
+    a species has none of them."""
     nerves: Any = table.species.nerves
     if nerves is None or "carry" not in nerves.groups:
         return table.alive & otherwise
@@ -147,8 +147,8 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
 
 
 def reachable(table: Table, thing: Table, reach: Number, empty: np.ndarray, world: SpatialWorld) -> Wishes:
-    """Return what those with empty hands (bool[capacity]) can pick up of objects of one type within `reach`
-    [m], or each within its own f64[high]."""
+    """Return the objects of one type that animals with empty hands (bool[capacity]) can pick up within
+    `reach` [m], or each within its own f64[high]."""
     mine, theirs = table[Body].radius, thing[Body].radius
     widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
@@ -181,7 +181,7 @@ def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
 
 @njit
 def first_come(who, what):
-    """Return which of the pairs, one after the other, are the first of both of their numbers that count."""
+    """Return which of the pairs, in order, are the first ones of both of their numbers."""
     out, has, gone = np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_)
     for i in range(who.size):
         if not has[who[i]] and not gone[what[i]]:

@@ -1,4 +1,4 @@
-"""Bodies do not share a place."""
+"""Bodies push each other apart."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 class Collide(System):
-    """Overlapping bodies push each other apart, each by half of the overlap;
-    a body that cannot move pushes by all of it.
+    """Overlapping bodies push each other apart, each by half of the overlap; a body that cannot move pushes
+    by all of it.
 
-    All pushes are computed from the places before any push: the outcome does not depend on the order. The
-    edge of the space ends a push; nothing is pushed through a capsule or box that cannot move, nor over rock,
-    water or a fence. Bodies do not turn when they are pushed.
+    All pushes are computed from the positions before any push: the outcome does not depend on the order. The
+    edge of the space ends a push; no body is pushed through a capsule or box that cannot move, nor over rock,
+    water or a fence. Pushed bodies do not turn.
     """
 
     needs = (Position, Velocity, Body)
@@ -116,8 +116,8 @@ def moves(table: Table) -> bool:
 
 
 def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32, push: np.ndarray) -> None:
-    """Add to push f32[n, 3] [m] the displacement of each of a table out of the bodies of another, where some
-    are no spheres; rows are those of the table's index."""
+    """Add to push f32[n, 3] [m] the displacement of each body of a table out of the bodies of another, if
+    some are not spheres; rows are those of the table's index."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
     world.split(
         push_shapes,
@@ -157,7 +157,7 @@ def push_shapes(
     share,
     push,
 ):
-    """`push_apart` for bodies of any shape: along the shortest way out of each other."""
+    """Do the same as `push_apart` for bodies of any shape: along the shortest way out of each other."""
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     images = 2 if torus else 1
     for i in range(first, last):
@@ -210,8 +210,8 @@ def push_apart(
     share,
     push,
 ):
-    """Add to push[i] the displacement out of every body that overlaps i;
-    concentric ones part in a direction set by their uids."""
+    """Add to push[i] the displacement out of every body that overlaps i; concentric ones part in a
+    direction set by their uids."""
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]

@@ -1,4 +1,4 @@
-"""Depth weighs on bodies."""
+"""Pressure in bodies follows depth."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Compress(System):
 
 @njit
 def equalise(alive, around, pressure):
-    """Give the living the pressure around them [Pa]."""
+    """Set the pressure of the living to that around them [Pa]."""
     for row in range(alive.size):
         if alive[row]:
             pressure[row] = around[row]

@@ -1,4 +1,4 @@
-"""What the dead leave rots."""
+"""Remains lose their energy."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ CAUSE = "decayed"
 
 
 class Decay(System):
-    """Objects that hold energy lose a share of it in each second, as warmth and to creatures too small to be
-    told apart: dE/dt = −decay E (Olson 1963). Those that have rotted for long enough are no more.
-    """
+    """Objects that hold energy lose a share of it per second, as heat and to microorganisms that are not
+    modeled: dE/dt = −decay E (Olson 1963). After a given time they vanish."""
 
     needs = (Metabolism,)
     phase = "metabolise"
@@ -37,13 +36,13 @@ class Decay(System):
         world.cause(CAUSE)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one type of objects rot."""
+        """Let one type of objects decay."""
         store = table.species.energy
         if store is None or store.decay == 0:
             return
         last = math.inf if store.left == 0 else -scalars.log(store.left) / (store.decay * world.dt)
         m = table[Metabolism]
-        # the tick in which it came to be is not counted: that came after this system
+        # the tick of its creation does not count: that came after this system
         rot(
             table.alive[: table.high],
             table.born,
@@ -59,7 +58,7 @@ class Decay(System):
 
 @njit
 def rot(alive, born, tick, last, share, decayed, energy, burnt, cause):
-    """Take a share of the energy of each; mark those that are `last` ticks old."""
+    """Remove a share of the energy of each; mark those that are `last` ticks old."""
     for row in range(alive.size):
         if alive[row]:
             before = energy[row]

@@ -27,10 +27,10 @@ NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 
 class Decide(System):
-    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy picks one of each
+    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy selects one of each
     group.
 
-    For each continuous action the policy picks a number, which the reflex shifts.
+    For each continuous action the policy selects a number, which the reflex shifts.
     """
 
     needs = (Nervous,)
@@ -42,9 +42,10 @@ class Decide(System):
         reads=("actions", "neutral", "automatic", "reflex", "policy"),
         rules={
             "": "The decision is `H(y + z)`, with `H(v) = 1` if v > 0 and 0 otherwise (Strannegård et al. "
-            "2021). The reflex network gives y: −1 blocks an action, 0 leaves it as it is, 1 forces it. The "
-            "policy network gives z, which is 1 for the action chosen in each group; z is 1 for automatic "
-            "actions too. The first action that is on in a group is done, otherwise the neutral one.",
+            "2021). The reflex network outputs y: −1 blocks an action, 0 leaves it to the policy, 1 forces "
+            "it. The policy network outputs z, which is 1 for the action chosen in each group; z is 1 for "
+            "automatic actions, too. The first action that is on in a group is executed, otherwise the "
+            "default action.",
             "policy.kind=individual": "Each individual has its own policy network: layers of tanh units "
             "(`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
             "policy.kind=shared": "All individuals of the species share one policy network: layers of tanh "
@@ -60,7 +61,7 @@ class Decide(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Write the decisions of one species; keep what its learner needs."""
+        """Write the decisions of one species, and record them for its learner."""
         nerves = table.species.nerves
         n, groups, continuous = len(nerves.rows), len(nerves.offsets) - 1, len(nerves.ranges.groups)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
@@ -108,7 +109,8 @@ class Decide(System):
 def _think(
     nerves: Nerves, table: Table, world: SpatialWorld
 ) -> tuple[bool, np.ndarray, np.ndarray, Answer | None]:
-    """Return whether the network of a species is asked, what it says, and what somebody outside answers."""
+    """Return whether the network of a species is needed, its output, and the choices of an external
+    policy."""
     if not nerves.policy or not len(nerves.rows):
         return False, *NO_THOUGHT, None
     outside = nerves.outside
@@ -119,7 +121,7 @@ def _think(
 
 
 def _follow(answer: Answer, given: np.ndarray, into: np.ndarray, here: slice) -> None:
-    """Put what was chosen outside, [n, …], in the place of what the network chose."""
+    """Replace the network's choices [n, …] by external ones."""
     if answer.told is None:
         into[here] = given[here]
     else:
@@ -127,7 +129,7 @@ def _follow(answer: Answer, given: np.ndarray, into: np.ndarray, here: slice) ->
 
 
 def _unknown(nerves: Nerves, logits: np.ndarray, told: np.ndarray | None) -> np.ndarray:
-    """Return logits f32[n, options] that are NaN for those whose choices were made outside."""
+    """Return logits f32[n, options] that are NaN for external choices."""
     if told is None:
         return np.full((len(nerves.rows), sum(nerves.choices)), np.nan, np.float32)
     return np.where(told[:, None], np.float32(np.nan), logits)
@@ -141,8 +143,8 @@ def _draw(
     numbers: np.ndarray,
     log_probability: np.ndarray,
 ) -> None:
-    """Draw numbers f32[n, k] for continuous actions, with equal chance over the range where there is no
-    network, and add their log-probabilities; who draws what depends on seed, tick and uid alone."""
+    """Draw numbers f32[n, k] for continuous actions, uniformly over the range if there is no network, and
+    add their log-probabilities; the draws depend only on seed, tick and uid."""
     chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
     uniforms(0, len(uid), key, uid, len(nerves.offsets) - 1, chance)
     if nerves.brain is None and nerves.individuals is None:
@@ -170,8 +172,8 @@ def resolve(
     log_probability,
     decision,
 ):
-    """Draw the choices of organisms first … last − 1 where a network thinks, with their log-probabilities;
-    write what they decide."""
+    """Draw the choices of organisms first … last − 1 for which a network decides, with their
+    log-probabilities; write their decisions."""
     if thinks:
         chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
         uniforms(first, last, key, uid, 0, chance)

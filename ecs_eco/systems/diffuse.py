@@ -1,4 +1,4 @@
-"""Smells leave bodies, spread and fade."""
+"""Smells leave bodies, spread and decay."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 class Diffuse(System):
-    """Bodies emit into the fields, at a rate or in proportion to what they hold. The fields diffuse, decay and
-    are renewed from outside."""
+    """Bodies emit into the fields, at a rate or in proportion to their content. The fields diffuse, decay
+    and are renewed."""
 
     phase = "environment"
     divisible = True
@@ -35,7 +35,7 @@ class Diffuse(System):
             "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field: diffusion in explicit "
             "steps, decay and emission exactly.",
             "fields.renewal": "A renewed field gains `renewal (initial − c)` in addition.",
-            "emits.consume": "A body loses what it emits where `consume` is true.",
+            "emits.consume": "A body loses the emitted amount if `consume` is true.",
         },
     )
     world: SpatialWorld
@@ -59,20 +59,21 @@ class Diffuse(System):
             self.share(mine)
 
     def mine(self) -> list[str]:
-        """Return the fields that this process lets spread: a share of the smells, and all that keep books."""
+        """Return the fields that this process advances: a share of the smells, and all fields of
+        substances."""
         fields = self.world.fields
         mine = self.world.bands.mine([name for name, field in fields.items() if field.substance is None])
         return [name for name, field in fields.items() if field.substance is not None or name in mine]
 
     def share(self, mine: list[str]) -> None:
-        """Let all processes have the smells that each of them has spread."""
+        """Exchange the smells that each process has advanced."""
         smells = {name: field for name, field in self.world.fields.items() if field.substance is None}
         for name in smells.keys() - mine:
-            smells[name].source[...] = 0  # it has flowed in elsewhere
+            smells[name].source[...] = 0  # it has flowed in on another process
         self.world.bands.share({name: field.value for name, field in smells.items()})
 
     def emanate(self, name: str, table: Table, way: Emission) -> None:
-        """Let one kind of bodies emit into one field what they are made of."""
+        """Let one kind of bodies emit a substance of theirs into one field."""
         world, field = self.world, self.world.fields[name]
         index, s = world.index(table), world.substances.index(way.substance)
         rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
@@ -88,7 +89,7 @@ class Diffuse(System):
         field.emit(index.x, index.y, index.z, amount.astype(field.source.dtype))
 
     def spread(self, name: str, emitters: list[tuple[Table, Index]]) -> None:
-        """Let one field receive what is emitted into it, then spread and fade."""
+        """Add the emissions to one field, then let it diffuse and decay."""
         world, field = self.world, self.world.fields[name]
         emitted: tuple[Any, ...] = ()
         for table, index in emitters:
@@ -122,8 +123,8 @@ class Diffuse(System):
 
 @njit
 def evaporate(rows, volume, molarity, residue, s, share, consume, amount):
-    """Write what bodies emit of a substance, a share of what they hold, to `amount` f64[n] [mol]; take it
-    from them where it is consumed."""
+    """Write the emitted amount of a substance, a share of the content of each body, to `amount` f64[n]
+    [mol]; remove it from the bodies if it is consumed."""
     for i in range(rows.size):
         row = rows[i]
         c = held(molarity, residue, row, s)

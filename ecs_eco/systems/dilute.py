@@ -1,4 +1,4 @@
-"""Bodies that grow dilute what they hold."""
+"""Growing bodies dilute their substances."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 class Dilute(System):
-    """A body that has grown dilutes its substances, one that has shrunk concentrates them: amounts stay."""
+    """A body that has grown dilutes its substances, one that has shrunk concentrates them: amounts stay
+    the same."""
 
     needs = (Body, Chemistry, Matter)
     phase = "environment"
@@ -35,13 +36,13 @@ class Dilute(System):
         world.on_birth.append(measure)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Bring the concentrations of one table to the volumes of its bodies."""
+        """Update the concentrations of one table to the volumes of its bodies."""
         high, m = table.high, table[Matter]
         dilute(table.alive[:high], volumes(table), m.volume, table[Chemistry].molarity, m.residue)
 
 
 def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-    """Set the volume that the concentrations of newborn refer to: rows i64[k]."""
+    """Set the volume to which the concentrations of newborn refer: rows i64[k]."""
     if Matter in table:
         volume = table[Matter].volume
         volume[rows] = np.where(volume[rows] > 0, volume[rows], volumes(table)[rows])
@@ -49,7 +50,7 @@ def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndar
 
 @njit
 def dilute(alive, wanted, volume, molarity, residue):
-    """Bring the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
+    """Change the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
     for row in range(alive.size):
         if alive[row] and wanted[row] != volume[row]:
             if volume[row] > 0 and wanted[row] > 0:

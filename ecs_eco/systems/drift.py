@@ -1,4 +1,4 @@
-"""Water carries what is in it."""
+"""Water moves bodies."""
 
 from __future__ import annotations
 
@@ -26,9 +26,8 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents carry all bodies in the water, except into rock; they carry no solid body through a capsule or
-    box that is solid and cannot move. Heavy bodies sink to the bottom, light ones rise to the surface.
-    """
+    """Currents move all bodies in the water, except into rock or, if they are solid, through a solid
+    capsule or box that cannot move. Heavy bodies sink to the bottom, light ones rise to the surface."""
 
     needs = (Position,)
     phase = "move"
@@ -37,15 +36,15 @@ class Drift(System):
         "Drift and sinking",
         where=("water.current", "water.current_function", "body.sinking"),
         rules={
-            "water.current": "Water carries a body with the velocity at its depth, linear between the depths "
-            "that are given.",
+            "water.current": "A body moves with the velocity of the water at its depth, linear between the "
+            "given depths.",
             "body.sinking": "`dz/dt = −sinking`.",
         },
         changes=("Position",),
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Carry one kind of bodies."""
+        """Move one kind of bodies."""
         water, species = world.environment.water, table.species
         if water is None and not (species.body.sinking or species.traits):
             return
@@ -94,7 +93,7 @@ class Drift(System):
 
 @njit
 def stay_off_rock(alive, before, ground, inverse, lengths, torus, x, y):
-    """Take the living back to places f32[rows, 3] [m] from which their ways lead into rock."""
+    """Move the living back to places f32[rows, 3] [m] if their displacements lead into rock."""
     for row in range(len(before)):
         ax, ay = before[row, 0], before[row, 1]
         if alive[row] and (ax != x[row] or ay != y[row]) and ground_at(ground, inverse, ax, ay) != ROCK:

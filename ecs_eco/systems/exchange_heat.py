@@ -1,4 +1,4 @@
-"""Bodies take on the temperature of their surroundings, unless they keep their own."""
+"""Bodies exchange heat with their surroundings."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ KEYS = (
     "heat.regulate.cooling",
     "heat.regulate.cost",
 )
-LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it has the temperature of its surroundings at once
+LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it takes the temperature of its surroundings at once
 
 
 class ExchangeHeat(System):
-    """A body cools or warms towards its surroundings; what it burns warms it; an animal that regulates
-    pays to keep its set point.
+    """A body cools or warms toward its surroundings; its metabolism warms it; an animal that regulates its
+    temperature pays to keep its set point.
 
-    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P: C is mass × specific heat, k is
-    surface / (1/conductance + insulation), P the heat of metabolism and of regulation. It is solved exactly,
-    so that ticks of any length give the same course. Where no energy is left, nothing is regulated.
+    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P: C is mass × specific heat, k is surface /
+    (1/conductance + insulation), P the heat of metabolism and of regulation. It is solved exactly, so that
+    ticks of any length give the same course. An animal without energy does not regulate.
     """
 
     needs = (Position, Body, Physical, HeatExchange)
@@ -58,7 +58,7 @@ class ExchangeHeat(System):
     asked_for = staticmethod(lambda table: HeatExchange in table)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Change the temperatures of one kind of bodies."""
+        """Update the temperatures of one kind of bodies."""
         heat = table.species.heat
         if heat is None:
             return
@@ -138,11 +138,11 @@ def exchange(
     energy,
     burnt,
 ):
-    """Bring the temperature of the living [K] from the start to the end of a tick; book what it costs."""
+    """Advance the temperature of the living [K] to the end of a tick; record the energy cost."""
     for row in range(first, last):
         if not alive[row]:
             continue
-        # float64(), for float() of a float32 is a float32 in a kernel
+        # float64(), because float() of a float32 is a float32 in a kernel
         capacity = max(np.float64(mass[row]) * of_row(specific_heat, row), LEAST_CAPACITY)
         resistance = coat[row] if coat.size else of_row(insulation, row)
         leaks, costs, goal = of_row(conductance, row), of_row(cost, row), of_row(set_point, row)
@@ -195,5 +195,5 @@ def when(gap, slope, rate):
 
 @njit
 def lasts(most, power):
-    """Return the time [s] for which so much heat [J] lasts at a power [W]."""
+    """Return how long an amount of heat [J] lasts at a power [W]: [s]."""
     return max(most, 0.0) / abs(power) if power != 0 else np.inf

@@ -1,4 +1,4 @@
-"""Bodies breathe, drink, excrete and leak."""
+"""Bodies exchange substances with fields: they breathe, drink, excrete and leak."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.field import Field
     from ecs_eco.space.world import SpatialWorld
 
-    Asked = tuple[Table, Any, str]  # a way of one kind of bodies, and its key
+    Asked = tuple[Table, Any, str]  # a process of one kind of bodies, and its key
 
 ALL = np.zeros(0, np.bool_)
 OUTSIDE = np.zeros(0)
@@ -34,11 +34,11 @@ KINDS = "uptake", "equilibrate", "release"
 
 
 class ExchangeMatter(System):
-    """Bodies take substances up from fields, then come to balance with them, then give substances off.
+    """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
-    All bodies of all kinds do so at once. Uptake is limited by what is there; where that is not enough, each
-    gets the same share of what it wants. What equilibrates is solved exactly for a body and its part of the
-    cell that it is in. Everything goes in canonical order.
+    All bodies of all kinds do so at once. Uptake is limited by the content of a cell; if that is not enough,
+    each body gets the same share of its demand. Equilibration is solved exactly for a body and its part of
+    its cell. Everything runs in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -49,7 +49,8 @@ class ExchangeMatter(System):
     _asked: dict[tuple[int, int, str], list[Asked]]
 
     def process(self, *_args: object) -> None:
-        """Let all bodies exchange what their species list, one way and one field after the other."""
+        """Let all bodies exchange the substances that their species list, one process and one field after
+        another."""
         self._asked, world = {}, self.world
         super().process()
         for (kind, _, field), asked in sorted(self._asked.items(), key=lambda one: one[0]):
@@ -60,7 +61,8 @@ class ExchangeMatter(System):
                     self.release(table, world, way, key)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Note what one kind of bodies exchanges: its first way of each kind and field, its second …"""
+        """Record what one kind of bodies exchanges: its first entry of each process and field, its second
+        …"""
         seen: dict[tuple[int, str], int] = {}
         for number, way in enumerate(table.species.exchange if table.n else ()):
             kind = KINDS.index(way.kind), way.field or ""
@@ -70,7 +72,7 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Let bodies of all kinds take up what they want of one field, or their share of what there is."""
+        """Let bodies of all kinds take up their demand from one field, or their share of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
@@ -105,7 +107,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Let concentrations in bodies of all kinds and around them in one field come nearer to each other."""
+        """Equilibrate concentrations in bodies of all kinds with those around them in one field."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         before, total = value.copy(), np.zeros(value.size)
         places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
@@ -119,7 +121,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Let bodies give off a share of what they hold above what they keep."""
+        """Let bodies release a share of their content above the amount that they keep."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:
@@ -134,21 +136,21 @@ class ExchangeMatter(System):
     def book(
         self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int, moved: float
     ) -> None:
-        """Book what has come into the bodies [mol]."""
+        """Record the amounts that have entered the bodies [mol]."""
         if world.matter is not None:
             world.matter.book(("table", table.name), flow, moved, s)
             if field is not None:
                 world.matter.book(("field", field), flow, -moved, s)
 
     def doing(self, table: Table, way: Uptake | Release) -> np.ndarray:
-        """Return who does the action that it needs, bool[capacity]; empty where it needs none."""
+        """Return which organisms execute the required action, bool[capacity]; empty if none is required."""
         return ALL if way.action is None else table.species.nerves.doing(table, way.action)
 
     def places(
         self, table: Table, world: SpatialWorld, way: Uptake | Release | Equilibrate, key: str
     ) -> tuple[Field, np.ndarray, np.ndarray]:
-        """Return the field, the rows of the living in canonical order i64[n], and the cell of the field that
-        each one's mouth is in: i64[n]."""
+        """Return the field, the rows of the living in canonical order i64[n], and the cell of the field at
+        each one's mouth: i64[n]."""
         field, index = world.fields[way.field or ""], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
         at = own_values(
@@ -178,7 +180,7 @@ class ExchangeMatter(System):
 
 @njit
 def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inverse, nx, ny, nz, cell):
-    """Write the cell of a field in which a place on each body is."""
+    """Write the cell of a field at a place on each body."""
     for i in range(rows.size):
         r, cos, sin = radius[rows[i]], np.cos(heading[rows[i]]), np.sin(heading[rows[i]])
         ahead, aside = of_row(forward, rows[i]), of_row(left, rows[i])
@@ -192,8 +194,8 @@ def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inve
 
 @njit
 def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, value, wanted, total):
-    """Write how much of a substance each body wants from its cell of a field to `wanted` f64[n] [mol], at
-    most `rate` [mol/L]; add it to `total` f64[cells]."""
+    """Write each body's demand for a substance from its cell of a field to `wanted` f64[n] [mol], at most
+    `rate` [mol/L]; add it to `total` f64[cells]."""
     for i in range(rows.size):
         row, c = rows[i], value[cell[i]]
         if does.size and not does[row]:
@@ -207,7 +209,8 @@ def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
 
 @njit
 def share(cell, wanted, total, value, litres):
-    """Cut what bodies want [mol] to their share of what their cells hold, where all want `total` f64[cells]."""
+    """Reduce demands [mol] to the same share of their cells' content, for total demands `total`
+    f64[cells]."""
     for i in range(cell.size):
         if wanted[i] > 0:
             wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
@@ -215,7 +218,7 @@ def share(cell, wanted, total, value, litres):
 
 @njit
 def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
-    """Move amounts [mol] from the cells of a field into bodies; return how much [mol]."""
+    """Move amounts [mol] from the cells of a field into bodies; return the total [mol]."""
     moved = 0.0
     for i in range(rows.size):
         if wanted[i] > 0:
@@ -230,8 +233,8 @@ def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
 
 @njit
 def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, before, total, value, litres):
-    """Let a substance pass between bodies and their parts, by volume, of the cells that they are in, where
-    all bodies have the volume `total` f64[cells]; return how much has come into bodies [mol]."""
+    """Let a substance pass between bodies and their parts, by volume, of their cells, where all bodies
+    have the volume `total` f64[cells]; return the amount that has entered bodies [mol]."""
     moved = 0.0
     for i in range(rows.size):
         row, k = rows[i], cell[i]
@@ -247,8 +250,8 @@ def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, before,
 
 @njit
 def give(rows, cell, does, volume, molarity, residue, s, share, above, value, litres):
-    """Move a share of what bodies hold of a substance above a concentration into the cells of a field, or out
-    of the world where there is none; return how much [mol]."""
+    """Move a share of bodies' content of a substance above a concentration into the cells of a field, or
+    out of the world if there is none; return the total [mol]."""
     moved = 0.0
     for i in range(rows.size):
         row = rows[i]

@@ -1,4 +1,4 @@
-"""Animals ingest what they touch."""
+"""Animals feed."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
 NO_RADIUS = np.float32(0)  # to the surface
 NOBODY = np.zeros(0, np.int64)
-LONGEST = np.iinfo(np.int32).max  # ticks of digestion
+LONGEST = np.iinfo(np.int32).max  # ticks of handling
 
 
 class Feed(System):
-    """An animal that eats and is not digesting takes the nearest food within reach, with the diet's chance of
-    success.
+    """An animal that eats and is not handling a meal takes the nearest food within reach, with the diet's
+    probability of success.
 
-    Each proposes one item of each kind in its diet; an item goes to the nearest eater of all species that
-    want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
-    still can. An animal that becomes food itself, in a nearer meal, eats nothing; the eaten die. The order of
+    Each animal proposes one item of each kind in its diet; an item goes to the nearest eater of all species
+    that want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
+    still can. An animal that is itself eaten, in a nearer meal, eats nothing; the eaten die. The order of
     species and of diets has no effect.
 
-    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
-    food resists some bites, as does prey that land shelters; poison costs the eater energy, and deadly food
-    kills it. Where the eater's body holds substances, those of the eaten go into it.
+    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough food
+    resists some bites, and so does prey that the land shelters; poison costs the eater energy, and deadly
+    food kills it. If the eater's body contains substances, those of the eaten enter it.
     """
 
     needs = (Position, Body, Metabolism)
@@ -84,7 +84,7 @@ class Feed(System):
 
     @cached_property
     def _meals(self) -> dict[tuple[str, int], tuple[tuple[Any, ...], tuple[Any, ...]]]:
-        """By eater and food: what its meals are made of, and what they then are."""
+        """By eater and food: the sources of a meal's properties, and the properties."""
         return {}
 
     def start(self, world: SpatialWorld) -> None:
@@ -93,7 +93,7 @@ class Feed(System):
             register_eaters(world, table)
 
     def process(self, *_: object) -> None:
-        """Gather what all eaters want, settle which of them get it, and let these eat."""
+        """Collect the proposals of all eaters, decide which of them win, and let these eat."""
         self._wanted, self._shaped = [], False
         super().process()
         wanted = self._wanted
@@ -128,7 +128,7 @@ class Feed(System):
             self.swallow(eaten)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species propose what it wants of each kind of food."""
+        """Let one species propose items of each kind of food."""
         for number, food in enumerate(table.species.foods):
             table.species.eaten[food.eats] = 0.0
             prey = world.tables[food.eats]
@@ -136,7 +136,7 @@ class Feed(System):
                 self.want(table, prey, food, number, world)
 
     def want(self, table: Table, prey: Table, food: Diet, number: int, world: SpatialWorld) -> None:
-        """Let all of `table` that want to eat propose items of `prey`."""
+        """Let all members of `table` that want to eat propose items of `prey`."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
         reach, chance, *effect = self.meal(table, food, number, world.dt)
@@ -197,8 +197,8 @@ class Feed(System):
         )
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
-        """Let the eaters of one table have the nearest item that each has won, then the next if it still can;
-        return those whose substances go into their eaters."""
+        """Let the eaters of one table eat the nearest item that each has won, then the next if it still
+        can; return those whose substances enter their eaters."""
         eaten, table = list[Meals](), mine[0].table
         m, holds = table[Metabolism], Matter in table
         killed = np.zeros(mine[0].eaters.n, np.bool_)
@@ -217,11 +217,11 @@ class Feed(System):
         return eaten
 
     def eat(self, meals: Meals) -> None:
-        """Let eaters have the items that they have won, and count what they gain [energy]."""
+        """Let eaters eat the items that they have won, and count their gain [energy]."""
         world, table, prey, food = self.world, meals.table, meals.prey, meals.food
         eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
-        if world.bands.divided:  # what ghosts gain is theirs
+        if world.bands.divided:  # the gains of ghosts count in their own process
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
@@ -250,7 +250,8 @@ class Feed(System):
         )
 
     def swallow(self, eaten: list[Meals]) -> None:
-        """Move the substances of the eaten into their eaters: by distance where one eats and is eaten too."""
+        """Move the substances of the eaten into their eaters, by distance if an animal both eats and is
+        eaten."""
         for meals, eater, item in in_order(self.world.key, eaten):
             table, food = meals.table, meals.food
             share = own_value(
@@ -261,11 +262,11 @@ class Feed(System):
             swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
     def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, ...]:
-        """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
+        """Return the result of `meal`, recomputed only if its sources change or are individual."""
         way = table.species.metabolism
         if table.species.traits or table.species.growth is not None:
             return meal(table, food, dt)
-        given = food, way, dt  # sections of a world file do not change: others take their place
+        given = food, way, dt  # sections of a world file do not change: others replace them
         known = self._meals.get((table.name, number))
         if known is None or known[0] != given:
             known = self._meals[table.name, number] = given, meal(table, food, dt)
@@ -273,8 +274,8 @@ class Feed(System):
 
 
 def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
-    """Return reach and chance in a tick of one kind of food, then `Meals.effect`: numbers, or arrays [high]
-    where a gene codes for any of them."""
+    """Return reach and probability per tick of one kind of food, then `Meals.effect`: numbers, or arrays
+    [high] if a gene codes for any of them."""
     metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
     keys: dict[str, Any] = {
         kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
@@ -301,12 +302,13 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
 
 
 def in_ticks(chance: Number, dt: float) -> Any:
-    """Return the chance in a tick of dt [s] of what has a chance in a second, or of each."""
+    """Return the probability per tick of dt [s] for a probability per second, or for each."""
     return 1 - power(1 - chance, dt)
 
 
 def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return each row's share of bites that fail, and poison, or arrays of one for all; empty if undefended."""
+    """Return each row's share of bites that fail, and poison, or arrays of one for all; empty if
+    undefended."""
     toughness, poison = of_body(prey)
     if world.terrain is not None:
         toughness = sheltered(world.terrain, prey, toughness)
@@ -314,7 +316,8 @@ def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return each row's toughness and poison, f32[capacity], or arrays of one for all; empty if undefended."""
+    """Return each row's toughness and poison, f32[capacity], or arrays of one for all; empty if
+    undefended."""
     defence = prey.species.defence
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
@@ -324,7 +327,7 @@ def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarray:
-    """Return the share of bites that fail, f32[high], with the shelter that the land gives prey that moves."""
+    """Return the share of bites that fail, f32[high], with the shelter that the land gives mobile prey."""
     high = prey.high
     if terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
         return toughness
@@ -376,7 +379,7 @@ def seek_food(
     digesting,
     food_cause,
 ):
-    """`seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
+    """Run `seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
     seek(
         first,
         last,
@@ -449,7 +452,7 @@ def propose(
     digesting,
     food_cause,
 ):
-    """Let eaters first … last − 1 leave the nearest food where they cannot have it: `target` is −1 then."""
+    """Reject food that eaters first … last − 1 cannot have: `target` becomes −1."""
     for k in range(last - first):
         i = np.uint64(first + k)
         j, row = target[i], rows[i]
@@ -474,8 +477,8 @@ def propose(
 
 @lone_njit
 def widest(reach, radius, alive, other, alive_other):
-    """Return the least number that is more than `reach` and the largest radii of the living of two tables
-    together [m], and at least 1e-6."""
+    """Return the smallest number above `reach` plus the largest radii of the living of two tables [m], at
+    least 1e-6."""
     both = np.empty(2, np.float32)
     bits = both.view(np.int32)
     bits[0], bits[1] = top(radius.view(np.int32), alive), top(other.view(np.int32), alive_other)
@@ -486,8 +489,8 @@ def widest(reach, radius, alive, other, alive_other):
 
 @njit
 def top(bits, alive):
-    """Return the highest of the living. Radii are not negative: their bits are ordered as they are, and this
-    becomes vector code."""
+    """Return the highest value among the living. Radii are not negative, so their bits have the same
+    order, and this compiles to vector code."""
     most = np.int32(0)
     for k in range(bits.size):
         row = np.uint64(k)
@@ -519,9 +522,9 @@ def ingest(
     food_killer,
     food_uids,
 ):
-    """Let eaters have their items: `best` i32[foods], −1 for none; return what all gained."""
+    """Let eaters eat their items: `best` i32[foods], −1 for none; return the total gain."""
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
-    for j in range(best.size):  # without branches: a meal's memory is fetched while others wait for theirs
+    for j in range(best.size):  # no branches: memory of a meal is fetched while others wait for theirs
         eaten[np.uint64(n)] = j
         n += best[j] >= 0
     for k in range(n):
@@ -540,7 +543,7 @@ def ingest(
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
         food_killer[food] = uid[eater]
-        if deadly and not eater_cause[row]:  # else it is eaten itself
+        if deadly and not eater_cause[row]:  # otherwise it is eaten itself
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]
     return gained

@@ -1,4 +1,4 @@
-"""Organisms feel: happiness, and the reward, which is its change."""
+"""Organisms feel: happiness, and its change, the reward."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ NO_LEAST = np.float32(-np.inf)
 class Feel(System):
     """The happiness network reads the sensors; the change since the last tick rewards the last decision.
 
-    Happiness at t is a function of what is sensed at t, so feeling follows sensing. A newborn has no earlier
-    happiness and no reward. A system of your own in the phase `feel` runs after this one and may write
-    `Nervous.reward`: the learner gets what is there at the end of the phase.
+    Happiness at t is a function of the observations at t, so feeling follows sensing. A newborn has no
+    earlier happiness and no reward. Your own system in the phase `feel` runs after this one and may write
+    `Nervous.reward`: the learner gets its value at the end of the phase.
     """
 
     needs = (Nervous,)
@@ -66,12 +66,12 @@ class Feel(System):
 
 
 def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
-    """Return what happiness is made of: x [channels, n], the steps of a formula over it, and the least; None
-    where there is no happiness network. Where that has no such steps, x is the happiness itself."""
+    """Return the inputs of happiness: x [channels, n], the steps of a formula over it, and the minimum;
+    None if there is no happiness network. Without such steps, x is the happiness itself."""
     network = nerves.happiness
     if (
         type(network) is HappinessNetwork
-        and network.steps is not None  # what derives from it may differ
+        and network.steps is not None  # a subclass may compute something else
         and not table.species.traits
     ):
         return nerves.x.T, network.steps, network.least
@@ -81,8 +81,8 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
-    """Store happiness of entries first … last − 1, what the steps of a formula come to and no less than
-    `least`, and its change; the first feeling of a life changes nothing."""
+    """Store happiness of entries first … last − 1, the result of the steps of a formula but at least
+    `least`, and its change; the first happiness of a life is no change."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

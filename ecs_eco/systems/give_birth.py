@@ -1,4 +1,4 @@
-"""The pregnant give birth."""
+"""Pregnant mothers give birth."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class GiveBirth(System):
     """At term a mother gives birth to her litter and pays the share that the father has not paid.
 
     The litter is limited by the energy that she can spend, by `max_count` and by the free places. She keeps
-    what the father gave for the others, up to her capacity, and it is deducted from what parents gave. An
-    unborn litter dies with its mother.
+    the father's payment for the unborn rest, up to her capacity, and it is deducted from the parents'
+    expenses. An unborn litter dies with its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -89,7 +89,7 @@ class GiveBirth(System):
 
 @njit
 def her_part(given, stored, carrying):
-    """Return what the mother pays for one of the litter."""
+    """Return what the mother pays per newborn."""
     return max(given - stored / np.float32(carrying), np.float32(0.0))
 
 
@@ -107,7 +107,8 @@ def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothe
 
 @njit
 def deliver(mothers, born, given_each, energy_max, rested, energy, given, carrying, stored, father, rest):
-    """Charge the mothers for those born, return to them what was given for the others, and let them rest."""
+    """Charge the mothers for the newborn, return the father's payment for the others, and start the
+    mothers' rest."""
     for i in range(mothers.size):
         row = mothers[i]
         before = energy[row]

@@ -1,4 +1,4 @@
-"""Plants make energy from light."""
+"""Plants gain energy from light."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 
 class Grow(System):
-    """A plant gains `photosynthesis` [energy/s] in full light, in proportion where there is less, until it is full.
+    """A plant gains `photosynthesis` [energy/s] in full light, proportionally less in weaker light, until it
+    is full.
 
-    The share that it spends on its defence does not grow. Classes of land cover multiply it.
+    The share that it spends on its defense does not grow. Classes of land cover multiply growth.
     """
 
     needs = (Position, Metabolism)
@@ -33,12 +34,12 @@ class Grow(System):
     submodel = Submodel(
         "Growth by light",
         where=("metabolism.photosynthesis", "genome.genes.trait=metabolism.photosynthesis"),
-        rules={"": "`dE/dt = growth × light`, up to `energy_max`; light is 1 in full daylight."},
+        rules={"": "`dE/dt = photosynthesis × light`, up to `energy_max`; light is 1 in full daylight."},
         changes=("Metabolism.energy", "Metabolism.taken"),
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species grow; those without `photosynthesis` stay as they are."""
+        """Let one species grow; those without `photosynthesis` do not change."""
         way = table.species.metabolism
         if way.photosynthesis == 0 and Growth not in table:
             return
@@ -68,7 +69,7 @@ class Grow(System):
 
 @njit
 def grow(first, last, alive, light, growth, ceiling, energy, taken):
-    """Add light[row] × growth to the energy of the living, up to the ceiling."""
+    """Add light[row] × growth to the energy of the living, up to the maximum."""
     for row in range(first, last):
         if alive[row]:
             before = energy[row]

@@ -25,8 +25,8 @@ class GrowUp(System):
 
     The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or the fourth
     root does (West, Brown & Enquist 2001), at a rate that falls with the fourth root of the adult's mass. The
-    course is exact. Each kilogram costs energy beyond the reserve; who cannot pay grows less, and catches up
-    later. The radius grows with the cube root of the mass.
+    course is exact. Each kilogram costs energy beyond the reserve; a body that cannot pay grows less, and
+    catches up later. The radius grows with the cube root of the mass.
     """
 
     needs = (Body, Metabolism, Stature)
@@ -96,8 +96,8 @@ def grow_up(
     energy,
     burnt,
 ):
-    """Let the living grow for a tick, `step` is rate × dt; `standard` [kg] is the adult mass for which that
-    holds, 0: for any."""
+    """Grow the living for a tick, `step` is rate × dt; `standard` [kg] is the adult mass to which it
+    applies, 0: any."""
     for row in range(first, last):
         if not alive[row] or mass[row] >= adult_mass[row]:
             continue

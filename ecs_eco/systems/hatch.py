@@ -25,12 +25,12 @@ HATCHED = "hatched"  # the cause of the end of an egg
 
 
 class Hatch(System):
-    """An egg develops, faster where it is warmer, and hatches at the end of its incubation: the egg ends, and
-    a newborn with its energy, genome and parents takes its place.
+    """An egg develops, faster in warmth, and hatches at the end of its incubation: the egg ends, and a
+    newborn with its energy, genome and parents takes its place.
 
     The rate is proportional to the degrees above a threshold (degree-days, Réaumur 1735), of the egg itself
-    if it has a temperature, else of its place. Eaten eggs do not hatch, and nobody hatches while policies are
-    pre-trained.
+    if it has a temperature, otherwise of its place. Eaten eggs do not hatch, and no egg hatches during
+    pre-training.
     """
 
     needs = (Position, Metabolism, Parentage, Incubation)
@@ -44,7 +44,7 @@ class Hatch(System):
         world.bodiless.add(HATCHED)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let the eggs of one species develop, and those that are ripe hatch."""
+        """Advance development of one species' eggs and hatch those that are ripe."""
         way = table.species.hatch
         if way is None or not table.n or not world.reproduction:
             return
@@ -68,8 +68,7 @@ class Hatch(System):
 
 @njit
 def develop(first, last, alive, temperature, usual, threshold, dt, developed):
-    """Let the living develop for a tick; `usual` [K] is the temperature at which time counts as it is, 0: at
-    any."""
+    """Advance the development of the living by a tick; `usual` [K] is the reference temperature, 0: none."""
     for row in range(first, last):
         if alive[row]:
             rate = 1.0
@@ -79,8 +78,8 @@ def develop(first, last, alive, temperature, usual, threshold, dt, developed):
 
 
 def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> None:
-    """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: where these lie, with their
-    energy, substances, genome and parents."""
+    """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: at the eggs' positions,
+    with their energy, substances, genome and parents."""
     p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
     values = newborn(
         into, world, uid, p.x[rows], p.y[rows], p.z[rows], headings(world, uid), eggs[Metabolism].energy[rows]
@@ -89,7 +88,7 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
     if into.species.heredity is not None:
         values |= _inherited(eggs, rows, into, world, mother)
     values |= sizes.of_newborn(into, values, rows.size)
-    if Chemistry in eggs and Chemistry in into:  # amounts stay
+    if Chemistry in eggs and Chemistry in into:  # amounts stay the same
         radius = values.get((Body, "radius"), into.defaults[Body]["radius"])
         share = bodies(eggs).volume[rows] / np.maximum(newborn_volumes(into, radius), 1e-90)
         values[Chemistry, "molarity"] = (eggs[Chemistry].molarity[rows] * share[:, None]).astype(np.float32)
@@ -99,7 +98,7 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
 
 
 def _inherited(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld, mother: np.ndarray) -> Values:
-    """Return the inherited columns of newborn; eggs that nobody laid are those of founders."""
+    """Return the inherited columns of newborn; eggs without a mother have those of founders."""
     heredity = into.species.heredity
     assert heredity is not None
     carried = {

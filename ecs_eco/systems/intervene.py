@@ -31,16 +31,17 @@ if TYPE_CHECKING:
     from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
-TIE = random.CULL + (1 << 23)  # purpose of the draws between those that are equal
-CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
+TIE = random.CULL + (1 << 23)  # purpose of the draws between equals
+CELL = 1.0  # [m] side of the cells of a fence if the world has no ground of its own; less in a small world
 
 
 class Intervene(System):
-    """Carries out the world file's interventions, and those requested with `World.intervene`,
-    at the start of their tick.
+    """Carries out the world file's interventions, and those requested with `World.intervene`, at the start of
+    their tick.
 
-    The culled die at the end of the phase die of this tick, newcomers live from the end of the phase
-    reproduce on, all else takes effect at once. Those carried out are listed in `world.intervened`.
+    Culled organisms die at the end of the phase die of this tick, newcomers live from the end of the phase
+    reproduce on, and everything else takes effect at once. `world.intervened` lists interventions that were
+    carried out.
     """
 
     phase = "environment"
@@ -50,10 +51,11 @@ class Intervene(System):
 
     def __init__(self) -> None:
         self.requests: list[Any] = []  # for the next tick, by World.intervene
-        self.made_ground = False  # whether the world's ground was made for a fence
+        self.made_ground = False  # whether the world's ground was created for a fence
 
     def process(self, *_: object) -> None:
-        """Carry out what is due in this tick, in the order of the file; then pending requests."""
+        """Carry out the interventions that are due in this tick, in the order of the file; then pending
+        requests."""
         world = self.world
         plan = () if world.config is None else world.config.interventions
         planned = [x for x in plan if x.due(world.tick)] if plan else []
@@ -63,12 +65,12 @@ class Intervene(System):
             world.intervened.append((world.tick, order.once(world.tick)))
 
     def ask(self, intervention: dict[str, Any] | Intervention) -> None:
-        """Carry out an intervention in the next tick: a dict or a model;
-        raises ConfigError as a world file does."""
+        """Request an intervention for the next tick: a dict or a model. Raises ConfigError as a world file
+        does."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
     def cull(self, world: SpatialWorld, order: Cull) -> None:
-        """Mark some of a species to die."""
+        """Mark members of a species to die."""
         table = world.table(order.species)
         rows = table.by_uid()
         rows = rows[table.cause[rows] == 0]
@@ -85,7 +87,7 @@ class Intervene(System):
         table.cause[rows[first[:wanted]]] = world.cause(order.cause)
 
     def add(self, world: SpatialWorld, order: Add) -> None:
-        """Ask for newcomers."""
+        """Request newcomers."""
         table = world.table(order.species)
         count = room(table, world, order.count)
         if count == 0:
@@ -98,7 +100,7 @@ class Intervene(System):
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
     def fence(self, world: SpatialWorld, order: Fence) -> None:
-        """Put up a fence, or take one away."""
+        """Put up a fence, or remove one."""
         corners = None
         if order.line is not None:
             corners = np.array(order.line, float)
@@ -114,7 +116,7 @@ class Intervene(System):
             world.terrain.fence(corners)
 
     def road(self, world: SpatialWorld, order: Road) -> None:
-        """Lay a road, or take one away."""
+        """Lay a road, or remove one."""
         corners = None if order.line is None else np.array(order.line, float)
         if world.terrain is None:
             if order.remove:
@@ -126,7 +128,7 @@ class Intervene(System):
             world.terrain.pave(corners, order.width, order.pace, order.cost)
 
     def dose(self, world: SpatialWorld, order: Dose) -> None:
-        """Bring a substance into a field or bodies from outside, or take it away."""
+        """Add a substance to a field or bodies from outside, or remove it."""
         region = None if order.region is None else Region(world.space, order.region)
         if order.field is not None:
             dose_field(world, order.field, order.amount, region)
@@ -138,7 +140,7 @@ class Intervene(System):
         world.reconfigure(changed(world.config, order.set))
 
     def switch(self, world: Any, order: Switch) -> None:
-        """Let births or learning stop, or go on."""
+        """Stop or restart births or learning."""
         names = (
             [order.species]
             if order.species
@@ -155,8 +157,8 @@ class Intervene(System):
             )
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is nowhere else: species that do not reproduce, requests,
-        and ground made for fences."""
+        """Return the state that is stored nowhere else: species that do not reproduce, requests, and
+        ground created for fences."""
         tables = self.world.tables.values()
         # requests made within a tick wait for the next
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
@@ -173,7 +175,7 @@ class Intervene(System):
         return out | {f"ground.{key}": array for key, array in (none | ground).items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take a `state()`."""
+        """Load a `state()`."""
         world = self.world
         for table, barren in zip(world.tables.values(), state["barren"], strict=True):
             table.species.barren = bool(barren)
@@ -189,7 +191,7 @@ class Intervene(System):
 
 
 def flat_ground(space: Space) -> Terrain:
-    """Return open ground without hills, on which fences can stand."""
+    """Return open ground without hills, on which fences can be put up."""
     cell = max(min(CELL, min(space.size[:2]) / 100), math.sqrt(space.size[0] * space.size[1] / 4e6))
     ground = Terrain(space, cell)
     ground.declared = False
@@ -211,7 +213,7 @@ def checked(
         )
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]
-        # that it depends on; values set so far are in the config
+        # on which it depends; values set so far are in the config
         waiting = [done for done in requests if done["kind"] in ("fence", "road", "set")]
         return intervention(world.config, data, [*fences, *waiting])
     try:
@@ -220,7 +222,7 @@ def checked(
         raise ValueError(f"intervene: {error}") from None
     if model.kind == "set" or getattr(model, "learning", None) is not None:
         raise ValueError(
-            "intervene: this world was made by hand, without a configuration that values could be set in"
+            "intervene: this world was built by hand and has no configuration with values to set"
         )
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))

@@ -1,4 +1,4 @@
-"""The dead become inanimate objects."""
+"""The dead leave objects."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 class LeaveRemains(System):
-    """The dead leave an object of the type that their species names, where they died,
-    with their mass and substances, and with the energy that they still held where the type holds energy.
+    """The dead leave an object of the type that their species names, at the place of death, with their mass
+    and substances, and with their remaining energy if the type holds energy.
 
     The eaten leave nothing: their bodies are in their eaters.
     """
@@ -28,11 +28,11 @@ class LeaveRemains(System):
     submodel = Submodel("Remains", where=("remains",), reads=("remains",))
 
     def start(self, world: SpatialWorld) -> None:
-        """Listen for deaths, of whatever cause."""
+        """Listen for deaths of any cause."""
         world.on_death.append(self.leave)
 
     def process(self, *_: object) -> None:
-        """Do nothing: remains are left when a death takes effect."""
+        """Do nothing: remains are created when a death takes effect."""
 
     def leave(self, table: Table, rows: np.ndarray) -> None:
         """Request one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""

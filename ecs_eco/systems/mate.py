@@ -1,4 +1,4 @@
-"""Two meet and mate."""
+"""Two organisms meet and mate."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
 MEET, TASTE, TIE = random.MATE, random.MATE + (1 << 8), random.MATE + (2 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # where the forms of capsules and boxes would be
+SPHERES = np.zeros((0, 9), np.float32)  # the place of the forms of capsules and boxes
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
 class Mate(System):
-    """Each female that is ready and willing chooses one ready and willing male within reach,
-    and may conceive by him.
+    """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive
+    by him.
 
     An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to
     pay his share, and pays it at once. In a species without sexes any two mate, and the chooser bears the
@@ -192,7 +192,7 @@ class Mate(System):
         distance2: np.ndarray,
         world: SpatialWorld,
     ) -> None:
-        """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
+        """Let a user's function choose, one chooser after another, in the order of uids."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
         state = pyrandom.getstate()
@@ -216,7 +216,7 @@ class Mate(System):
             pyrandom.setstate(state)
 
     def conceive(self, table: Table, world: SpatialWorld, way: Sexual, pairs: np.ndarray) -> None:
-        """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
+        """Let `pairs` (rows of mother and father, i64[n, 2]) conceive at random."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
         chance, (she, he) = own_value(table, "reproduction.chance", way.chance), pairs.T
@@ -260,8 +260,8 @@ class Mate(System):
 def agreed(
     table: Table, world: SpatialWorld, i: Index, partner: np.ndarray, distance2: np.ndarray
 ) -> np.ndarray:
-    """Return the pairs that mate, where each process knows whom its own organisms choose: rows i64[n, 2] of
-    those whom this one holds, ghosts among them."""
+    """Return the pairs that mate, if each process knows the choices of its own organisms: rows i64[n, 2]
+    of those in this process, ghosts included."""
     here = world.bands.entries(i)
     mine = here.start + np.flatnonzero(partner[here] >= 0)
     uid, chosen, far = world.bands.everyone(i.uid[mine], i.uid[partner[mine]], distance2[mine])
@@ -281,14 +281,14 @@ def agreed(
 
 
 def nearest_first(key: np.uint64, uid: np.ndarray, distance2: np.ndarray) -> np.ndarray:
-    """Return the order of choosers u64[n] by distance, of equal ones as drawn: i64[n]."""
+    """Return the order of choosers u64[n] by distance, of equal ones at random: i64[n]."""
     order = random.by_lot(key, uid, TIE)
     return order[distance2[order].argsort(kind="stable")]
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
-    """Return the column of the action mate in the decision, and the decision;
-    −1 where a species has no such action."""
+    """Return the column of the action mate in the decision, and the decision; −1 if a species has no such
+    action."""
     nerves = table.species.nerves
     column = (
         -1
@@ -299,15 +299,15 @@ def action(table: Table) -> tuple[int, np.ndarray]:
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the rule in the species' toolbox: its number (−1:
-    the user's own function) and its function; None without a toolbox."""
+    """Return the rule in the species' toolbox: its number (−1: a user's function) and its function; None
+    without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
 
 @njit
 def wills(decision, column, row):
-    """Return 1 if an organism wants to mate, else 0."""
+    """Return 1 if an organism wants to mate, otherwise 0."""
     return 1 if column < 0 or decision[row, column] else 0
 
 
@@ -330,8 +330,8 @@ def ready(
     consent,
     can,
 ):
-    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and
-    that can sire."""
+    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and that can
+    sire."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
         i = row if own else 0
@@ -379,8 +379,8 @@ def suits(
     each,
     number,
 ):
-    """Return the squared distance from entry i to entry j where j can sire, pay,
-    is willing and in reach; else −1. It is that of the surfaces where they are no spheres."""
+    """Return the squared distance from entry i to entry j if j can sire, pay, is willing and in reach,
+    otherwise −1. It is measured between surfaces if they are not spheres."""
     it = rows[j]
     price = of_row(share, it) * each * number
     if (
@@ -439,7 +439,7 @@ def suitors(
     chosen,
     far,
 ):
-    """List the entries that suit entry i, and their squared distances; return how many."""
+    """List the entries that suit entry i, and their squared distances; return their number."""
     close, n = np.empty(x.size, np.int64), 0
     each, number = energy_given[0], np.float32(whole(litter[0]))
     want = consent - wills(decision, column, rows[i])
@@ -510,10 +510,11 @@ def propose(
     partner,
     distance2,
 ):
-    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none),
-    and his squared distance.
+    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none), and his
+    squared distance.
 
-    The choice is the nearest, a random one, the richest or the oldest; ties go by distance, then by chance.
+    The choice is the nearest, a random one, the richest or the oldest; ties are broken by distance, then at
+    random.
     """
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
@@ -578,8 +579,8 @@ def propose(
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers,
-    in order of precedence."""
+    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers, in order of
+    precedence."""
     n = 0
     for i in order:
         j = partner[i]
@@ -611,7 +612,7 @@ def join(
     stored,
     rest,
 ):
-    """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
+    """Let each pair conceive at random: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
         if draw(key, uid[she], MEET) >= success[p]:

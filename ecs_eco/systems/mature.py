@@ -1,4 +1,4 @@
-"""Fertility comes and goes with age and season."""
+"""Fertility varies with age and season."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NEVER = 1e30  # [s] an age at which nobody arrives
+NEVER = 1e30  # [s] an age that no organism reaches
 EDGE = 1e-3  # least distance of the prime from maturity and from the end, as a share of the time between
 
 
 class Mature(System):
-    """An organism becomes fertile at maturity, is most fertile in its prime and least in old age; outside of
-    the season it is less so.
+    """An organism becomes fertile at maturity, is most fertile in its prime and least in old age; outside the
+    season it is less fertile.
 
     Between maturity and end, a share u of the way, fertility is proportional to u^(3 m) (1 − u)^(3 (1 − m)),
-    a beta curve with its height at m; with m = 1/3 this is Brass's polynomial u (1 − u)² (Brass 1975, Gage
-    2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), von Mises' curve, where t is the share
-    of the year and κ = 1/(2π width)².
+    a beta curve with its peak at m; with m = 1/3 this is Brass's polynomial u (1 − u)² (Brass 1975, Gage
+    2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), the von Mises curve, where t is the
+    share of the year and κ = 1/(2π width)².
     """
 
     needs = (Biology,)
@@ -67,7 +67,8 @@ class Mature(System):
 
 
 def columns(table: Table, way: Season) -> tuple[np.ndarray, ...]:
-    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of one."""
+    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of
+    one."""
     if Breeding in table:
         b = table[Breeding]
         return b.peak, b.maturity, b.prime, b.end, b.season, b.width
@@ -101,7 +102,7 @@ def ripen(
 
 @njit
 def by_age(age, maturity, prime, end):
-    """Return fertility at an age [s] as a share of its height."""
+    """Return fertility at an age [s] as a share of its peak."""
     if age < maturity or age >= end:
         return 0.0
     if end >= NEVER:

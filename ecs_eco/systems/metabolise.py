@@ -1,4 +1,4 @@
-"""Organisms pay for living and moving."""
+"""Organisms burn energy to live and move."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ NO_SCALE = np.zeros(0, np.float32)
 
 
 class Metabolise(System):
-    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0,
-    until it starves. One that falls into torpor burns no more than it has.
+    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0, until it
+    starves. One that falls into torpor burns no more than it has.
 
-    If mass is heritable, by itself or by a radius and a density, or the young grow, the basal rate scales
+    If mass is heritable, directly or through radius and density, or the young grow, the basal rate scales
     with mass to the power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
     """
 
@@ -40,7 +40,7 @@ class Metabolise(System):
         reads=("metabolism",),
         rules={
             "": "`dE/dt = −(basal + cost)`, where cost is that of the locomotion of this tick.",
-            "diet": "The time until an animal can eat again runs down.",
+            "diet": "The handling time of the last meal runs down.",
             "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
             "genome.genes.trait=body.mass": "The basal rate is multiplied by `(mass/body.mass)^0.75` (Kleiber "
             "1932).",
@@ -79,8 +79,8 @@ class Metabolise(System):
 
 @lone_njit
 def burn(first, last, alive, scale, cost, moves, basal, dt, least, energy, digesting, burnt):
-    """Burn (basal + cost) dt of the energy of the living, which does not fall below `least`;
-    digestion goes on. Without branches, so that it becomes vector code."""
+    """Burn (basal + cost) dt of the energy of the living, which does not fall below `least`; handling
+    times run down. No branches, so that it compiles to vector code."""
     zero = np.float32(0.0)
     for k in range(last - first):
         row = np.uint64(first + k)

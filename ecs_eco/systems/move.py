@@ -39,15 +39,15 @@ ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros
 class Move(System):
     """An animal turns, then moves ahead at the speed of its gait and pays for it.
 
-    Uphill costs more. SpeedScale multiplies the speed of every gait, and the cost by its square; so does the size
-    of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its
-    costs; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or
-    along a slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait −
-    v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal
-    ends its way at a solid capsule or box that cannot move, however fast it is.
+    Uphill costs more. SpeedScale multiplies the speed of every gait, and the cost by its square; so does the
+    size of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed
+    and its costs; torpid animals do not move. In a volume the group `climb` moves it up and down: at a
+    separate speed, or along a slope at the speed of its gait. With drag, speed approaches that of the gait by
+    dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The
+    center of a solid animal stops at a solid capsule or box that cannot move, however fast it is.
 
-    Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
-    speed between those of two gaits lies between theirs, on a straight line.
+    Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are used directly; the cost of a speed
+    between those of two gaits is interpolated linearly.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -137,8 +137,8 @@ class Move(System):
 
 
 def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np.ndarray:
-    """Return the ways f32[rows, 3] [m] of organisms that have gone so far ahead f32[rows] [m] from places
-    f32[rows, 3] [m], perhaps several times around a torus."""
+    """Return the displacements f32[rows, 3] [m] of organisms that have moved f32[rows] [m] ahead from
+    places f32[rows, 3] [m], perhaps several times around a torus."""
     p, n = table[Position], len(before)
     way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
@@ -148,8 +148,8 @@ def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np
 
 
 def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the factors of speeds and of costs by where each is, f32[high] each; that of costs makes up for
-    the square of pace that `move` pays."""
+    """Return the factors of speeds and of costs at each position, f32[high] each; that of costs
+    compensates for the square of pace that `move` pays."""
     p, high, (ny, nx) = table[Position], table.high, terrain.shape
     i, j = cells_of(p.x[:high], terrain.inverse[0], nx), cells_of(p.y[:high], terrain.inverse[1], ny)
     assert terrain.pace is not None
@@ -201,11 +201,11 @@ def move(
     cost,
     gone,
 ):
-    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
-    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows] takes
-    how far ahead each has gone [m], where it is not empty.
+    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, default) of speed, turn, climb
+    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows]
+    receives how far ahead each has moved [m], unless it is empty.
 
-    Rows go in blocks, whose sines and cosines are computed at once.
+    Rows are processed in blocks, whose sines and cosines are computed at once.
     """
     if first >= last:
         return
@@ -289,8 +289,8 @@ def go_ahead(
     speed,
     cost,
 ):
-    """Let a block of rows from `start` on go ahead at speeds `ahead` in the direction they head for, which
-    become those of the ways that are free; `sine` and `cosine` are scratch of their size."""
+    """Move a block of rows from `start` on ahead at speeds `ahead` along their headings; the speeds become
+    those of the free way. `sine` and `cosine` are scratch of their size."""
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
     if ground.size > 1 or height.size > 1:
@@ -329,7 +329,7 @@ def go_ahead(
 def over_land(
     row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed, cost
 ):
-    """Let one go ahead at a speed v until its way ends; uphill it costs more. Return its speed."""
+    """Move one organism ahead at a speed v until its way ends; uphill it costs more. Return its speed."""
     if ground.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
         speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
@@ -348,7 +348,7 @@ def over_land(
 
 @njit
 def climbing(decision, command, row, layout, climbs, pitches, v):
-    """Return the speed upwards, and what of the speed v of the gait is left ahead."""
+    """Return the upward speed, and the part of the speed v of the gait that is left ahead."""
     way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
     up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
     if layout[2, 1] < 0:
@@ -372,8 +372,8 @@ def lag(drag, dt):
 
 @njit
 def cost_between(v, speeds, costs):
-    """Return the cost of a speed, on straight lines between ascending speeds f32[k];
-    that of the slowest or fastest beyond them."""
+    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; that of the
+    slowest or fastest beyond them."""
     if v <= speeds[0]:
         return costs[0]
     for k in range(1, speeds.size):
@@ -385,10 +385,10 @@ def cost_between(v, speeds, costs):
 
 @njit
 def free_way(x, y, sine, cosine, v, dt, ground, inverse, lengths, torus):
-    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins;
-    looks at every half cell of the way, of which it takes no more than both sides of the space.
+    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; checks every half
+    cell of the way, up to the sum of both sides of the space.
 
-    An animal that stands where a fence is put up can walk off it.
+    An animal on the line of a new fence can walk off it.
     """
     v = min(v, (lengths[0] + lengths[1]) / dt)
     on = ground_at(ground, inverse, x, y) == FENCE

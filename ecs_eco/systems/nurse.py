@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # where the forms of capsules and boxes would be
+SPHERES = np.zeros((0, 9), np.float32)  # the place of the forms of capsules and boxes
 PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
 
 
 class Nurse(System):
-    """A parent that holds more than its reserve gives energy to each of its own young within reach, at a
-    rate, until they are full or old enough.
+    """A parent that has more than its reserve gives energy to each of its own young within reach, at a rate,
+    until they are full or old enough.
 
-    Where it cannot give all that they can take, each gets the same share of it. What does not arrive is burnt
-    by the parent. An animal with an action `nurse` feeds when it decides to; one without feeds whenever it
-    can. Where both parents feed, the mother is first.
+    If it cannot give everything that they can take, each gets the same share. The rest of the parent's
+    payment is burned. An animal with an action `nurse` feeds when it decides to; one without feeds whenever
+    it can. If both parents feed, the mother is first.
     """
 
     needs = (Position, Body, Metabolism, Biology, Parentage)
@@ -145,7 +145,7 @@ def nurse(
     given,
     burnt,
 ):
-    """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, room for sums."""
+    """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, scratch for sums."""
     for k in range(young.size):
         one, it = young[k], parent[k]
         dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], lengths, torus)
@@ -161,7 +161,7 @@ def nurse(
             wants = max(of_row(full, one) - energy[one], 0.0) / of_row(efficiency, it)
             gets[k] = min(of_row(most, it), wants)
             demand[it] += gets[k]
-    for k in range(young.size):  # before anything moves: who feeds may itself be fed
+    for k in range(young.size):  # before anything moves: a feeder may itself be fed
         it = parent[k]
         if gets[k] > 0:
             gets[k] *= min(max(energy[it] - of_row(reserve, it), 0.0) / demand[it], 1.0)

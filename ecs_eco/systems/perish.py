@@ -1,4 +1,4 @@
-"""Organisms die when a property leaves the interval in which they can live."""
+"""Organisms die when a property leaves the range in which they can live."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Perish(System):
-    """An organism dies when one of its properties leaves the interval in which it can live. Each end of each
-    interval is a separate cause of death.
+    """An organism dies when one of its properties leaves the range in which it can live. Each end of each
+    range is a separate cause of death.
 
-    Death has a reward: the minimum of happiness minus the happiness last felt.
+    Death has a reward: the minimum of happiness minus the last happiness.
     """
 
     phase = "die"
@@ -45,7 +45,7 @@ class Perish(System):
         },
     )
     world: SpatialWorld
-    _causes: Sequence[str] = ()  # with which limits were found
+    _causes: Sequence[str] = ()  # the limits were derived from these
     _known: dict[str, Limits]  # by table
 
     def start(self, world: SpatialWorld) -> None:
@@ -55,7 +55,7 @@ class Perish(System):
         world.on_death.append(self.mourn)
 
     def process(self, *_: object) -> None:
-        """Mark those beyond a limit."""
+        """Mark organisms beyond a limit."""
         if self._causes != self.world.causes:
             self._known = {}
         for table in self.world.tables.values():
@@ -68,8 +68,8 @@ class Perish(System):
         self._causes = list(self.world.causes)
 
     def _limits(self, table: Table) -> tuple[np.ndarray, ...] | None:
-        """Return addresses of the columns of all limits of one species, their ends and causes; None where a
-        value is no column of f32."""
+        """Return addresses of the columns of all limits of one species, their ends and causes; None if a
+        value is not a column of f32."""
         now, lethal = (Noted.changes, Columns.replaced), table.species.lethal
         known = self._known.get(table.name)
         if known is None or known.made_from != now or known.lethal != lethal:
@@ -77,8 +77,8 @@ class Perish(System):
         return known.limits
 
     def one_by_one(self, table: Table) -> None:
-        """Mark those of one species beyond a limit, where these are individual or their values are made of
-        others."""
+        """Mark organisms of one species beyond a limit, if limits are individual or their values are
+        derived."""
         codes = self.world.codes
         names = labels(table.species.lethal) if table.species.traits else []
         for i, limit in enumerate(table.species.lethal):
@@ -103,8 +103,8 @@ class Perish(System):
             )
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
-        """Give the dying of one species the reward of dying, whatever they die of, on top of what they felt
-        in this tick; rows i64[k] in the order of uids."""
+        """Give the dying of one species the reward of death, whatever the cause, in addition to that of
+        this tick; rows i64[k] in the order of uids."""
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return
@@ -119,21 +119,21 @@ class Perish(System):
 
 
 class Limits(NamedTuple):
-    """The limits within which one species lives, where all of it share them and all values are columns."""
+    """The limits of one species, if all members share them and all values are columns."""
 
-    made_from: tuple[Any, ...]  # what they hold for
+    made_from: tuple[Any, ...]  # valid for these
     lethal: list[Any]
     columns: list[np.ndarray]  # they keep the addresses alive
     limits: tuple[np.ndarray, ...] | None
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: Table, world: SpatialWorld) -> Limits:
-        """Make them of a table as it is now."""
+        """Return the limits of a table as it is now."""
         lethal = list(table.species.lethal)
         twice = [[own_column(table, limit.property, world.substances) for _ in range(2)] for limit in lethal]
         if not all(
             a is b and type(a) is np.ndarray and a.dtype == np.float32 and a.ndim == 1 for a, b in twice
-        ):  # another array each time: it was made of other columns
+        ):  # a new array each time: it is derived from other columns
             return cls(made_from, lethal, [], None)
         columns = [column for column, _ in twice]
         codes = [
@@ -156,14 +156,14 @@ class Limits(NamedTuple):
 
 
 def ends_of(low: float | None, high: float | None) -> tuple[np.float32, np.float32]:
-    """Return the ends of an interval, one without an end is infinite there."""
+    """Return the ends of an interval, infinite if open."""
     return np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high)
 
 
 @lone_njit
 def perish(alive, value, low, high, too_low, too_high, cause):
-    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause. Without
-    branches, so that it becomes vector code."""
+    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause. No
+    branches, so that it compiles to vector code."""
     none, below, above = np.uint8(0), np.uint8(too_low), np.uint8(too_high)
     for k in range(alive.size):
         row = np.uint64(k)
@@ -174,8 +174,8 @@ def perish(alive, value, low, high, too_low, too_high, cause):
 
 @njit
 def perish_all(alive, cause, columns, ends, codes):
-    """`perish` for several limits, one after the other: addresses u64[k] of columns f32, `ends` f32[k, 2],
-    and `codes` u8[k, 2] of the causes."""
+    """Run `perish` for several limits, one after another: addresses u64[k] of columns f32, `ends` f32[k,
+    2], and `codes` u8[k, 2] of the causes."""
     for k in range(columns.size):
         perish(
             alive,

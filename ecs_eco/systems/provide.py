@@ -1,4 +1,4 @@
-"""Mothers give newborn a part of what they are made of."""
+"""Mothers share their substances with their newborn."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Provide(System):
-    """A mother and her young share the substances that she holds, at equal concentrations.
+    """A mother and her young share her substances, at equal concentrations.
 
-    So do the two halves of a cell that divides. Who has no living parent keeps what it is born with.
+    So do the two halves of a dividing cell. Newborn without a living parent keep their initial substances.
     """
 
     needs = (Chemistry, Matter)
@@ -35,10 +35,11 @@ class Provide(System):
         world.on_birth.append(self.share)
 
     def process(self, *_: object) -> None:
-        """Do nothing: matter is shared when a birth takes effect."""
+        """Do nothing: substances are shared when a birth takes effect."""
 
     def share(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Let newborn of one species, rows i64[k], share what their mothers hold; parents u64[k] are uids."""
+        """Let newborn of one species, rows i64[k], share their mothers' substances; parents u64[k] are
+        uids."""
         if table.species.born_with != "mother" or Matter not in table:
             return
         young = rows[parents != 0]
@@ -53,12 +54,12 @@ class Provide(System):
             table[Matter].residue,
             given,
         )
-        book(self.world, table, "endowed", -given)  # the same amount is booked of the newborn
+        book(self.world, table, "endowed", -given)  # the same amount is recorded for the newborn
 
 
 @njit
 def divide(young, mothers, volume, molarity, residue, given):
-    """Bring mothers and their young to equal concentrations; add what mothers give to `given`
+    """Equalize the concentrations of mothers and their young; add the mothers' share to `given`
     f64[substances] [mol]."""
     together = np.zeros(volume.size)  # [L] of a mother and her young
     for i in range(young.size):

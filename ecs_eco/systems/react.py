@@ -1,4 +1,4 @@
-"""Metabolism turns substances into others."""
+"""Metabolic reactions convert substances."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class React(System):
-    """The reactions of a species turn substances in the body into others, in their order.
+    """The reactions of a species convert substances in the body, in their order.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
-    several substances after Monod 1949), in proportion to the light where it is needed; with an action only
-    in those who do it. No more is used up than is there; a reaction that sets energy free stops where the
-    organism is full, one that needs energy where it has none.
+    several substances after Monod 1949), in proportion to the light if it is needed; with an action, only in
+    organisms that execute it. No more is consumed than exists; a reaction that releases energy stops when the
+    organism is full, one that needs energy when it has none.
     """
 
     needs = (Chemistry, Matter)
@@ -43,7 +43,7 @@ class React(System):
     asked_for = staticmethod(lambda table: bool(table.species.reactions))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let the reactions of one species take place."""
+        """Run the reactions of one species."""
         alive, species = table.alive[: table.high], table.species
         if not species.reactions:
             return
@@ -83,7 +83,7 @@ class React(System):
 
 
 def coefficients(reaction: Reaction, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what a mole of extent uses up, by how much it changes each substance [mol/mol], and the
+    """Return the consumption per mole of extent, the change of each substance [mol/mol], and the
     concentrations at half of the rate [mol/L], 0 for none: f64[substances] each."""
     used, made, half = (
         [amounts.get(s, 0.0) for s in substances]
@@ -95,8 +95,8 @@ def coefficients(reaction: Reaction, substances: list[str]) -> tuple[np.ndarray,
 def rates(
     table: Table, world: SpatialWorld, number: int, half: np.ndarray, ceiling: float
 ) -> tuple[Any, ...]:
-    """Return a reaction's rate and energy, the most energy that a body holds, and the concentrations at half
-    of the rate f64[substances]; all as arrays [high, …] where a gene codes for any of them."""
+    """Return a reaction's rate and energy, the maximum energy of a body, and the concentrations at half of
+    the rate f64[substances]; all as arrays [high, …] if a gene codes for any of them."""
     reaction, key = table.species.reactions[number], f"reactions.{number}."
     own = own_values(
         table,
@@ -128,8 +128,8 @@ def react(
     burnt,
     made,
 ):
-    """Let a reaction of at most `extent` [mol/L] take place in the living; add what it makes, less what it
-    uses up, to `made` f64[substances] [mol]."""
+    """Run a reaction of at most `extent` [mol/L] in the living; add its products, less its consumption, to
+    `made` f64[substances] [mol]."""
     for row in range(alive.size):
         if not alive[row]:
             continue

@@ -1,4 +1,4 @@
-"""Objects come back."""
+"""Objects are renewed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
 
 class Renew(System):
-    """Of the objects that are missing of the type's number, each comes back with a probability per second,
-    at a random place: fruit that falls, stones that a stream brings.
-    """
+    """Each object missing from the type's number comes back with a probability per second, at a random
+    place: fruit that falls, stones that a stream brings."""
 
     needs = (Position,)
     phase = "reproduce"
@@ -34,7 +33,7 @@ class Renew(System):
     asked_for = staticmethod(lambda table: table.species.renewal > 0)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one type of objects come back."""
+        """Renew one type of objects."""
         count, rate = table.species.count, table.species.renewal
         missing = count - table.n - table.waiting
         if rate == 0 or missing <= 0:

@@ -1,4 +1,4 @@
-"""Animals give birth alone (the paper's simplified reproduction, and division)."""
+"""Animals reproduce without mates (the paper's simplified reproduction, and division)."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ class Reproduce(System):
     stays fed.
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
-    parent); where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is
-    cut to the number that the parent can pay for without falling to 0. Immigrants, like founders, come in
-    addition. Where `max_count` is reached, newborn and immigrants share its free places at random.
+    parent); if another member of its species lives within `spacing`, the birth fails and costs nothing. A
+    litter is limited to the number that the parent can pay for without falling to 0. Immigrants, like
+    founders, come in addition. If `max_count` is reached, newborn and immigrants share its free places at
+    random.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -50,7 +51,7 @@ class Reproduce(System):
             "reproduction.place=anywhere": "A newborn appears at a random place that no body occupies.",
             "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its parent "
             "that no body occupies.",
-            "reproduction.spacing": "A birth fails where another member of the species is within `spacing`.",
+            "reproduction.spacing": "A birth fails if another member of the species is within `spacing`.",
             "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; a fraction is rounded "
             "up with its probability.",
             "max_count": "If the living would exceed `max_count`, the free places are shared at random.",
@@ -58,7 +59,7 @@ class Reproduce(System):
         changes=("Metabolism.energy", "Metabolism.given"),
         draws="the number of births, and the places and headings of newborn",
     )
-    # where parents are listed: rows, numbers of newborn, and what they give, of as many as a table had
+    # lists of parents: rows, numbers of newborn, and payments, as many as a table had
     _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -69,7 +70,7 @@ class Reproduce(System):
             or way.kind not in ("simplified", "asexual")
             or not (world.reproduction or table.species.nerves is None)
         ):
-            return  # animals do not reproduce while they are pre-trained; plants do
+            return  # animals do not reproduce during pre-training; plants do
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         if self._lists[0].size < table.high:
@@ -105,12 +106,12 @@ class Reproduce(System):
 
 
 def chance_of(rate: Number, dt: float) -> Any:
-    """Return the chance of a birth in a tick at a rate [1/s], or at each one's."""
+    """Return the probability of a birth in a tick at a rate [1/s], or at each organism's."""
     chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 
 
-_shared_chance = lru_cache(256)(chance_of)  # few rates are asked for again and again
+_shared_chance = lru_cache(256)(chance_of)  # there are few rates, used often
 
 
 @njit
@@ -131,8 +132,8 @@ def ready(
     number,
     given,
 ):
-    """List the parents, few of them in the order of uids, the largest number of newborn of each, and what it
-    gives to one; return the number of parents."""
+    """List the parents, in the order of uids (few are expected), the maximum number of newborn of each,
+    and its payment for one; return the number of parents."""
     n = 0
     for row in range(alive.size):
         i = row if own else 0
@@ -174,7 +175,7 @@ def number_of_births(u, none, most):
 
 @njit
 def pay(parents, born, each, energy, given):
-    """Take from each parent what it gives to those that were born."""
+    """Charge each parent for its newborn."""
     for i in range(parents.size):
         row = parents[i]
         before = energy[row]

@@ -1,4 +1,4 @@
-"""A new tick opens a new page of the energy ledger."""
+"""Energy flows start at zero in each tick."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ResetFlows(System):
-    """Energy that an organism takes in, burns and gives is counted from zero every tick."""
+    """The energy that an organism takes in, burns and gives is counted from zero every tick."""
 
     needs = (Metabolism,)
     phase = "environment"

@@ -1,4 +1,4 @@
-"""Numbers held constant, for pre-training."""
+"""Constant numbers, for pre-training."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Respawn(System):
     submodel = Submodel("Replacement of the dead", draws="the places of the replaced")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Bring one species back to its initial number."""
+        """Restore one species to its initial number."""
         k = table.species.count - world.bands.count(table)
         if k <= 0:
             return

@@ -1,4 +1,4 @@
-"""What happens in a tick, phase by phase and in order."""
+"""The systems of a tick, phase by phase and in order."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Hatch, Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
-    "record": (),  # a world that is recorded has its recorder here
+    "record": (),  # a recorded world has its recorder here
 }
 """The shipped systems by phase. A world's own systems come after those of their phase."""
 

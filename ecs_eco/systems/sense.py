@@ -42,8 +42,8 @@ class Sense(System):
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
-        """By table: what its members sense, in how many processes; and what is read by each of them, or by
-        all."""
+        """By table: the senses of its members, and the number of processes; and which of them each process
+        reads, or all do."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -77,12 +77,12 @@ class Sense(System):
 
 
 def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, Share]:
-    """Return what each process reads of its own part, wide senses first, and what every process reads of all,
-    where this one is not alone."""
+    """Return what each process reads for its own part, wide senses first, and what every process reads for
+    all, if this process is not alone."""
     shared: Share = []
     undivided: Share = []
     for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
-        # functions of the user's own, and what is the same for all
+        # user functions, and readings that are the same for all
         own = (
             not sense.__module__.startswith(SHIPPED)
             or sense.__qualname__.startswith("ambient")
@@ -93,8 +93,8 @@ def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, S
 
 
 def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:
-    """Return senses with their widths and first columns, where one stands for all that are read together, in
-    the place of the first of them."""
+    """Return senses with their widths and first columns, where one represents all that are read together,
+    in the place of the first of them."""
     groups: dict[Any, list[tuple[Any, int, int]]] = {}
     column = 0
     for number, (sense, width) in enumerate(senses):

@@ -1,4 +1,4 @@
-"""What floats above dims the light below."""
+"""Floating bodies dim the light below."""
 
 from ecs_eco.components import Position
 from ecs_eco.engine.submodel import Submodel

@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
 
 class SlowDown(System):
-    """An ectotherm lives at the rate q10 ** ((T - reference) / 10 K), at which it moves and pays its basal
-    rate in this tick; at and below its temperature of torpor it does not move.
-    """
+    """An ectotherm moves and pays its basal rate in this tick at the rate q10 ** ((T - reference) / 10 K);
+    at and below its temperature of torpor it does not move."""
 
     needs = (Position, Metabolism, SpeedScale)
     phase = "environment"
@@ -34,7 +33,7 @@ class SlowDown(System):
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Set the pace of one species, and credit what Metabolise will take too much."""
+        """Set the pace of one species, and credit the difference to what Metabolise will deduct."""
         if (way := table.species.ectothermy) is None:
             return
         high, alive, m = table.high, table.alive[: table.high], table[Metabolism]

@@ -32,26 +32,26 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
-SITES = 256  # that are looked at together
+SITES = 256  # that are examined together
 EVERYWHERE = np.ones((1, 1), np.float32)
-SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of what `sprout` lists
-AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, where sites hold uids
+SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of the lists of `sprout`
+AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, if sites hold uids
 
 
 class Spread(System):
-    """Seeds take free sites. The ground is divided into sites of side `spacing`, with one plant each, so that
+    """Seeds take free sites. The ground is divided into sites of side `spacing`, with one plant each, so
     growth is logistic.
 
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
-    probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
-    seed_rain·dt. Where seeds fall anywhere on even ground, and the newborn bear seeds as others do, dt is
-    replaced by the time with which the share of sites taken follows the logistic curve of the plants' mean
-    rate exactly. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
-    spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
-    place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
-    rates. Plants come from nothing, whatever the light, except where they are born with what the soil holds:
-    then a seed sprouts only where there is enough. Where soil is scarce, or `max_count` is reached, chance
-    decides which seeds sprout.
+    probability rate·dt, which sprouts if there is a plant on that site; and one from the seed rain with
+    probability seed_rain·dt. If seeds fall anywhere on even ground, and newborn bear seeds as others do, dt
+    is replaced by the time with which the share of taken sites follows the logistic curve of the plants' mean
+    rate exactly. The share of a plant's seeds that sprout follows from its genes, and is smaller the more it
+    spends on its defense. A site whose center is covered by rock or water is closed; if they cover the place
+    of a plant within an open site, the plant is at the center. Classes of land cover multiply both rates.
+    Plants appear from nothing, whatever the light, unless they are born with substances from the soil: then a
+    seed sprouts only if there is enough. If soil is scarce, or `max_count` is reached, random draws decide
+    which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -75,11 +75,11 @@ class Spread(System):
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:
-        """By table: size of the space and way of spreading, and the sites that follow from them."""
+        """By table: size of the space and mode of spreading, and the sites that follow from them."""
         return {}
 
     def competes(self, table: Table) -> bool:
-        """Return whether a species takes what it needs from the soil."""
+        """Return whether a species takes substances from the soil."""
         return bool(table.species.born_with == "soil")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -161,7 +161,7 @@ class Spread(System):
 
     def ground(self, table: Table, space: Space, way: Way) -> tuple[Any, ...]:
         """Return the sites, their scales [1/m], how many of them away a seed may fall, 0 for anywhere, and
-        room for what `sprout` lists."""
+        the lists of `sprout`."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
         if known is None or known[0] != given or known[1].rows is not table.species.sites:
@@ -194,17 +194,16 @@ def genomes(
 
 
 class Sites:
-    """The row of the plant on each site: i64[ny, nx], −1 where none stands."""
+    """The row of the plant on each site: i64[ny, nx], −1 for none."""
 
     def __init__(self, rows: np.ndarray) -> None:
         self.rows = rows
         self._of = np.zeros(0, np.int32)  # the site of each row
-        self._version = -1  # of the table, that they are true of
-        self._single = False  # whether no two plants stand on one site
+        self._version = -1  # of the table, at which they are valid
+        self._single = False  # whether no two plants are on one site
 
     def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
-        """Return the rows as they are now; looked for anew unless nothing but births and deaths has happened
-        since."""
+        """Return the current rows, recomputed unless only births and deaths have happened since."""
         p, (first, last), changed = table[Position], table.steady, [*NOBODY, *NOBODY]
         anew = not self._single or last != table.version or self._version < first
         if self._of.size != table.capacity:
@@ -228,15 +227,15 @@ class Sites:
 
 
 def listed(columns: list[np.ndarray], found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-    """Return what `sprout` has listed, of those blocks from which on it has found something."""
+    """Return the lists of `sprout`, of the blocks that contain any."""
     return [
         np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts]) for column in columns[:-1]
     ]
 
 
 def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
-    """Return the highest rate [1/s] at which a plant takes free sites,
-    and each one's share of it f32[high]; empty if all are equal."""
+    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it
+    f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
     if Growth not in table and not (isinstance(left, np.ndarray) or isinstance(own, np.ndarray)):
         return rate * float(left), EVEN
@@ -246,8 +245,9 @@ def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
 
 
 def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: float, time: float) -> float:
-    """Return for how long seeds must fall as they do now so that as many free sites are taken in `time` [s]
-    as by dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every site."""
+    """Return for how long seeds must fall at the current rate so that as many free sites are taken in
+    `time` [s] as by dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every
+    site."""
     mean = rate if vigour is EVEN or table.n == 0 else rate * share(table, vigour)
     both, falls = mean + rain, mean * p + rain
     left = scalars.exp(-both * time)
@@ -255,18 +255,19 @@ def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: f
 
 
 def share(table: Table, vigour: np.ndarray) -> float:
-    """Return the mean of what `seeds` says of the living, the same to the bit whatever the order of rows."""
+    """Return the mean of `seeds` over the living, the same to the bit whatever the order of rows."""
     parts = (vigour[table.alive[: table.high]] * np.float32(1 << 24)).astype(np.int64)
     return int(parts.sum()) / ((1 << 24) * parts.size)
 
 
 @lone_njit
 def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
-    """Write the row of the plant on each site to taken i64[ny, nx], −1 where none stands, and the site of
-    each row; return whether no two stand on one.
+    """Write the row of the plant on each site to taken i64[ny, nx], −1 for none, and the site of each row;
+    return whether no two are on one.
 
-    Unless `anew`, all is known but the rows that are `gone`, and those `born` since, with uids; `now` are the
-    uids of the rows. Where one of them comes upon another all is done anew: the last row stands there.
+    Unless `anew`, everything is known but the rows that are `gone`, and those `born` since, with uids; `now`
+    are the uids of the rows. If two plants meet on a site everything is recomputed: the last row is recorded
+    there.
     """
     ny, nx = taken.shape
     flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
@@ -276,7 +277,7 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
                 flat[site[row]] = -1
         for k in range(born.size):
             row = born[k]
-            if now[row] == uids[k]:  # else it has died since
+            if now[row] == uids[k]:  # otherwise it has died since
                 of = cell_of(y[row] * inverse[1], ny) * nx + cell_of(x[row] * inverse[0], nx)
                 single &= flat[of] < 0
                 flat[of], site[row] = row, of
@@ -320,10 +321,10 @@ def sprout(
     ys,
     found,
 ):
-    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
-    and uid of its parent (−1 and 0: seed rain), and where on the site: from the place of the first site on,
-    and in `found`, at the first block, how many. `uid` are those of rows, empty where sites hold uids;
-    `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
+    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts,
+    row and uid of its parent (−1 and 0: seed rain), and its place on the site: from the place of the first
+    site on, and in `found`, at the first block, how many. `uid` are those of rows, empty if sites hold
+    uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
     (ny, nx), flat, luck, n = taken.shape, taken.reshape(-1), np.empty(SITES, np.float32), first * SITES
     rate, rain, near = everywhere, rain_everywhere, np.empty(SITES, np.int64)
     most = rate + rain if fertile.size <= 1 else np.float32(np.inf)
@@ -378,9 +379,9 @@ def sprout(
 
 @njit
 def lucky(begin, size, flat, key, purpose, most, luck, near):
-    """List those of `size` sites from `begin` on, at most SITES, that are free and for which a number below
-    `most` is drawn: how far from `begin`, and the number. Return how many. Without branches, for none of it
-    can be foreseen."""
+    """List those of `size` sites from `begin` on, at most SITES, that are free and for which a number
+    below `most` is drawn: how far from `begin`, and the number. Return how many. No branches, because none
+    of it is predictable."""
     free = few = 0
     for k in range(size):
         near[np.uint64(free)] = k

@@ -1,4 +1,4 @@
-"""A new tick opens a page of the ledger of matter."""
+"""The ledger of matter starts a new tick."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class TakeStock(System):
-    """The ledger of matter books what was set from outside since the last tick."""
+    """The ledger of matter records the amounts that were set from outside since the last tick."""
 
     phase = "environment"
     submodel = Submodel()
@@ -18,7 +18,7 @@ class TakeStock(System):
     world: SpatialWorld
 
     def process(self, *_: object) -> None:
-        """Compare what bodies and fields hold with what the books say."""
+        """Compare the content of bodies and fields with the ledger."""
         books = self.world.matter
         if books is not None:
             books.flows[:, :, NUMBER["set"]] += stocks(self.world, books) - books.stock - books.flows.sum(2)

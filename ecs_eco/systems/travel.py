@@ -1,4 +1,4 @@
-"""Carts roll."""
+"""Objects move."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ if TYPE_CHECKING:
 
 
 class Travel(System):
-    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them, or along a
-    path, from its last place to its first again. Solid capsules and boxes that cannot move stop solid objects
-    with a velocity. What is carried goes where it is carried.
-    """
+    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them, or along
+    a closed path. Solid capsules and boxes that cannot move stop solid objects with a velocity. Carried
+    objects move with their carriers."""
 
     needs = (Position, Route)
     phase = "move"
@@ -69,7 +68,7 @@ class Travel(System):
 
 @njit
 def roll(free, step, lengths, torus, volume, ground, inverse, x, y, z, heading):
-    """Move all by a step f32[3] [m] where no rock, water or fence is in the way."""
+    """Move all objects by a step f32[3] [m] unless rock, water or a fence is in the way."""
     for row in range(free.size):
         if free[row]:
             nx, ny = into(x[row] + step[0], lengths[0], torus), into(y[row] + step[1], lengths[1], torus)
@@ -91,13 +90,13 @@ def facing(dx, dy):
 
 @njit
 def follow(free, path, way, lengths, torus, volume, x, y, z, heading, leg):
-    """Move all along a path f32[k, 3] [m], by a way [m], towards place leg[row] first."""
+    """Move all objects along a path f32[k, 3] [m], by a distance [m], toward corner leg[row] first."""
     k = len(path)
     for row in range(free.size):
         if not free[row]:
             continue
         left, at = way, leg[row] % k
-        for _ in range(k + 1000):  # a short path is gone around many times in a tick, one without extent not
+        for _ in range(k + 1000):  # a short path is circled many times in a tick, one without extent is not
             dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], lengths, torus)
             if not volume:
                 dz = np.float32(0.0)

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.interventions import Harvest, Plant, Use
     from ecs_eco.space.world import SpatialWorld
 
-PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
+PLANTING = random.CULL + (1 << 24)  # purpose of the draws for the number of newcomers
 
 
 class UseLand(System):
     """People harvest and plant, in the order of the section `land_use`: fishing, felling, sowing and reaping.
 
-    Each of those in the region, of the right size, is taken with the probability 1 − exp(−rate dt); of a
-    quota that would be passed, those with the lowest draws. The taken die at the end of the phase die of this
-    tick, newcomers live from the end of the phase reproduce on.
+    Each individual in the region, of the right size, is taken with probability 1 − exp(−rate dt); if a quota
+    would be exceeded, those with the lowest draws are taken. They die at the end of the phase die of this
+    tick; newcomers live from the end of the phase reproduce on.
     """
 
     phase = "environment"
@@ -60,14 +60,14 @@ class UseLand(System):
                     world.cause(use.cause)
 
     def process(self, *_: object) -> None:
-        """Do what is to be done in this tick."""
+        """Harvest and plant in this tick."""
         world = self.world
         for i, use in enumerate(() if world.config is None else world.config.land_use):
             if use.active(world.tick, world.dt):
                 getattr(self, use.kind)(world, use, i)
 
     def harvest(self, world: SpatialWorld, use: Harvest, i: int) -> None:
-        """Mark those that are taken to die."""
+        """Mark individuals to be harvested."""
         table, year = world.table(use.species), use.year(world.tick, world.dt)
         if self.taken[i, 0] != year:
             self.taken[i] = year, 0
@@ -84,7 +84,7 @@ class UseLand(System):
         self.taken[i, 1] += rows.size
 
     def plant(self, world: SpatialWorld, use: Plant, i: int) -> None:
-        """Ask for newcomers: the integer part of rate × dt, and one more by chance for the rest."""
+        """Request newcomers: the integer part of rate × dt, and one more with the probability of the rest."""
         table = world.table(use.species)
         count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
         if use.up_to is not None:
@@ -108,5 +108,5 @@ class UseLand(System):
         return {"taken": self.taken.copy()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take a `state()`."""
+        """Load a `state()`."""
         self.taken[...] = state["taken"]
