@@ -79,7 +79,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
 """The shipped systems by phase. A world's own systems come after those of their phase."""
 
 RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Spread)}
-"""The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth.
+"""The schedule of training worlds that keep numbers constant: the dead are replaced, and there are no births.
 """
 
 

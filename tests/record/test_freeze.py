@@ -239,7 +239,7 @@ def test_a_world_made_by_hand_is_made_again_and_loaded(tmp_path):
     world.spawn("sheep", Position(x=3.0), Wool(length=0.5), n=4)
     world.run(3)
     path = world.save(tmp_path / "hand.safetensors")
-    with pytest.raises(CheckpointError, match=r"built by hand.*world\.load"):
+    with pytest.raises(CheckpointError, match=r"made by hand.*world\.load"):
         World.restore(path)
     other, mine = make()
     other.load(path)
