@@ -17,15 +17,15 @@ from studies.common.figure import draw_result
 COLOURS = {"both": "#009e73", "genes": "#0072b2", "drift": "#999999", "no hunters": "#d55e00"}
 SAYS = {
     "both": "genes and learning",
-    "genes": "genes alone",
-    "learning": "learning alone",
-    "drift": "genes that say nothing",
+    "genes": "genes only",
+    "learning": "learning only",
+    "drift": "neutral genes",
     "no hunters": "genes, no wolves",
 }
 PANELS = {
     ("deer", "pace"): "pace of deer",
-    ("deer", "sight"): "deer see wolves at [m]",
-    ("wolf", "sight"): "wolves see deer at [m]",
+    ("deer", "sight"): "deer see wolves within [m]",
+    ("wolf", "sight"): "wolves see deer within [m]",
 }
 
 
@@ -99,15 +99,15 @@ def meetings(figure: Any, result: dict[str, Any]) -> None:
                 )
         axis.set(
             title=f"{SAYS[arm]} ({len(tables[arm])} runs)",
-            xlabel="prey of tick",
+            xlabel="prey from tick",
             xticks=range(len(times)),
             yticks=range(len(times)),
         )
         axis.set_xticklabels([f"{t:,.0f}" for t in times])
         axis.set_yticklabels([f"{t:,.0f}" for t in times])
         axis.title.set_fontsize(10)
-    axes[0].set_ylabel("hunters of tick")
-    figure.colorbar(image, ax=axes, label="kills per wolf\nand 1,000 s", shrink=0.9)
+    axes[0].set_ylabel("hunters from tick")
+    figure.colorbar(image, ax=axes, label="kills per wolf\nin 1,000 s", shrink=0.9)
 
 
 if __name__ == "__main__":

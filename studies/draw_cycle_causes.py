@@ -20,7 +20,7 @@ SAYS = {
     "slow": "learned,\nunable to run",
     "grazer": "scripted,\nno flight",
     "runner": "scripted,\nflees",
-    "random": "at random",
+    "random": "random",
 }
 # persists and cycles, persists, or who died out first: Okabe and Ito (2008)
 OUTCOMES = {
@@ -46,8 +46,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     for axis, name in zip(axes, names, strict=True):
         around(axis, arms[name]["map"], result["config"]["factors"])
     rows[1].suptitle(
-        "around the best world of each arm: rate of births of deer (up) and wolves (across), "
-        "times that of the best",
+        "worlds around the best of each arm: birth rates of deer (up) and wolves (across) relative to the best",
         fontsize=10,
     )
     marks = [mpl.patches.Patch(color=colour, label=label) for label, colour in OUTCOMES.values()]
@@ -76,7 +75,7 @@ def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
             "o",
             color="black",
             ms=4,
-            label="of each training seed" if at == 0 else None,
+            label="each training seed" if at == 0 else None,
         )
     axis.set(ylim=(0, 1.03), ylabel="share of runs")
     axis.set_xticks(range(len(lives)), [SAYS[name] for name in lives], fontsize=9)

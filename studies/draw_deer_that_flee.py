@@ -16,7 +16,7 @@ from studies.common.pursuit import EDGES
 from studies.deer_that_flee import REGISTERED, gain
 
 COLOURS = dict(zip(REGISTERED.arms, ("#555555", "#009e73", "#d55e00"), strict=True))  # Okabe and Ito 2008
-SAYS = {"shipped": "as shipped", "fleeing": "running is cheap", "walkers": "the same, deer that walk"}
+SAYS = {"shipped": "as shipped", "fleeing": "running is cheap", "walkers": "the same world, shipped deer"}
 BLOCK = 40  # [ticks] of the means kept
 
 
@@ -67,7 +67,7 @@ def places(figure: Any, result: dict[str, Any]) -> None:
                     color="white" if abs(v) > 0.9 else "black",
                 )
         axis.set(
-            title=f"wolves run {speed:g} m/s, deer 1",
+            title=f"wolves run {speed:g} m/s, deer 1 m/s",
             xlabel="cost of running [1/s]",
             xticks=range(len(of["cost"])),
             yticks=range(len(of["sight"])),
@@ -75,8 +75,8 @@ def places(figure: Any, result: dict[str, Any]) -> None:
         axis.set_xticklabels([f"{v:g}" for v in of["cost"]])
         axis.set_yticklabels([f"{v:g}" for v in of["sight"]])
         axis.title.set_fontsize(10)
-    axes[0].set_ylabel("deer see wolves at [m]")
-    figure.colorbar(image, ax=axes, label="happiness that\nrunning gains", shrink=0.9)
+    axes[0].set_ylabel("deer see wolves within [m]")
+    figure.colorbar(image, ax=axes, label="happiness gained\nby running", shrink=0.9)
 
 
 def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
@@ -95,7 +95,7 @@ def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
     names = {"deer": "deer", "wolf": "wolves"}
     axis.set(
         title=f"{names[who]} that run",
-        xlabel=f"distance of the nearest {other} [m]",
+        xlabel=f"distance to the nearest {other} [m]",
         ylim=(0, 1),
         xlim=(0, EDGES[-1]),
     )

@@ -21,12 +21,12 @@ from studies.full_rate import CONFIG, LEARNERS, PAIRS, caught, pace
 
 LIVED, DIED = SAFE[6][0], SAFE[2][0]
 ARMS = {
-    "neither": "nobody learns",
+    "neither": "no learning",
     "deer": "deer learn",
     "wolves": "wolves learn",
     "both": "both learn",
-    "individual": "both, a brain for each",
-    "regime": "both, other wolves",
+    "individual": "both, own brains",
+    "regime": "both, other parameters",
 }
 
 
@@ -69,8 +69,8 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
         [*(p.replace(", ", ",\n") for p in PAIRS), "last deer,\nwolves learn on"],
         fontsize=8,
     )
-    ax.set(ylim=(0, None), ylabel="deer caught by a wolf in 100 ticks")
-    ax.set_title("the arena: a line a training seed, bars their means", loc="left", fontsize=9)
+    ax.set(ylim=(0, None), ylabel="deer caught per wolf in 100 ticks")
+    ax.set_title("arena: one line per training seed, bars are means", loc="left", fontsize=9)
 
 
 def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
@@ -102,7 +102,7 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
         axis.set_minor_locator(NullLocator())
     ax.set(xlabel="deer: nats in 1,000 ticks", ylabel="wolves: nats in 1,000 ticks")
     ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
-    ax.set_title("how far policies move; grey: .05", loc="left", fontsize=9)
+    ax.set_title("how far policies move (gray: 0.05)", loc="left", fontsize=9)
 
 
 if __name__ == "__main__":

@@ -17,12 +17,12 @@ from studies.goats_factorial import REGISTERED
 
 COLOURS = {True: "#0072b2", False: "#d55e00"}  # learning, frozen (Okabe and Ito 2008)
 MARKERS = {True: "o", False: "s"}
-INHERIT = {"none": "nothing", "birth": "birth\nweights", "learned": "what was\nlearnt"}
+INHERIT = {"none": "nothing", "birth": "birth\nweights", "learned": "learned\nweights"}
 TITLES = {
     "red": "red (deadly: block eating)",
     "yellow": "yellow (costly: block eating)",
     "green": "green (food: block eating)",
-    "blue": "blue (says nothing)",
+    "blue": "blue (neutral)",
 }
 
 
@@ -39,14 +39,14 @@ def draw(result: dict[str, Any], path: Path) -> Path:
         axis.set_title(title, loc="left", fontsize=10)
     for axis, genes in zip(axes.flat[4:], (True, False), strict=True):
         panel(axis, result, genes, lambda r: r["eat yellow"])
-        axis.set(ylim=(0, 1), ylabel="chance")
+        axis.set(ylim=(0, 1), ylabel="probability")
         axis.set_title(
             f"newborn eat yellow, {'with' if genes else 'no'} reflex genes", loc="left", fontsize=10
         )
     for axis in axes[:, 0]:
-        axis.set_ylabel("selection coefficient,\na generation")
+        axis.set_ylabel("selection coefficient\nper generation")
     axes[0, 0].legend(frameon=False, fontsize=9)
-    figure.supxlabel("what a kid inherits of a brain", fontsize=10)
+    figure.supxlabel("what a kid inherits", fontsize=10)
     with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         figure.savefig(path, metadata={"Date": None})
     return path

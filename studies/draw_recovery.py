@@ -21,7 +21,7 @@ from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, wi
 
 POSTERIOR, MISSED = SAFE[6][0], SAFE[2][0]
 TICKS = {CHANCE: [0.1, 0.2, 0.3, 0.5], RATE: [0.01, 0.02, 0.03]}
-NAMES = {CHANCE: "chance that a lynx catches", RATE: "rate at which lynx breed [1/s]"}
+NAMES = {CHANCE: "probability that a lynx catches", RATE: "rate at which lynx breed [1/s]"}
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
@@ -43,7 +43,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.axhline(1, color=GREY, lw=1)
         ax.set(xscale="log", xlim=(p.low, p.high), ylim=(0, None), yticks=[], xlabel=NAMES[p.name])
         ticked(ax.xaxis, p.name)
-        ax.set_title("posterior of the pelts; grey: its range", loc="left", fontsize=9)
+        ax.set_title("posterior of the pelts (gray: range)", loc="left", fontsize=9)
     beside(axes[1, 2], pelts)
     figure.savefig(path, metadata={"Date": None})
 
@@ -57,16 +57,11 @@ def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float
     ends = found[0]["numbers"][name]["range"]
     ax.plot(ends, ends, color=GREY, lw=1)
     ax.set(
-        xscale="log",
-        yscale="log",
-        xlim=ends,
-        ylim=ends,
-        xlabel=f"true {NAMES[name]}",
-        ylabel="posterior, 90 %",
+        xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel=f"true {NAMES[name]}", ylabel="90% interval"
     )
     for axis in (ax.xaxis, ax.yaxis):
         ticked(axis, name)
-    ax.set_title("ten worlds whose numbers are known", loc="left", fontsize=9)
+    ax.set_title("ten worlds with known parameters", loc="left", fontsize=9)
 
 
 def ticked(axis: Any, name: str) -> None:
@@ -77,7 +72,7 @@ def ticked(axis: Any, name: str) -> None:
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
     """All candidates: those of which both species lived, and the others."""
-    for lived, colour, label in ((True, POSTERIOR, "both lived"), (False, MISSED, "not")):
+    for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "not both")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
         ax.plot(
             [v[CHANCE] for v in of],
@@ -103,7 +98,7 @@ def beside(ax: Any, pelts: dict[str, Any]) -> None:
     ax.set_yticks(range(len(pelts["statistics"])), list(pelts["statistics"]), fontsize=8)
     ax.invert_yaxis()
     ax.set_xlabel("log10, or share of the period")
-    ax.set_title("pelts, and runs of their posterior (90 %)", loc="left", fontsize=9)
+    ax.set_title("pelts, and runs of their posterior (90%)", loc="left", fontsize=9)
 
 
 if __name__ == "__main__":

@@ -12,31 +12,45 @@ from persistence import opening
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "studies" / "results"
-IMAGES = ROOT / "docs" / "img"
 NOTICE = "<!-- Written by tools/make_results.py: change studies/ or tools/, not this page. -->"
 FIGURES = {  # the others are named after their study: what each shows
-    "arms_race": ("arms_race.svg", "Kills of hunters among prey of earlier and of later times, by arm"),
-    "cycle_causes": ("cycle_causes.svg", "Share of runs that persist and cycle for six kinds of deer"),
+    "arms_race": (
+        "arms_race.svg",
+        "Above: genes for pace and sight over time. Below: kills of hunters among prey of earlier and later times",
+    ),
+    "cycle_causes": (
+        "cycle_causes.svg",
+        "Shares of runs that persist and cycle for six kinds of deer, and worlds around the best of each",
+    ),
     "cycles": ("predator_prey.png", "Numbers of grass, deer and wolves over 10,000 ticks: seven cycles"),
-    "deer_that_flee": ("deer_that_flee.svg", "Share of deer that run, by distance to the nearest wolf"),
+    "deer_that_flee": (
+        "deer_that_flee.svg",
+        "Gain of running by its cost; shares of deer and wolves that run, by distance; numbers of deer over time",
+    ),
     "diel_migration": (
         "diel_migration.png",
         "Depth of copepods over twenty days: deep by day, shallow by night",
     ),
-    "full_rate": ("full_rate.svg", "Numbers of wolves while deer, wolves or both learn"),
+    "full_rate": (
+        "full_rate.svg",
+        "Numbers of wolves while deer, wolves or both learn; catches in the arena; how far policies move",
+    ),
     "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
     "goats_factorial": (
         "goats_factorial.svg",
-        "Selection coefficients of four genes, by learning and inheritance",
+        "Selection coefficients of four genes, and how often newborns eat yellow grass, by learning and inheritance",
     ),
     "happiness": ("happiness_genes.png", "Weights of happiness in the genomes of voles over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
     "outside": ("outside.png", "Intake of deer while three learners train"),
     "real_series": (
         "real_series.svg",
-        "Measured series of predators and prey against those of shipped worlds",
+        "Measured series of predators and prey, and their statistics against windows of the shipped world",
     ),
-    "recovery": ("recovery.svg", "Posteriors of two parameters, and the series fitted to the pelts"),
+    "recovery": (
+        "recovery.svg",
+        "True and estimated parameters of ten worlds, and the posterior of the pelts",
+    ),
     "three_networks": ("three_networks.png", "Intake of deer while three networks train"),
     "why": ("why.png", "Verdicts of `ecs-eco why` against what was done to the world"),
 }
