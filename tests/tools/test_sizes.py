@@ -39,10 +39,8 @@ def test_how_a_statement_is_wrapped_changes_no_count_and_a_docstring_counts_whol
 
 
 def test_the_sections_of_a_docstring_are_documentation_and_count_no_lines():
-    text = (
-        'def f(a):\n    """One.\n\n    Two.\n\n    Parameters\n    ----------\n    a : int\n    """\n    '
-        "return a\n"
-    )
+    text = 'def f(a):\n    """One.\n\n    Two.\n\n    Parameters\n    ----------\n    a : int\n    """\n'
+    text += "    return a\n"
     assert code_lines(text) == [1, 2, 3, 4, 10]
 
 
