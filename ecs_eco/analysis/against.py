@@ -1,6 +1,6 @@
-"""A run and an outside series, described by the same rule (`ecs_eco.analysis.signature`): period, amplitude,
-lags. Counts from the field are often too short for the tests of `ecs_eco.analysis.spectrum`, so nothing is
-tested."""
+"""Comparison of a run with an outside series by the same rule (`ecs_eco.analysis.signature`): period,
+amplitude, lags. Field counts are often too short for the tests of `ecs_eco.analysis.spectrum`, so this module
+tests nothing."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -14,29 +14,32 @@ from ecs_eco.analysis.spectrum import thin
 from ecs_eco.config.measurements import FEWEST, MOST_ROWS, Outside
 from ecs_eco.engine.errors import ConfigError, Problem
 
-KEPT = "data.csv"  # the outside series of a world, in the folder of its run
+KEPT = "data.csv"  # the outside series of a world, in its run folder
 
 
 class Summary(NamedTuple):
-    """One series in numbers."""
+    """The description of one series in numbers."""
 
     samples: int
-    period: float  # of the wave that explains most of the variance [of its time]
-    cycles: float  # how many of them it holds
-    share: float  # of the variance, that this wave explains
-    amplitude: float  # standard deviation of the numbers on a scale of log10, trend removed
+    period: float  # of the wave that explains most of the variance [its time unit]
+    cycles: float  # number of periods in the series
+    share: float  # of the variance that this wave explains
+    amplitude: float  # standard deviation of log10 numbers, trend removed
 
 
 class Both(NamedTuple):
-    """The summaries of one species in the run [ticks] and outside, and the lags behind other species."""
+    """The summaries of one species in the run [ticks] and in the outside series, and its lags behind other
+    species."""
 
     run: dict[str, Summary]
     outside: dict[str, Summary]
-    lags: dict[tuple[str, str], tuple[float, float]]  # of b behind a, shares of the period: run, outside
+    lags: dict[
+        tuple[str, str], tuple[float, float]
+    ]  # of b behind a, as fractions of the period: run, outside
 
 
 def numbers_of(series: Series, name: str) -> np.ndarray:
-    """The numbers of a species, or what a reporter measured, its mean over species: f64[ticks]."""
+    """Return the numbers of a species, or the values of a reporter, averaged over species: f64[ticks]."""
     if name in series.species:
         return series.of(name)
     values = series.columns[name]
@@ -46,8 +49,8 @@ def numbers_of(series: Series, name: str) -> np.ndarray:
 
 
 def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
-    """Describe the run after the first `skip` of it, and before a species died out, and the outside
-    series. Raises ConfigError where too little of the run is left."""
+    """Describe the outside series, and the run after its first fraction `skip` and before the first
+    extinction. Raises ConfigError if too little of the run remains."""
     names = list(outside.columns)
     n = living(series, names, skip)
     thinned, factor = thin(n.T, MOST_ROWS)
@@ -64,8 +67,8 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
 
 
 def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarray:
-    """The numbers of these species and reporters after the first `skip` of a run and before one of the
-    species died out, f64[ticks, names]. Raises ConfigError where too little is left."""
+    """Return the numbers of these species and reporters after the first fraction `skip` of a run and before
+    the first extinction among them, f64[ticks, names]. Raises ConfigError if too little remains."""
     n = np.stack([numbers_of(series, name) for name in names], 1)
     species = [name in series.species for name in names]
     gone = np.flatnonzero((n[:, species] == 0).any(1))
@@ -81,7 +84,7 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
             [
                 Problem(
                     (),
-                    "is below 0, or no number, in some ticks, or always 0",
+                    "is negative or not a number in some ticks, or always 0",
                     wrong[0],
                     "a reporter of counts or densities",
                     source="DIR",
@@ -93,9 +96,9 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
             [
                 Problem(
                     (),
-                    f"{len(n)} ticks are left before a species died out",
+                    f"{len(n)} ticks remain before the first extinction",
                     "",
-                    "a run in which all live",
+                    "a run in which all species persist",
                     source="DIR",
                 )
             ]
@@ -104,7 +107,7 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
 
 
 def summary(x: np.ndarray, step: float) -> Summary:
-    """Describe one series of samples so far apart. Raises ValueError as `signature.logarithms`."""
+    """Describe one series whose samples are `step` apart. Raises ValueError like `signature.logarithms`."""
     found = cycle(x)
     return Summary(
         len(x), found.period * step, len(x) / found.period, float(found.shares[0]), float(found.swings[0])

@@ -1,4 +1,4 @@
-"""What became of an archipelago: numbers on each island, and migrants along each way."""
+"""The outcome of an archipelago: numbers on each island, and migrants along each route."""
 
 import math
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ from ecs_eco.record.archipelago import ISLANDS, check_island, read
 
 @dataclass(frozen=True)
 class Islands:
-    """The record of an archipelago: series by island, and `moves`, a row per barrier, species, origin and
-    target with the number that arrived, i64[rows, 5]: tick, species, from, to, number."""
+    """The record of an archipelago: series by island, and `moves`, one row per barrier, species, origin and
+    target, i64[rows, 5]: tick, species, from, to, number of arrivals."""
 
     manifest: dict[str, Any]
     plan: Archipelago
@@ -33,14 +33,15 @@ class Islands:
         return next(iter(self.series.values())).species
 
     def moved(self, species: str | None = None) -> np.ndarray:
-        """How many went from each island to each other, all in all or of one species: i64[from, to]."""
+        """Return the number of migrants from each island to each other, in total or of one species: i64[from,
+        to]."""
         out = np.zeros((len(self.series),) * 2, np.int64)
         rows = self.moves if species is None else self.moves[self.moves[:, 1] == self.species.index(species)]
         np.add.at(out, (rows[:, 2], rows[:, 3]), rows[:, 4])
         return out
 
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Barriers [tick], and how many of a species went somewhere at each."""
+        """Return the barriers [tick], and the number of migrants of a species at each."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
         every, end = self.plan.every, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)
@@ -48,7 +49,7 @@ class Islands:
 
 
 def load_islands(folder: Path | str) -> Islands:
-    """Read the folder of an archipelago; RecordingError where it holds none, or a file of it is damaged."""
+    """Read the folder of an archipelago; raise RecordingError if it contains none or a file is damaged."""
     root = Path(folder)
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
@@ -57,7 +58,8 @@ def load_islands(folder: Path | str) -> Islands:
         check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
         if len(one.ticks) != manifest["tick"]:
             raise RecordingError(
-                f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, and its archipelago {manifest['tick']}"
+                f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, but its archipelago has "
+                f"{manifest['tick']}"
             )
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
@@ -77,14 +79,15 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return a series before a tick: an island may be further than the others where a run was stopped."""
+    """Return a series before a tick. An island may be ahead of the others in an interrupted run."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)
 
 
 def places(plan: Archipelago) -> np.ndarray:
-    """Where the islands stand on a map of 0 to 1: in a grid as theirs is, else on a circle, f64[n, 2]."""
+    """Return the positions of the islands on a map from 0 to 1: in a grid if their graph is one, else on a
+    circle, f64[n, 2]."""
     n = len(plan.names)
     if plan.graph == "grid":
         width = math.ceil(math.sqrt(n))
@@ -96,8 +99,8 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """A map: an island is a disc whose sectors are its species that wander, an arrow is as wide as migrants
-    were many."""
+    """Draw a map: islands are discs with sectors for their migrating species, and arrows are as wide as the
+    number of migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)
@@ -151,7 +154,7 @@ def chart(islands: Islands) -> Figure:
 
 @styled
 def numbers(islands: Islands) -> Figure:
-    """The numbers of each species that wanders, a line for each island; below, its migrants."""
+    """Draw the numbers of each migrating species, one line per island; below, its migrants."""
     wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)[:1]
     hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
@@ -177,6 +180,6 @@ def numbers(islands: Islands) -> Figure:
 
 
 def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
-    """The numbers of words, i64[rows]."""
+    """Return the numbers of words, i64[rows]."""
     known = {word: i for i, word in enumerate(words)}
     return np.array([known[word] for word in column.to_pylist()], np.int64)

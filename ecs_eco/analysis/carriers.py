@@ -21,12 +21,12 @@ FEW = 8  # the most values of a gene that a figure can show
 
 @dataclass(frozen=True)
 class Frequencies:
-    """How many of the living carry each value of a gene: `count` i64[samples,
-    values] at `ticks` i64[samples].
+    """The number of living organisms that carry each value of a gene: `count` i64[samples, values] at `ticks`
+    i64[samples].
 
-    `n` i64[samples] are all living. With several strings (ploidy 2), or several copies of a gene, an organism
-    counts once for each value that it carries; one without the gene counts for none. `copies` i64[samples,
-    values] counts strings, or copies of the gene, in the place of organisms.
+    `n` i64[samples] counts all living organisms. With several strings (ploidy 2) or several copies of a gene,
+    an organism counts once for each value that it carries; an organism without the gene counts for none.
+    `copies` i64[samples, values] counts strings, or copies of the gene, instead of organisms.
     """
 
     gene: str
@@ -38,31 +38,32 @@ class Frequencies:
 
     @property
     def share(self) -> np.ndarray:
-        """Share of the living that carry each value, f64[samples, values]; NaN where nobody lives."""
+        """Fraction of the living that carry each value, f64[samples, values]; NaN if none is alive."""
         return self.count / np.where(self.n, self.n, np.nan)[:, None]
 
     @property
     def allele(self) -> np.ndarray:
-        """Allele frequency: share of each value among all copies of the gene, f64[samples, values]; NaN where
-        there are none."""
+        """Allele frequency: the fraction of each value among all copies of the gene, f64[samples, values];
+        NaN if there are none."""
         total = self.copies.sum(axis=1, keepdims=True)
         return self.copies / np.where(total, total, np.nan)
 
     def of(self, value: str) -> np.ndarray:
-        """How many carry this value, i64[samples]; KeyError names the nearest."""
+        """Return the number of carriers of this value, i64[samples]; the KeyError for an unknown value names
+        the nearest one."""
         if value not in self.values:
             raise UnknownName(unknown_name(f"gene {self.gene!r}", "value", value, self.values))
         return self.count[:, self.values.index(value)]
 
 
 def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact,
-    from births and deaths.
+    """Count the living that carry each value of a gene at the end of every `every`-th tick; exact, from
+    births and deaths.
 
-    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that
-    it lists for its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises
-    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome, and for
-    a derived trait.
+    `gene` is the name of a gene in the manifest, or (first locus, letters). Its values are those that the
+    manifest lists for its codons, in the order of codons, else the codons themselves, in alphabetical order.
+    Raises KeyError for an unknown species or gene, and ValueError for loci beyond the end of the genome and
+    for a derived trait.
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     if "formula" in record:
@@ -85,7 +86,8 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """The record of a gene, given by its name, its trait, or (first locus, letters): as in the manifest."""
+    """Return the record of a gene in the manifest, given by its name, its trait, or (first locus,
+    letters)."""
     if species not in lineage.species:
         raise UnknownName(
             unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist()))
@@ -94,7 +96,7 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
         at, letters = gene
         if at < 0 or letters < 1:
             raise ValueError(
-                f"gene {tuple(gene)} of {species!r}: allowed are a first locus from 0 and at least 1 letter"
+                f"gene {tuple(gene)} of {species!r}: expected a first locus from 0 and at least 1 letter"
             )
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     kept = lineage.genomes.get(species, {})
@@ -110,8 +112,8 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
 def codons_of(
     genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int
 ) -> list[tuple[list[str], np.ndarray]]:
-    """For each string of the genome: the different codons at a gene's place,
-    and which of them each organism has."""
+    """Return, for each string of the genome, the different codons of a gene and the index of each organism's
+    codon."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
     if gene["at"] + gene["letters"] > length:
@@ -129,8 +131,8 @@ def codons_of(
 def _copies(
     genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[tuple[list[str], np.ndarray]]:
-    """For each copy of a gene that a genome of variable length may have: the different codons, "" for none,
-    and which of them each organism has."""
+    """Return, for each possible copy of a gene in a genome of variable length, the different codons, "" for
+    none, and the index of each organism's codon."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
     codons = [
         [word for string in strings for word in string]
@@ -146,11 +148,11 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """The letters behind each copy of a gene in genomes of variable length: of each text, of each string."""
+    """Return the letters after each copy of a gene in genomes of variable length, by text and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
-            "allowed is the name of a gene"
+            "expected the name of a gene"
         )
     promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in kept["genes"]}
@@ -171,7 +173,8 @@ def words_of_strings(
 def _values(
     codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str
 ) -> tuple[tuple[str, ...], list[np.ndarray]]:
-    """Names of a gene's values, and for each string of the genome which of them each organism has there."""
+    """Return the names of a gene's values and, for each string of the genome, the index of each organism's
+    value."""
     words = sorted({word for words_of_cut, _ in codons for word in words_of_cut if word})
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
@@ -185,7 +188,7 @@ def _values(
 
 
 def codon_number(codon: str, alphabet: str) -> int:
-    """The number of a codon among all, in the order of the alphabet, first letter first."""
+    """Return the number of a codon among all, in the order of the alphabet, first letter first."""
     number = 0
     for letter in codon:
         if letter not in alphabet:
@@ -195,18 +198,19 @@ def codon_number(codon: str, alphabet: str) -> int:
 
 
 def has_few_values(gene: dict[str, Any]) -> bool:
-    """Whether a figure can show the carriers of a gene: it lists two to eight different values."""
+    """Return whether a figure can show the carriers of a gene, which requires two to eight different
+    values."""
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
-Line = tuple[Frequencies, int, str, str, Any]  # gene, place of the value, label, colour, dashes
+Line = tuple[Frequencies, int, str, str, Any]  # gene, index of the value, label, color, dashes
 
 
 def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
-    """A line for each gene of two values, and for each value of others, without the first unless
-    `all_values`.
+    """Return one line for each gene of two values, and one for each value of other genes, without the first
+    value unless `all_values`.
 
-    A gene named after a colour is drawn in it; dashes distinguish lines of similar colour.
+    A gene named after a color is drawn in it; dashes distinguish lines of similar color.
     """
     from matplotlib.colors import is_color_like
 
@@ -223,10 +227,10 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
 
 @styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Number of the living that carry each gene, over time.
+    """Draw the number of living carriers of each gene over time.
 
     Organisms with the value of the first codon count as without the gene. A gene with more than two values
-    has a line for each of the others.
+    has one line for each further value.
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = lines_of(genes)
@@ -241,12 +245,12 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
-    """What a gene, given by its name or its trait, says of each organism: f64[organisms], NaN for those
-    without such a gene.
+    """Return the value of a gene, given by its name or its trait, in each organism: f64[organisms], NaN
+    without the gene.
 
-    With two strings, or several copies, it is the value that their dominance makes, as the organism has it.
-    `species` is needed where several have a gene of that name. Raises KeyError for an unknown species or
-    gene, ValueError for a gene of a whole network, and for records that do not say what codons mean.
+    With two strings or several copies, it is the organism's value after dominance. `species` is needed if
+    several species have a gene of that name. Raises KeyError for an unknown species or gene, and ValueError
+    for a gene that encodes a whole network and for records that do not define the meaning of codons.
     """
     name, record = find_gene(lineage, gene, species)
     kept, mask = lineage.genomes[name], lineage.species == name
@@ -261,8 +265,8 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """The species that has a gene, named by itself or by its trait, and the gene's record; KeyError names the
-    nearest, ValueError the species where several have it."""
+    """Return the species that has a gene, given by its name or its trait, and the gene's record. The KeyError
+    for an unknown gene names the nearest one; ValueError lists the species if several have it."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
     having = {
@@ -273,7 +277,7 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
     }
     if len(having) > 1:
         raise ValueError(
-            f"gene {gene!r}: {', '.join(having)} have one of that name; say which: "
+            f"gene {gene!r}: {', '.join(having)} have a gene of that name; choose one: "
             f"species={next(iter(having))!r}"
         )
     if not having:
@@ -283,15 +287,15 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
 
 
 def require_number(gene: dict[str, Any], species: str) -> None:
-    """Raise ValueError for a gene whose value is no single number, or not known."""
+    """Raise ValueError for a gene whose value is not a single number, or is unknown."""
     if "weights" in gene:
         raise ValueError(
             f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
-            "allowed are genes of one number"
+            "expected a gene of one number"
         )
     if not {"values", "range", "formula"} & gene.keys():
         raise ValueError(
-            f"gene {gene['name']!r} of {species!r}: this record does not say what its codons "
+            f"gene {gene['name']!r} of {species!r}: this record does not define its codons "
             "mean; run the world again with this version, or count codons with frequencies()"
         )
 
@@ -308,7 +312,7 @@ def _of_formula(lineage: Pedigree, record: dict[str, Any], species: str) -> np.n
             for name in formula.names
         }
     )
-    if "low" not in record:  # what another formula reads
+    if "low" not in record:  # read by another formula
         return out
     kind: Kind = "whole" if record.get("whole") else "number"
     default, low, high = (float(record[word]) for word in ("default", "low", "high"))
@@ -337,7 +341,7 @@ def _of_variable(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 
 
 def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[str, Any]) -> np.ndarray:
-    """What the copies in each string make together: f64[strings], NaN for no copy."""
+    """Return the combined value of the copies in each string: f64[strings], NaN without copies."""
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {
@@ -355,7 +359,7 @@ def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[
 
 
 def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray:
-    """What two alleles make."""
+    """Return the combined value of two alleles under dominance."""
     how = gene.get("dominance", "first")
     if how == "mean":
         mean = (a + b) / 2
@@ -364,9 +368,9 @@ def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray
 
 
 def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.ndarray:
-    """What codons of a gene mean, f64[words]: a table of values, or a range in equal steps or factors.
+    """Return the values of a gene's codons, f64[words]: from a table, or a range in equal steps or factors.
 
-    Raises ValueError for a letter that the alphabet lacks.
+    Raises ValueError for a letter that is not in the alphabet.
     """
     if not words:
         return np.zeros(0)
@@ -375,7 +379,7 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
     place = np.minimum(np.searchsorted(np.array(list(alphabet))[order], letters), len(alphabet) - 1)
     digits = order[place]
     if (strange := np.array(list(alphabet))[digits] != letters).any():
-        raise ValueError(f"gene {gene['name']!r}: the letter {letters[strange][0]!r} is none of {alphabet!r}")
+        raise ValueError(f"gene {gene['name']!r}: the letter {letters[strange][0]!r} is not in {alphabet!r}")
     if "values" in gene:
         return np.array(gene["values"], float)[_number(digits, len(alphabet)).astype(np.int64)]
     span = gene["range"]
@@ -392,5 +396,6 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Numbers of codons, the first letter being the most significant digit: i64[…, letters] to f64[…]."""
+    """Return the numbers of codons, with the first letter as the most significant digit: i64[…, letters] to
+    f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

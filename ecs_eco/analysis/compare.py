@@ -1,5 +1,5 @@
 """Comparison of the arms of an experiment: persistence, survival times, numbers and cycles. Seeds are the
-replicates, training seeds and world seeds where policies of several were run (`seed_grid.py`)."""
+replicates: training seeds and world seeds if runs use policies from several trainings (`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -44,10 +44,10 @@ def compare(
     training: Mapping[str, Sequence[int]] | None = None,
     policies: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the
-    reference. `training` gives the training seed of each run of an arm with several: a crossed design with
-    the world seeds of the manifests. `policies` describes policies in words. Returns the content of
-    compare.json; with `out`, writes compare.json, compare.html and figures/ there."""
+    """Compare arms (name → run folders, series tables or `Series`, one per seed) with the first arm as the
+    reference. `training` gives the training seed of each run of an arm with several; together with the world
+    seeds of the manifests, this is a crossed design. `policies` describes policies in words. Returns the
+    content of compare.json. With `out`, writes compare.json, compare.html and figures/ there."""
     loaded, names = _load(arms, species)
     curves = {
         s: {arm: kaplan_meier(*_lifetimes(runs, s)) for arm, runs in loaded.items() if _there(runs, s)}
@@ -100,7 +100,7 @@ def _add_crossed(
     n_boot: int,
     seed: int,
 ) -> None:
-    """Add what crossed designs say of their arms, and of the differences between these."""
+    """Add the results of crossed designs for each arm, and for the differences between arms."""
     by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
     for arm, grid in grids.items():
         outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
@@ -114,20 +114,21 @@ def _add_crossed(
 def _load(
     arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None
 ) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
-    """Return the runs of each arm, and their species; ValueError if there are no runs, or species differ."""
+    """Return the runs of each arm, and their species; raise ValueError if there are no runs or species
+    differ."""
     if not arms:
         raise ValueError("nothing to compare: give at least one arm, name → runs")
     loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
     for arm, runs in loaded.items():
         if not runs:
-            raise ValueError(f"arm {arm!r} has no runs: give at least one, better ten")
+            raise ValueError(f"arm {arm!r} has no runs: give at least one, preferably ten")
     names = next(iter(loaded.values()))[0].species
     for arm, runs in loaded.items():
         for run in runs:
             if run.species != names:
                 raise ValueError(
-                    f"arm {arm!r} has a run of {', '.join(run.species)}, "
-                    f"the first arm of {', '.join(names)}: compare runs of the same species"
+                    f"arm {arm!r} has a run with {', '.join(run.species)}, "
+                    f"but the first arm has {', '.join(names)}: compare runs of the same species"
                 )
     return loaded, names
 
@@ -143,12 +144,12 @@ def _crossed_effects(
     reference: str,
     arm: str,
 ) -> dict[str, Any]:
-    """An arm minus the reference where both kinds of seeds are replicates.
+    """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
 
     Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times
     and numbers: mean over the cells of the difference between runs of the same seeds; an arm without training
-    seeds (random policies) has one row, which is compared with every training seed. No log-rank p: that test
-    assumes independent runs.
+    seeds (random policies) has one row, which is compared with every training seed. There is no log-rank p,
+    because that test assumes independent runs.
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
@@ -178,7 +179,7 @@ def _crossed_effects(
 
 
 def _there(runs: Sequence[Series], species: str) -> bool:
-    """Whether a species was ever present; an arm without it has no lifetimes of it."""
+    """Return whether a species was ever present; without it, an arm has no lifetimes."""
     return any(run.present[run.index(species)] for run in runs)
 
 
@@ -231,7 +232,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """How mean depth follows the day over runs, rows of training seeds; empty where the species does not."""
+    """Return the daily cycle of mean depth over runs, in rows of training seeds; empty if there is none."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -251,7 +252,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
 
 
 def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
-    """The median period of the runs that cycle, and Fisher's combined p (Fisher 1925) over all."""
+    """Return the median period of the cycling runs, and Fisher's combined p (Fisher 1925) over all runs."""
     p = [peak.p for c in cycles if (peak := c.peaks.get(s))]
     periods = [peak.period for c in cycles if (peak := c.peaks.get(s)) and s in c.cycling()]
     return {
@@ -261,7 +262,7 @@ def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
 
 
 def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
-    """Cross-seed surrogates of each adjacent pair, over the runs in which everybody persisted."""
+    """Return cross-seed surrogates of each adjacent pair, over the runs in which all species persisted."""
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}
@@ -285,7 +286,7 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
 def _effects(
     reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int
 ) -> dict[str, Any]:
-    """This arm minus the reference."""
+    """Return the differences between this arm and the reference."""
     out: dict[str, Any] = {
         "persistence": difference_of_shares(
             sum(r.persisted for r in runs), len(runs), sum(r.persisted for r in reference), len(reference)
@@ -305,7 +306,7 @@ def _effects(
 
 
 def clean(x: object) -> Any:
-    """Return it with JSON types: intervals as [value, low, high], NaN and infinity as null."""
+    """Return a value with JSON types: intervals as [value, low, high], NaN and infinity as null."""
     if isinstance(x, Mapping):
         return {str(k): clean(v) for k, v in x.items()}
     if isinstance(x, list | tuple | np.ndarray):
@@ -327,7 +328,7 @@ def write(
     grids: Mapping[str, Grid],
     genes: Sequence[compare_genes.Gene] = (),
 ) -> None:
-    """Write what `compare` found: runs, survival curves, grids and genes are given besides the result."""
+    """Write the result of `compare`; runs, survival curves, grids and genes are passed separately."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     by_seed = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
@@ -349,42 +350,43 @@ def _share(x: Sequence[float]) -> str:
     return "–" if x[0] is None else f"{x[0]:.2f} ({x[1]:.2f} … {x[2]:.2f})"
 
 
-_CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
+_CURVE = "Fraction of runs in which {} persists (Kaplan–Meier, 95% bands)."
 _BY_SEED = (
-    "Share of runs in which all species live: all runs thick, "
-    "with a band over both kinds of seeds (95 %); each training seed thin."
+    "Fraction of runs in which all species persist. Thick: all runs, with a 95% band over both kinds "
+    "of seeds. Thin: each training seed."
 )
-_CELLS = "The tick of the first extinction, and the species, by training seed and world seed."
-_MEANS = "Numbers over time: every run thin, the median over runs thick."
+_CELLS = "Tick and species of the first extinction, by training seed and world seed."
+_MEANS = "Numbers over time. Thin: each run. Thick: the median over runs."
 _REPORTED = (
-    "What the world's reporters measured, over time: every run thin, the median over runs thick. "
-    "The table has means over runs of the mean over a run (95 %)."
+    "Values of the world's reporters over time. Thin: each run. Thick: the median over runs. The "
+    "table shows the mean over time, averaged over runs, with 95% intervals."
 )
 _HOURS = (
-    "Mean depth over the hours of the day, the first day left out: every run thin, "
-    "the mean over runs thick; grey is night."
+    "Mean depth by hour of the day, without the first day. Thin: each run. Thick: the mean over "
+    "runs. Gray: night."
 )
 _SHARES = (
-    "<p>Where the variance comes from: shares of training seed, of world seed and of the rest, "
-    "which is chance and the interaction of both. “Persisted” counts as 0 and 1, on the linear scale; "
-    "a time that the end of the run cut off counts as the whole run; a period is given where a run cycles. "
-    "A dash: nothing varies. Intervals are from a two-way bootstrap.</p>"
+    "<p>Sources of the variance: fractions due to training seed, world seed and the rest (chance and "
+    "the interaction of both). “Persisted” counts as 0 or 1, on the linear scale; an extinction "
+    "after the end of the run counts as the length of the run; a period is given only for runs that "
+    "cycle. A dash means no variance. Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (
-    "<p>A cosine of a day fitted to mean depth: its amplitude as a share of the water; "
-    "the part of it along the sun, above 0 where they are deepest at noon and below 0 where at midnight; "
-    "and the correlation of mean depth with light. Means over runs (95 %).</p>"
+    "<p>A cosine with a period of one day is fitted to mean depth. The table shows its amplitude as "
+    "a fraction of the water's depth; its component along the sun, positive if a species is deepest "
+    "at noon and negative if at midnight; and the correlation of mean depth with light. Means over "
+    "runs, with 95% intervals.</p>"
 )
 _PEAKS = (
-    "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; "
-    "by luck 1 in 20), and beyond AR(1), which calls smooth series periodic.</p>"
+    "<p>Runs whose spectrum has a peak above red noise that only relaxes (p ≤ 0.05 in each run; 1 in "
+    "20 by chance), and above AR(1), which classifies smooth series as periodic.</p>"
 )
 
 
 def _draw_survival(
     out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
 ) -> list[str]:
-    """Survival curves of the species that died out in some run, as HTML."""
+    """Return survival curves of the species that died out in some run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     return [
@@ -398,7 +400,7 @@ def _draw_survival(
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
-    """Survival by training seed and the map of first extinctions of one arm, as HTML."""
+    """Return survival by training seed and the map of first extinctions of one arm, as HTML."""
     curve = seed_grid.persistence(grid, f"{arm}: all species persist")
     cells = seed_grid.lifetimes(grid, f"{arm}: first extinction")
     return [
@@ -408,13 +410,14 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """The head of the page: in how many runs of each arm all species persisted, and which died out of what."""
+    """Return the head of the page: in how many runs of each arm all species persisted, and the extinctions
+    with their causes."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
     return [
         f"<h1>Comparison of {len(arms)} arms</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
-        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+        "<p class='under'>Seeds are the replicates. Intervals are 95%.</p>",
         *(
             f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
             for arm, a in arms.items()
@@ -424,7 +427,7 @@ def _head(result: dict[str, Any]) -> list[str]:
 
 
 def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
-    """Persistence by arm: runs in which all persisted, and when each species died out."""
+    """Return persistence by arm: runs in which all species persisted, and the ticks of extinctions."""
     names = result["species"]
     rows = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], interval(a["persistence"])]
@@ -435,11 +438,11 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
         for arm, a in result["arms"].items()
     ]
     head = ["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)]
-    return ["<h2>Who persists</h2>", table(head, rows), *pictures]
+    return ["<h2>Persistence</h2>", table(head, rows), *pictures]
 
 
 def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> list[str]:
-    """The crossed design of the arms that have one: by training seed, and where the variance comes from."""
+    """Return the part on crossed designs: results by training seed, and the sources of variance."""
     grids = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
     if not grids:
         return []
@@ -449,9 +452,9 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
         each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
         blocks.append(
             f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. "
-            f"Runs of {worlds} in which all persist, by training seed: {each}. "
-            f"The {len(c['training_seeds']) * worlds} runs say as much about that share as "
-            f"{number(c['effective_runs'])} independent ones would.</p>"
+            f"Runs of {worlds} in which all species persist, by training seed: {each}. For that "
+            f"fraction, the {len(c['training_seeds']) * worlds} runs are as informative as "
+            f"{number(c['effective_runs'])} independent runs.</p>"
         )
         blocks += by_seed[arm]
     rows = [
@@ -463,7 +466,7 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
 
 
 def _against(result: dict[str, Any]) -> list[str]:
-    """What differs from the reference."""
+    """Return the differences from the reference."""
     gaps = [
         [arm, s, interval(x["lifetime"]), number(x["log_rank_p"]), interval(x["mean_number"])]
         for arm, e in result["effects"].items()
@@ -473,14 +476,16 @@ def _against(result: dict[str, Any]) -> list[str]:
         return []
     share = [[arm, interval(e["persistence"])] for arm, e in result["effects"].items()]
     return [
-        f"<h2>Against {escape(result['reference'])}</h2>",
-        table(["arm", "share that persists, difference (Newcombe)"], share),
-        table(["arm", "species", "ticks lived, difference", "log-rank p", "mean number, difference"], gaps),
+        f"<h2>Differences from {escape(result['reference'])}</h2>",
+        table(["arm", "fraction that persists, difference (Newcombe)"], share),
+        table(
+            ["arm", "species", "lifetime [ticks], difference", "log-rank p", "mean number, difference"], gaps
+        ),
     ]
 
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
-    """How mean depth follows the day in each arm, of species that swim under a sun."""
+    """Return the daily cycle of mean depth in each arm, for species that swim under a sun."""
     depths = [
         (arm, s, x["depth"])
         for arm, a in result["arms"].items()
@@ -494,12 +499,19 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     rows = [
         [arm, s, d["n"], *(interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths
     ]
-    head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
+    head = [
+        "arm",
+        "species",
+        "runs with at least two days",
+        "amplitude",
+        "along the sun",
+        "correlation with light",
+    ]
     return ["<h2>Depth over the day</h2>", _DEPTH, hours, table(head, rows)]
 
 
 def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
-    """What the world's reporters measured in each arm, and how it differs from the reference."""
+    """Return the values of the world's reporters in each arm, and their differences from the reference."""
     if "measured" not in result:
         return []
     found, gaps = result["measured"]["arms"], result["measured"]["effects"]
@@ -522,7 +534,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Cycles by arm, and which species follows which."""
+    """Return cycles by arm, and the lags between species."""
     rows = [
         [
             arm,
@@ -560,8 +572,8 @@ def _cycles(result: dict[str, Any]) -> list[str]:
     ]
     if lags:
         blocks.append(
-            "<p>Lags as share of the period, over cycling runs; "
-            "p tests the pair against pairs from different runs.</p>"
+            "<p>Lags as fractions of the period, over cycling runs; p tests the pair against pairs "
+            "from different runs.</p>"
         )
         blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lags))
     return blocks

@@ -18,9 +18,9 @@ from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
-SAMPLES = 200  # of a run, at most about so many
-ALLELE = ("first", "last", "s", "per_tick")  # outcomes of a value of a gene, one number a run
-QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # … of a quantitative gene
+SAMPLES = 200  # of a run, approximate maximum
+ALLELE = ("first", "last", "s", "per_tick")  # outcomes of a value of a gene, one number per run
+QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # outcomes of a quantitative gene
 
 
 @dataclass
@@ -32,23 +32,23 @@ class Gene:
     value: str | None  # None: the gene is quantitative
     trait: str | None
     every: int
-    # by arm: p or mean over time, of each run; what became of it, by the number of the run
+    # by arm: frequency or mean over time, for each run; outcomes, by the number of the run
     curves: dict[str, list[np.ndarray]] = field(default_factory=dict)
     outcomes: dict[str, dict[int, dict[str, float]]] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
-        """What a reader calls it."""
+        """The displayed name."""
         return self.gene if self.value is None else f"{self.gene} = {self.value}"
 
     @property
     def rate(self) -> str:
-        """The outcome that says how fast it evolves."""
+        """The outcome that measures the rate of evolution."""
         return "haldanes" if self.value is None else "s"
 
 
 def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
-    """Read the genes of all runs that are folders; empty where a run is none, or no genomes were recorded."""
+    """Read the genes of all runs; empty if a run is not a folder or has no recorded genomes."""
     folders = [run for runs in arms.values() for run in runs]
     if not all(isinstance(run, str | Path) for run in folders):
         return []
@@ -67,7 +67,7 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
 
 
 def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage, every: int) -> None:
-    """Add one run, the k-th of its arm."""
+    """Add the k-th run of an arm."""
     for s, kept in lineage.genomes.items():
         traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
         for name, value, curve, outcome in _outcomes(lineage, s, every) if s in lineage.species else ():
@@ -79,7 +79,7 @@ def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage
 def _outcomes(
     lineage: Lineage, s: str, every: int
 ) -> Iterator[tuple[str, str | None, np.ndarray, dict[str, float]]]:
-    """Each gene of a species in one run, its value, its curve, and the numbers that say what became of it."""
+    """Yield each gene of a species in one run, its value, its curve, and its outcomes."""
     kept, generation = lineage.genomes[s], generation_time(lineage, s)
     for name in few_valued(kept):
         f = lineage.frequencies(s, name, every)
@@ -104,7 +104,7 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return species → gene (with its value) → arm → outcomes with 95 % intervals, and `against` the
+    """Return species → gene (with its value) → arm → outcomes with 95% intervals, and `against` the
     reference. `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are
     replicates."""
     out: dict[str, Any] = {}
@@ -134,7 +134,8 @@ def summary(
 
 
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
-    """One arm minus another: of crossed designs cell by cell, else a bootstrap over runs."""
+    """Return the difference between two arms: by cells for crossed designs, else with a bootstrap over
+    runs."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
         return mean_of_seeds(one - two) if cells else None
@@ -143,7 +144,8 @@ def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
 
 
 def bands(gene: Gene) -> dict[str, Band]:
-    """The mean over runs of each arm, with Student's t intervals where at least two runs have living."""
+    """Return the mean over runs of each arm, with Student's t intervals if at least two runs have living
+    organisms."""
     out = {}
     for arm, curves in gene.curves.items():
         length = max(map(len, curves))
@@ -160,37 +162,38 @@ def bands(gene: Gene) -> dict[str, Band]:
     return out
 
 
-_FIGURE = "{} of {}: means over runs, with 95 % bands of Student's t over them."
+_FIGURE = "{} of {}: means over runs, with 95% bands of Student's t."
 _ALLELES = (
-    "<p>Means over runs with 95 % intervals. s is the slope of the log odds of a value against all others, "
-    "per generation of each run (the mean age of parents at the birth of their offspring), chance and "
-    "mutation included: a neutral gene in the same genome shows how large these are.</p>"
+    "<p>Means over runs with 95% intervals. s is the slope of the log odds of a value against all "
+    "others, per generation of each run (the mean age of parents at the birth of their offspring). "
+    "It includes chance and mutation; a neutral gene in the same genome shows how large these "
+    "are.</p>"
 )
 _QUANTITIES = (
-    "<p>Means over runs with 95 % intervals, of the mean and the standard deviation among the living. "
+    "<p>Means over runs with 95% intervals, of the mean and the standard deviation among the living. "
     "Change is the slope of the mean, in standard deviations per generation (haldanes).</p>"
 )
 
 
 _HEADS = {
     "alleles": {
-        "first": "frequency at first",
-        "last": "at last",
+        "first": "first frequency",
+        "last": "last",
         "s": "s per generation",
         "generation": "generation [ticks]",
     },
     "genes": {
-        "first": "mean at first",
-        "last": "mean at last",
-        "sd_first": "sd at first",
-        "sd_last": "sd at last",
+        "first": "first mean",
+        "last": "last mean",
+        "sd_first": "first sd",
+        "sd_last": "last sd",
         "haldanes": "change per generation [sd]",
     },
 }
 
 
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
-    """Figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
+    """Return figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
         for kind, words, note in (
@@ -228,5 +231,5 @@ def _against(rows: Mapping[str, Any], reference: str) -> str:
         return ""
     alleles = next(iter(rows.values()))["kind"] == "allele"
     rate = "s per generation" if alleles else "change per generation [sd]"
-    head = ["gene", "arm", "at last, difference", f"{rate}, difference"]
-    return f"<p>Against {escape(reference)}:</p>{table(head, found)}"
+    head = ["gene", "arm", "last, difference", f"{rate}, difference"]
+    return f"<p>Differences from {escape(reference)}:</p>{table(head, found)}"

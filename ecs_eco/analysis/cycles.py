@@ -1,6 +1,6 @@
-"""Cycles in a food chain: which species cycle, with what period, and which follows which by how much. Two
-independent quasi-cycles of ten periods cross-correlate up to 0.5 by chance, so coupling is tested against
-species of different runs (`cross_seed_surrogates`)."""
+"""Cycles in a food chain: which species cycle, their periods, and the lags between them. Two independent
+quasi-cycles of ten periods can show a cross-correlation of 0.5, so coupling is tested against species
+of different runs (`cross_seed_surrogates`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -29,14 +29,14 @@ __all__ = [
 
 LAG_SAMPLES = 2048
 BLOCK = 3
-"""Periods in a block of the bootstrap: blocks of one period make intervals of 95 % that cover 70 %."""
+"""Periods in a block of the bootstrap: with blocks of one period, 95% intervals cover only 70%."""
 
 
 @dataclass(frozen=True)
 class Lag:
-    """Lag of b behind a as a share of the period in [0, 1), its 95 % interval and the coherence in [0, 1].
+    """Lag of b behind a as a fraction of the period in [0, 1), its 95% interval and the coherence in [0, 1].
 
-    The interval may leave [0, 1): it is continuous around the share.
+    The interval may extend beyond [0, 1): it is continuous around the fraction.
     """
 
     share: float
@@ -50,17 +50,19 @@ class CycleStatistics:
     """The cycles of one run; `as_dict` gives JSON types."""
 
     species: tuple[str, ...]
-    ticks: int  # of the stretch analysed: after the start, before the first extinction
-    enough: bool  # whether that stretch is long enough to analyse
+    ticks: int  # of the analyzed stretch: after the start, before the first extinction
+    enough: bool  # whether that stretch is long enough to analyze
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    # [ticks] of the clearest peak of `period_of`, of those that recur if any does: lags are taken at it
+    # [ticks] of the clearest peak of `period_of`, among recurring peaks if there are any; lags refer to this
+    # period
     period: float | None = None
-    period_of: tuple[str, ...] = ()  # species among whose peaks it was chosen
+    period_of: tuple[str, ...] = ()  # species whose peaks were considered for the period
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
-        """Species with a peak beyond red noise at this level that recurs and that no slower swing dwarfs."""
+        """Return the species with a recurring peak above red noise at this level that is not dwarfed by
+        slower swings."""
         return tuple(
             s
             for s in self.species
@@ -68,7 +70,7 @@ class CycleStatistics:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Numbers and strings only; the spectra are left out."""
+        """Return numbers and strings only, without the spectra."""
         kept = ("p", "period", "n_periods", "ratio", "held", "slower", "recurs")
         peaks = {s: None if p is None else {k: getattr(p, k) for k in kept} for s, p in self.peaks.items()}
         return {
@@ -84,7 +86,8 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0."""
+    """Return numbers (ticks, species) after the first fraction `skip` of the run and before any species that
+    lived reached 0."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -92,7 +95,7 @@ def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
 
 
 def consumers(config: Mapping[str, Any]) -> tuple[str, ...]:
-    """Species of a resolved configuration (`manifest["config"]`) that eat another species."""
+    """Return the species of a resolved configuration (`manifest["config"]`) that eat another species."""
     species = config.get("species", {})
     eaten = {
         name: {food["eats"] for food in about.get("diet") or ()} - {name} for name, about in species.items()
@@ -109,12 +112,12 @@ def cycle_statistics(
     seed: int = 0,
     period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards.
+    """Return peaks, periods and lags of a run (folder, table or series); list `species` from producers
+    upward.
 
-    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent,
-    among the consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows
-    back, faster than they are eaten), else among all. KeyError for a species in `period_of` that the run does
-    not have.
+    Lags are taken at the period of the clearest peak among `period_of`. By default these are the consumers,
+    if the run's manifest has diets, else all species. (Plants also oscillate with whatever regrows, faster
+    than they are eaten.) Raises KeyError for a species in `period_of` that is not in the run.
     """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
@@ -142,7 +145,7 @@ def cycle_statistics(
 
 
 def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None) -> tuple[str, ...]:
-    """Species among whose peaks the period is chosen: those given, the consumers, or all."""
+    """Return the species whose peaks determine the period: those given, the consumers, or all."""
     if period_of is not None:
         for name in period_of:
             series.index(name)
@@ -151,12 +154,13 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
-    """Lag of b behind a: phase of their cross-spectrum in the band around `period` [samples of a and b].
+    """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples of
+    a and b].
 
-    The interval is that of the phase in a circular block bootstrap with blocks of three periods, widened by
-    Student's t for the few blocks there are; it covers about 90 % at 10 to 20 periods.
+    The interval is from a circular block bootstrap of the phase with blocks of three periods, widened by
+    Student's t for the small number of blocks; it covers about 90% at 10 to 20 periods.
     """
-    from scipy.special import ndtri, stdtrit  # takes a while to load; scipy.stats a second
+    from scipy.special import ndtri, stdtrit  # slow to import; scipy.stats takes a second
 
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
@@ -182,10 +186,11 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
-    """Circular median of lags over seeds with a distribution-free interval between order statistics.
+    """Return the circular median of lags over seeds with a distribution-free interval between order
+    statistics.
 
-    The interval is the narrowest with at least `level` of coverage, or the range where there are too few
-    seeds for that; `coverage` is the actual one: the range of six seeds has .97.
+    The interval is the narrowest with a coverage of at least `level`, or the range if there are too few seeds
+    for that. `coverage` is the actual one: the range of six seeds has 0.97.
     """
     from scipy.special import bdtr
 
@@ -208,7 +213,8 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation)."""
+    """Return the correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]: (lags,
+    correlation)."""
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)
@@ -218,16 +224,16 @@ def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class Surrogates:
-    """Real pairs (a and b of one run) against pairs of different runs."""
+    """Real pairs (a and b of one run) compared with pairs of different runs."""
 
     n: int  # runs
-    # |mean over real pairs of the complex coherency|: high where pairs are coherent at one lag
+    # |mean over real pairs of the complex coherency|: high if all pairs are coherent at the same lag
     coherency: float
-    p: float  # chance of it when runs are paired at random
-    share: float  # the pooled lag, share of the period
+    p: float  # probability under random pairing of runs
+    share: float  # the pooled lag, as a fraction of the period
     lags: np.ndarray  # [periods] of the cross-correlations
     real: np.ndarray  # (runs, lags)
-    low: np.ndarray  # 95 % band of the cross-seed pairs at each lag
+    low: np.ndarray  # 95% band of the cross-seed pairs at each lag
     high: np.ndarray
 
 
@@ -241,20 +247,25 @@ def cross_seed_surrogates(
     n_shuffles: int = 9999,
     seed: int = 0,
 ) -> Surrogates:
-    """Are a and b of the same run coupled more than a of run i with b of run j?
+    """Test whether a and b of the same run are coupled more strongly than a of run i with b of run j.
 
-    The runs are cut to the shortest living stretch and filtered around one period (the median of their
-    clearest peaks where none is given). p is a permutation test over the pairings of runs, exact up to seven
-    runs; with n runs it cannot go below 1/n!, so four runs are the fewest that can show anything.
+    The runs are cut to the shortest living stretch and filtered around one period (by default the median of
+    their clearest peaks). p is from a permutation test over the pairings of runs, exact up to seven runs.
+    With n runs it cannot be below 1/n!, so at least four runs are needed for a significant result.
     """
     if len(runs) < 4:
-        raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
+        raise ValueError(
+            f"cross-seed surrogates need at least 4 runs, got {len(runs)}: give one run per seed"
+        )
     loaded = [load_series(run) for run in runs]
     period = _median_period(loaded, a, b, skip, seed) if period is None else period
     pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
     n = min(map(len, pairs))
     if n < 2 * period:
-        raise ValueError(f"the shortest run lives {n} ticks: fewer than two periods of {period:.0f} ticks")
+        raise ValueError(
+            f"the shortest run has {n} ticks before its first extinction: fewer than two periods of "
+            f"{period:.0f} ticks"
+        )
     numbers, factor = thin(transform(np.stack([x[len(x) - n :].T for x in pairs])), LAG_SAMPLES)
     z = waves(numbers, period / factor)
     z = z / np.linalg.norm(z, axis=-1, keepdims=True)
@@ -280,7 +291,7 @@ def cross_seed_surrogates(
 
 
 def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int) -> float:
-    """Return the median of the periods of the runs' clearest peaks; ValueError where no run has one."""
+    """Return the median of the periods of the runs' clearest peaks; raise ValueError if no run has one."""
     statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
     periods = [s.period for s in statistics if s.period]
     if not periods:
@@ -289,7 +300,7 @@ def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Every pairing of n runs, or the real one and `n_shuffles` random ones where there are too many."""
+    """Return every pairing of n runs, or if there are too many, the real one and `n_shuffles` random ones."""
     if n <= 7:
         return np.array(list(permutations(range(n))))
     rng = np.random.default_rng(seed)

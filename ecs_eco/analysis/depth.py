@@ -1,4 +1,4 @@
-"""Depth in a recorded run with a sun and water: how it follows the day, and its distribution by hour."""
+"""Depth in a recorded run with a sun and water: its daily cycle, and its distribution by hour."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,27 +14,27 @@ HOURS = 24  # parts of a day
 
 @dataclass(frozen=True)
 class DepthCycle:
-    """How the mean depth of a species follows the day; the first day is left out."""
+    """The daily cycle of a species' mean depth, without the first day."""
 
     days: float
-    fit: Cosinor  # [m] of times in days from noon: the acrophase is how long after noon they are deepest
+    fit: Cosinor  # [m] against days from noon: the acrophase is the time after noon of the greatest depth
     height: float  # [m] of the water
-    p: float  # of as large an amplitude if days began at random hours; NaN for less than three whole days
+    p: float  # p value against days that begin at random hours; NaN for less than three whole days
     r: float  # correlation of mean depth with light at the surface
 
     @property
     def share(self) -> float:
-        """Amplitude as a share of the depth of the water."""
+        """Amplitude as a fraction of the depth of the water."""
         return self.fit.amplitude / self.height
 
     @property
     def lag(self) -> float:
-        """How long after noon they are deepest [days], from -1/2 to 1/2."""
+        """Time after noon at which the species is deepest [days], from -1/2 to 1/2."""
         return ((self.fit.acrophase + np.pi) % (2 * np.pi) - np.pi) / (2 * np.pi)
 
 
 def day_of(series: Series) -> int:
-    """Ticks of a day; 0 where the run has no sun, no depth, or no day in it."""
+    """Return the number of ticks in a day; 0 if the run has no sun, no depth, or less than a day."""
     config = series.manifest.get("config", {})
     sun = config.get("sun")
     if not sun or "depth_mean" not in series.columns:
@@ -44,18 +44,20 @@ def day_of(series: Series) -> int:
 
 
 def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Time of the day at ticks, as a share of it since midnight."""
+    """Return the time of day at ticks, as a fraction since midnight."""
     sun = series.manifest["config"]["sun"]
     return np.asarray((np.asarray(ticks, float) * series.dt / sun["day"] + sun["start"]) % 1.0)
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it."""
+    """Return which of the HOURS parts of the day ticks fall in: i64. A tick at a full hour, within rounding,
+    begins it."""
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
-    """Light at the surface at ticks (all of the run), f64[ticks]; without the effect of interventions."""
+    """Return the light at the surface at ticks (by default all), f64[ticks], without the effect of
+    interventions."""
     from ecs_eco.space.sun import Sun  # loads numba
 
     config = series.manifest["config"]
@@ -66,7 +68,7 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
-    """How the mean depth of a species follows the day; None where it did not live two whole days."""
+    """Return the daily cycle of a species' mean depth; None if it lived less than two whole days."""
     day = day_of(series)
     lived = series.of(species) > 0
     end = len(lived) if lived.all() else int(np.argmin(lived))
@@ -82,8 +84,8 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out;
-    NaN where none lived at that hour."""
+    """Return the mean depth of a species [m] by hour of the day, f64[HOURS], without the first day; NaN if it
+    did not live at that hour."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -91,13 +93,13 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
 
 
 def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Mean over rows f64[n, k] of all that is not NaN: f64[k], NaN where all is."""
+    """Return the mean over rows f64[n, k] without NaN: f64[k], NaN if all are NaN."""
     there = np.isfinite(values)
     return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
 
 
 def swimmers(series: Series) -> list[str]:
-    """Species of a run that were present and move by themselves."""
+    """Return the species of a run that were present and can move."""
     known = series.manifest.get("config", {}).get("species", {})
     return [
         s
@@ -107,8 +109,8 @@ def swimmers(series: Series) -> list[str]:
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
-    """Share of each species in each layer by hour, f64[layers, HOURS] by species, from the snapshots;
-    columns without any are NaN.
+    """Return the fraction of each species in each layer by hour, f64[layers, HOURS] by species, from the
+    snapshots; NaN in columns without snapshots.
 
     The first day is left out.
     """
@@ -128,7 +130,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
-    """Tick, layer from the surface down, and species of all organisms in snapshots, a part at a time."""
+    """Yield tick, layer from the surface down, and species of all organisms in snapshots, part by part."""
     for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
         yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))
@@ -137,10 +139,10 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Mean number of each of some species in each layer, f64[layers, bins] by species, and the ticks between
-    bins i64[bins + 1], from the snapshots; a bin holds as many snapshots as leave at most `most` bins.
+    """Return the mean number of some species in each layer, f64[layers, bins] by species, and the ticks
+    between bins i64[bins + 1], from the snapshots. Bins are as narrow as possible with at most `most` bins.
 
-    No bins where there are no snapshots, or no depth.
+    Without snapshots or depth there are no bins.
     """
     size = series.manifest.get("config", {}).get("space", {}).get("size", ())
     found: dict[int, np.ndarray] = {}
@@ -161,7 +163,7 @@ def depths_over_time(
 
 
 def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Whether the light at the surface is less than a hundredth of the run's most."""
+    """Return whether the light at the surface is less than a hundredth of the run's maximum."""
     there, place = np.unique(ticks, return_inverse=True)
     light = surface_light(series, there)
     return np.asarray((light < 0.01 * max(float(light.max()), 1e-9))[place])

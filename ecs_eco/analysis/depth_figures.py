@@ -1,4 +1,4 @@
-"""Figures of a run with a sun and a depth of water, and the part of a report on it."""
+"""Figures of a run with a sun and a depth of water, and the corresponding part of a report."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
@@ -42,7 +42,7 @@ NOON = "#fff6d1"
 
 @styled
 def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
-    """Mean depth over time, the surface at the top, on a background of the light at the surface."""
+    """Draw mean depth over time, with the surface at the top and the light at the surface as background."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
@@ -78,8 +78,8 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Share of each species in each layer (rows) by hour of the day (columns);
-    above each the light of the day f64[n]."""
+    """Draw the fraction of each species in each layer (rows) by hour of the day (columns), with the light of
+    the day f64[n] above."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
     )
@@ -108,7 +108,7 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 
 @styled
 def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
-    """Mean number of each species in each layer (rows) of each stretch of time (columns), the surface at the
+    """Draw the mean number of each species in each layer (rows) and period (columns), with the surface at the
     top."""
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
@@ -125,8 +125,8 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Mean depth by hour of the day in each arm (columns) of each species (rows): every run thin,
-    the mean over runs thick."""
+    """Draw mean depth by hour of the day in each arm (columns) for each species (rows). Thin: each run.
+    Thick: the mean over runs."""
     figure, axes = panels(
         len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True
     )
@@ -149,7 +149,7 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
 
 
 def _night(ax: Axes, run: Series) -> None:
-    """Grey where the light at the surface is less than a hundredth of the day's most."""
+    """Shade hours with less than a hundredth of the day's maximal light."""
     day = day_of(run)
     if not day:
         return
@@ -164,10 +164,10 @@ def _night(ax: Axes, run: Series) -> None:
 
 @styled
 def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure:
-    """Speed and direction around approaches, by seconds from them."""
+    """Draw speed and direction around approaches, by seconds from the approach."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
-    words = f"speed of {prey} [m/s]", f"cosine of its way\nand away from {predator}"
+    words = f"speed of {prey} [m/s]", f"cosine between heading\nand away from {predator}"
     for ax, values, word in zip(axes[0], (result.speed, result.away), words, strict=True):
         ax.axvline(0, color=AXIS, lw=1, ls="--")
         ax.plot(time, values, "o-", color=PALETTE[2], ms=4)
@@ -178,19 +178,20 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
     return figure
 
 
-# --- the part of a report ------------------------------------------------------------------------------------
+# --- the part of a report
+# ------------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Depth over time, by day where there is a sun, and escapes and smells where organisms were recorded one
-    by one; nothing without a depth. Figures are written below `place`."""
+    """Return depth over time, by day if there is a sun, and escapes and smells if individual organisms were
+    recorded; empty without a depth. Figures are written below `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))
     if not species:
         return ["<h2>Depth over time</h2>", *density] if density else []
-    head = "<h2>Depth and the day</h2>"
-    shade = "Mean depth over time; the background is the light at the surface."
+    head = "<h2>Depth by time of day</h2>"
+    shade = "Mean depth over time; the background shows the light at the surface."
     over = drawn(mean_depth(series, species, day), place / "figures" / "depth.svg", shade)
     hours, away = _hours(run, place, series, day), _escapes(run, place, series)
     return [head, over, _cycles(series, species), *density, *hours, *away, *_smells(run, series)]
@@ -203,8 +204,8 @@ def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
         height = float(series.manifest["config"]["space"]["size"][2])
         layer = height / len(numbers[species[0]])
         caption = (
-            f"Where they are over time: the mean number in each {number(layer)} m of depth, "
-            f"in stretches of {number(int(np.diff(edges)[0]))} ticks, of the snapshots in each."
+            f"Depth distribution over time: the mean number per {number(layer)} m of depth, averaged "
+            f"over the snapshots in periods of {number(int(np.diff(edges)[0]))} ticks."
         )
         yield drawn(over_time(edges, numbers, height), place / "figures" / "depths.svg", caption)
 
@@ -215,7 +216,7 @@ def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
         ticks = np.arange(day)
         light = surface_light(series, ticks)[np.argsort(hours_of(series, ticks))]
         height = float(series.manifest["config"]["space"]["size"][2])
-        caption = "Depth of each species by hour of the day, of 24 hours, without the first day."
+        caption = "Depth of each species by hour of a 24-hour day, without the first day."
         yield drawn(by_hour(shares, height, light), place / "figures" / "hours.svg", caption)
 
 
@@ -243,15 +244,16 @@ def _cycles(series: Series, species: list[str]) -> str:
         "days",
         "mean depth [m]",
         "amplitude [m]",
-        "of the water",
-        "deepest, hours of 24 after noon",
+        "fraction of the water",
+        "deepest [h after noon]",
         "p",
         "r with light",
     ]
     note = (
-        "A cosine of one day is fitted to mean depth, without the first day; the amplitude is half of the "
-        "height of the wave. p is how often days that begin at random hours have an amplitude as large; "
-        "r correlates mean depth with the light at the surface at the same time. One run is one replicate."
+        "A cosine with a period of one day is fitted to mean depth, without the first day; the "
+        "amplitude is half the height of the wave. p is the fraction of days starting at random "
+        "hours with an amplitude at least as large; r is the correlation of mean depth with the "
+        "light at the surface at the same time. One run is one replicate."
     )
     return f"{table(head, [_cycle(series, s) for s in species])}<p class='under'>{note}</p>"
 
@@ -278,18 +280,20 @@ def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
     p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
-        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. "
-        f"The speed of {prey} rises {result.gain:.1f}-fold within two ticks; it reaches twice the previous "
-        f"speed {after}, counted from the tick that begins with the approach. One tick later they move away: "
-        f"V-test u = {result.u:.1f}, p {p}, treating approaches as independent. Animals that are eaten count "
-        f"until then. Prey also moves away from a {predator} that overshoots: that alone is no escape.</p>"
+        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without "
+        f"one. The speed of {prey} increases {result.gain:.1f}-fold within two ticks; it reaches "
+        f"twice the previous speed {after}, counted from the tick that begins with the approach. One "
+        f"tick later they move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
+        f"independent. Animals that are eaten count until then. A {predator} that overshoots also "
+        "makes the prey appear to move away, which is not an escape.</p>"
     )
 
 
 def _leaving(result: Leaving, species: str, nose: str) -> str:
     night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
     return (
-        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {result.n:,} moves of {escape(species)} have a "
-        f"chemotaxis index (down less up, over all) of {result.index:.2f}{night}. "
-        "Moves of one animal follow each other: the run is the replicate.</p>"
+        f"<p>Where {escape(nose.replace('_', ' '))} is detected, {result.n:,} moves of "
+        f"{escape(species)} have a chemotaxis index (moves down minus moves up, over all moves) of "
+        f"{result.index:.2f}{night}. Successive moves of an animal are correlated: the run is the "
+        "replicate.</p>"
     )

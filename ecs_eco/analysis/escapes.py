@@ -1,4 +1,4 @@
-"""Escapes in a recorded run: from predators that approach, and down the gradient of a smell."""
+"""Escapes in a recorded run: from approaching predators, and down the gradient of a smell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,8 +26,8 @@ WITHIN, REST, AROUND = 1.5, 5, 5
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(prey, predator) of animals with every tick of every organism recorded:
-    a sample does not show which were near."""
+    """Return (prey, predator) pairs of animals with details of every organism in every tick; a sample would
+    not show which animals were near."""
     if manifest.get("record") != "full":
         return []
     kinds = {
@@ -47,8 +47,8 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return tracks of prey in the last `most` ticks of a run with details of prey and predators;
-    None if they never met."""
+    """Return tracks of prey in the last `most` ticks of a run with details of prey and predators; None if
+    they never met."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -65,7 +65,7 @@ def recorded_tracks(
 
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Uids in order and places of a species by tick from `first` on, from its details."""
+    """Return ordered uids and places of a species by tick from `first` on, from its details."""
     blocks = []
     for rows in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
         late = rows["tick"].to_numpy() >= first
@@ -92,19 +92,20 @@ def _to_nearest(
 
 @dataclass(frozen=True)
 class Escape:
-    """What prey did around the approach of a predator, by ticks from it."""
+    """The behavior of prey around the approach of a predator, by ticks from the approach."""
 
     n: int
     speed: np.ndarray  # f64[2 AROUND + 1] [m/s]
-    away: np.ndarray  # cosine between the way and away from the predator
-    gain: float  # fastest of the tick of the approach and the next two, over the mean before
-    latency: int | None  # ticks until twice the speed before; None: never
-    u: float  # of the V-test of the ways one tick after the approach
+    away: np.ndarray  # cosine between the prey's movement and the direction away from the predator
+    gain: float  # highest speed in the tick of the approach and the next two, over the mean speed before
+    latency: int | None  # ticks until twice the previous speed; None: never
+    u: float  # of the V-test of movement directions one tick after the approach
     p: float
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """What prey did around the approach of a predator to `within` [m]; None where none came near.
+    """Return the behavior of prey around the approach of a predator to `within` [m]; None if there was no
+    approach.
 
     The V-test treats approaches as independent, which overstates the evidence if an animal is approached
     often: runs are the replicates.
@@ -127,8 +128,8 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
 
 @dataclass(frozen=True)
 class Leaving:
-    """How often moves lead down the gradient of a smell: (N down − N up)/N,
-    of all moves and of those at night."""
+    """The tendency of moves to lead down the gradient of a smell: (N down − N up)/N, for all moves and for
+    moves at night."""
 
     n: int
     index: float
@@ -137,7 +138,8 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(species, channels without their directions) of noses that compare two sides, of species with details."""
+    """Return (species, channels without their directions) of noses that compare two sides, for species with
+    details."""
     kinds = {
         k.removeprefix("details-")
         for k, n in manifest.get("parts", {}).items()
@@ -157,9 +159,9 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """How often a species moves away from a smell, in the last `most` ticks of a run with details, where the
-    nose measures a gradient above `least` (of at most 1) at the beginning of the tick; None if nothing was
-    smelt."""
+    """Return how often a species moves away from a smell in the last `most` ticks of a run with details, if
+    the nose measures a gradient above `least` (at most 1) at the beginning of the tick; None if no smell was
+    detected."""
     series = load_series(run)
     names = [
         "tick",
@@ -177,7 +179,7 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     order = np.lexsort((tick, uid))
     order = order[tick[order] > int(series.ticks[-1]) - most]
     before, after = order[:-1], order[1:]
-    # places are those of the end of a tick
+    # places refer to the end of a tick
     both = (uid[before] == uid[after]) & (tick[after] - tick[before] == 1)
     before, after = before[both], after[both]
     x, y, z, heading, forward, left, up = (np.asarray(c, float) for c in columns)

@@ -1,4 +1,4 @@
-"""Extinctions: which species died out, when, and of what; every report of runs opens with it."""
+"""Extinctions: which species died out, when, and from which causes. Every report of runs opens with them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,35 +10,35 @@ from ecs_eco.analysis.runs import DIED, Series
 
 @dataclass(frozen=True)
 class Decline:
-    """The end of a species, from the last tick at which it had at least half of its greatest number."""
+    """The end of a species, from the last tick at which it had at least half of its peak number."""
 
     species: str
-    tick: int  # gone for good from this tick on
+    tick: int  # tick of extinction
     since: int
-    n: int  # its number then
-    births: int | None  # after `since`; None where the run does not count them
+    n: int  # number at `since`
+    births: int | None  # after `since`; None if the run does not count them
     # deaths after `since`, the most frequent cause first
     causes: dict[str, int] = field(default_factory=dict)
 
     @property
     def deaths(self) -> int:
-        """Deaths in the decline, of all causes."""
+        """Deaths in the decline, from all causes."""
         return sum(self.causes.values())
 
     def shares(self) -> str:
-        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%";
-        "" where none is known."""
+        """Return the causes with their shares of the deaths: "starved 80%, eaten by wolf 20%"; "" if no cause
+        is known."""
         return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
 
 
 def decline(series: Series, species: str) -> Decline | None:
-    """The decline of a species; None if it lives at the end or was never there."""
+    """Return the decline of a species; None if it lives at the end or was never present."""
     i, n = series.index(species), series.of(species)
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None
     end = int(np.searchsorted(series.ticks, series.extinct[i]))
     high = np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))
-    since = int(high[-1]) if len(high) else -1  # gone within the first tick
+    since = int(high[-1]) if len(high) else -1  # extinct within the first tick
     counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
     births = (
@@ -57,14 +57,14 @@ def decline(series: Series, species: str) -> Decline | None:
 
 
 def declines(series: Series) -> list[Decline]:
-    """All extinctions of a run, in order of time."""
+    """Return all extinctions of a run in chronological order."""
     all_declines = [d for s in series.species if (d := decline(series, s)) is not None]
     return sorted(all_declines, key=lambda d: d.tick)
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Ticks from the start to the first extinction of any species and True;
-    to the end of the run and False where there was none."""
+    """Return the ticks from the start to the first extinction of any species and True, or to the end of the
+    run and False if there was none."""
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False
@@ -72,8 +72,8 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """The opening of a run's report, a sentence a line: whether all species persisted;
-    else which died out, when and of what."""
+    """Return the opening of a run's report, one sentence per item: whether all species persisted, otherwise
+    which died out, when, and from which causes."""
     lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
     if not lived:
         return ["No species had a living member at the end of any tick."]
@@ -87,13 +87,13 @@ def opening(series: Series) -> list[str]:
         )
     elif not kept:
         whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
-        first = f"{whole} died out; at the end, {end}, nobody lives."
+        first = f"{whole} died out; at the end, {end}, no organism is alive."
     else:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
     barren = [d.species for d in lost if not multiplies(series, d.species)]
     expected = [
-        f"{species} does not multiply in this world: its end was to be expected." for species in barren
+        f"{species} cannot reproduce in this world, so its extinction was expected." for species in barren
     ]
     return [
         first,
@@ -104,28 +104,28 @@ def opening(series: Series) -> list[str]:
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Whether a species can have offspring: it has some, or its configuration says how,
-    or there is no configuration."""
-    known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
+    """Return whether a species can have offspring: it had some, its configuration has reproduction, or there
+    is no configuration."""
+    known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})
     return bool(known.get("reproduction")) or bool(
         "births" in series.columns and series.of(species, "births").any()
     )
 
 
 def sentence(end: Decline) -> str:
-    """One sentence: when a species died out, and through which causes since it last had half
-    of its greatest number."""
+    """Return a sentence on when a species died out, and from which causes since it last had half of its peak
+    number."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
     return (
-        f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, "
-        f"when there were {end.n:,}{how}."
+        f"{end.species} died out at tick {end.tick:,}. Since tick {end.since:,}, when there were "
+        f"{end.n:,}{how}."
     )
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """The opening of a report of several runs: in how many all species persisted;
-    which died out in how many, and of what."""
+    """Return the opening of a report of several runs: in how many all species persisted, and for each species
+    the number of extinctions with their causes."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]

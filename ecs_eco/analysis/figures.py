@@ -1,4 +1,4 @@
-"""Figures of a run and of several, as matplotlib Figures without global state; `save` writes one."""
+"""Figures of one run and of several, as matplotlib Figures without global state; `save` writes one."""
 
 from collections.abc import Mapping, Sequence
 
@@ -48,7 +48,7 @@ __all__ = [
 
 @styled
 def populations(series: Series) -> Figure:
-    """Numbers over time; a species ten times as numerous as the rest has its own axis on the right."""
+    """Draw numbers over time. A species ten times as numerous as the rest has its own axis on the right."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
@@ -76,14 +76,14 @@ def populations(series: Series) -> Figure:
 
 
 def interventions(series: Series) -> list[tuple[int, str]]:
-    """Interventions carried out: (tick, text), in the order of time."""
+    """Return the interventions that were carried out: (tick, text), in chronological order."""
     return [
         (int(tick), describe(intervention)) for tick, intervention in series.manifest.get("intervened") or ()
     ]
 
 
 def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
-    """Draw a vertical line at each intervention; the first of each kind is labelled, if there is room."""
+    """Draw a vertical line at each intervention; the first of each kind is labeled if there is space."""
     room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
     last, labelled = -np.inf, set[str]()
     for tick in sorted({t for t, _ in done}):
@@ -110,8 +110,8 @@ def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Trajectories of pairs of species (prey on x, consumer on y), coloured by time;
-    smoothed over 1 % of the run."""
+    """Draw trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
+    of the run."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
@@ -133,17 +133,18 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
+    """Draw the spectrum of each species with the fitted red noise and the ratio that noise exceeds at one
+    frequency in twenty."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
         used = slice(1, len(peak.frequency) // 2)
         periods = 1 / peak.frequency[used]
         band = (peak.expected * peak.limit)[used]
-        ax.fill_between(periods, 1e-12, band, color=BAND, lw=0, label="red noise, 95 %")
+        ax.fill_between(periods, 1e-12, band, color=BAND, lw=0, label="red noise, 95%")
         ax.loglog(periods, peak.expected[used], color=AXIS, lw=1.1, ls="--", label="red noise, fitted")
         ax.loglog(periods, peak.power[used], color=hue[s], label=s)
-        named = f"{peak.period:,.0f} ticks" if peak.recurs else "nothing recurs"
+        named = f"{peak.period:,.0f} ticks" if peak.recurs else "no recurring period"
         if peak.recurs:
             ax.axvline(peak.period, color=INK, lw=0.8, ls=":")
         ax.set_ylim(
@@ -165,14 +166,14 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Cross-correlation of each pair over lags of ± one period,
-    with the band of cross-seed pairs where given ("a→b")."""
+    """Draw the cross-correlation of each pair ("a→b") over lags of ± one period, with the band of cross-seed
+    pairs if given."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
         if band is not None:
             ax.fill_between(
-                band.lags, band.low, band.high, color=BAND, lw=0, label=f"{a} and {b} of different runs, 95 %"
+                band.lags, band.low, band.high, color=BAND, lw=0, label=f"{a} and {b} of different runs, 95%"
             )
             ax.plot(band.lags, band.real.T, color=PALETTE[2], lw=0.8, alpha=0.5)
             x, y = band.lags, band.real.mean(0)
@@ -193,7 +194,7 @@ def lags(
 
 
 def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.ndarray, np.ndarray]:
-    """Mean per tick of columns (ticks, …) in at most `bins` bins, and the bins' middles."""
+    """Return the mean per tick of columns (ticks, …) in at most `bins` bins, and the bins' centers."""
     edges = np.unique(np.linspace(0, len(series.ticks), min(bins, len(series.ticks)) + 1).astype(int))
     total = np.add.reduceat(columns, edges[:-1], axis=0)
     width = np.diff(edges).reshape(-1, *[1] * (columns.ndim - 1))
@@ -202,7 +203,7 @@ def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nda
 
 @styled
 def deaths(series: Series) -> Figure:
-    """Deaths per tick by cause, stacked, one panel a species that died at all."""
+    """Draw deaths per tick by cause, stacked, with one panel per species that had deaths."""
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
@@ -235,7 +236,8 @@ FLOWS = (
 
 @styled
 def energy(series: Series) -> Figure:
-    """Energy flows per tick of each species: inflows above zero, outflows below, and the net."""
+    """Draw the energy flows per tick of each species: inflows above zero, outflows below, and the net
+    flow."""
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
@@ -268,9 +270,9 @@ def positions(
     land: Land | None = None,
     relief: Relief | None = None,
 ) -> Figure:
-    """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the
-    side (x, z). On a plane the roads, fences and areas of `land` lie below them, on the ground as `relief`
-    says."""
+    """Draw a map of all organisms: positions (n, 3) [m] by species, later species on top. A volume is seen
+    from the side (x, z). On a plane, the roads, fences and areas of `land` are drawn below the organisms, on
+    the ground of `relief`."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
@@ -310,7 +312,8 @@ def positions(
 
 
 def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
-    """Of thousands of places one in each square of a 300th of the width: more dots would look the same."""
+    """Return one of thousands of places in each square of 1/300 of the width: more dots would look the
+    same."""
     if len(xy) < 5000:
         return xy
     column, row = np.floor(xy * (300 / wide)).astype(np.int64).T
@@ -319,7 +322,7 @@ def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
 
 @styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
-    """Kaplan–Meier curves with their 95 % bands, one a group."""
+    """Draw Kaplan–Meier curves with their 95% bands, one per group."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
@@ -335,14 +338,14 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
             lw=2,
             label=f"{name} (n = {curve.at_risk[0]})",
         )
-    ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="share that survives", title=title)
+    ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="fraction that survives", title=title)
     ax.legend(loc="lower left")
     return figure
 
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Numbers over time in each arm (columns): every run thin, the median over runs thick."""
+    """Draw numbers over time in each arm (columns). Thin: each run. Thick: the median over runs."""
     first = next(iter(runs.values()))[0]
     hue = colors_of(first)
     figure, axes = panels(
@@ -366,5 +369,5 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
         axes[-1, column].set_xlabel("tick")
     for ax, s in zip(axes[:, 0], first.species, strict=True):
         ax.set_ylabel(f"number of {s}")
-        ax.set_ylim(0, None)  # only now: it ends the scaling of the whole row
+        ax.set_ylim(0, None)  # last, because it ends the scaling of the whole row
     return figure

@@ -1,4 +1,5 @@
-"""Who ate how much of whom in a run: means of a tick, and their drawing as SVG, for light and dark pages."""
+"""Energy flows between species in a run: means per tick, and their drawing as SVG, for light and dark
+pages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,22 +16,24 @@ from ecs_eco.analysis.style import colors, own_colors
 from ecs_eco.config.models.reporters import EATEN
 
 WIDE, BAR, TOP, GAP, STUB, TALL = 760, 9, 20, 26, 44, 130  # of the drawing [px]
-THIN = 1.2  # of a band that is there at all [px]
+THIN = 1.2  # narrowest band [px]
 BY = "eaten by "
-INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light ground and on dark
+INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light and on dark backgrounds
 LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
 
 _CAPTION = (
-    "Energy that eaters gained, a tick, as widths, from whom it was to whom it went. Before them what"
-    " came from light, behind them what was burnt (faint) and what died uneaten (full); dashed is "
-    "what harmed its eater."
+    "Energy gained by eaters per tick: widths of bands, from food to eater. Bars on the left are "
+    "energy from light; bars on the right are energy burned (faint) and energy of organisms that "
+    "died uneaten (full). Dashed bands harm the eater."
 )
-_SHARED = " What each food gave was not recorded: what an eater took in is shared among its foods by number."
+_SHARED = (
+    " The energy of each food was not recorded: the intake of an eater is divided among its foods by number."
+)
 
 
 @dataclass(frozen=True)
 class Meal:
-    """What an eater gained from a food, and how many of it it ate, a tick."""
+    """The energy that an eater gained from a food, and the number eaten, per tick."""
 
     food: str
     eater: str
@@ -40,8 +43,8 @@ class Meal:
 
 @dataclass(frozen=True)
 class Budget:
-    """What else went into and out of a species, energy a tick: from light, or from parents and reactions;
-    burnt; and with the dead, less what their eaters gained."""
+    """The other inflows and outflows of a species, in energy per tick: from light, or from parents and
+    reactions; burned; and with the dead, minus the gains of their eaters."""
 
     light: float
     other: float
@@ -51,8 +54,8 @@ class Budget:
 
 @dataclass(frozen=True)
 class Flows:
-    """The food web of a run, in means of a tick. `shared`: what each food gave is not recorded, so that what
-    an eater took in is shared among its foods by number."""
+    """The food web of a run, in means per tick. `shared` is true if the energy of each food was not recorded,
+    so that the intake of an eater is divided among its foods by number."""
 
     meals: tuple[Meal, ...]
     budgets: Mapping[str, Budget]
@@ -60,7 +63,7 @@ class Flows:
 
 
 def flows(series: Series) -> Flows | None:
-    """What flowed in a run; None where nobody ate, or the run has no ledger of energy."""
+    """Return the flows in a run; None if no organism ate, or the run has no energy ledger."""
     if not len(series.ticks) or "taken_in" not in series.columns:
         return None
     mean = {name: values.mean(axis=0) for name, values in series.columns.items()}
@@ -99,7 +102,7 @@ def _energy(series: Series, mean: Mapping[str, np.ndarray], meal: Meal, shared: 
 
 
 def levels(found: Flows) -> dict[str, int]:
-    """How far each species is from those that eat nobody."""
+    """Return the trophic level of each species above those that eat no other species."""
     names = list(dict.fromkeys(name for m in found.meals for name in (m.food, m.eater)))
     level = dict.fromkeys(names, 0)
     for _ in names:
@@ -111,8 +114,8 @@ def levels(found: Flows) -> dict[str, int]:
 
 
 def draw(series: Series, found: Flows) -> str:
-    """The drawing, as a part of a page: a band from each that is eaten to each that eats it, as wide as the
-    energy gained."""
+    """Return the drawing as a part of a page: a band from each food to its eater, as wide as the energy
+    gained."""
     level = levels(found)
     names = sorted(level, key=lambda name: series.species.index(name))
     through = {name: _through(found, name) for name in names}
@@ -120,7 +123,7 @@ def draw(series: Series, found: Flows) -> str:
     scale = TALL / max(1e-12, *(sum(through[n] for n in column) for column in columns))
     left = STUB if any(found.budgets[n].light + found.budgets[n].other for n in names) else 2
     step = (WIDE - left - STUB - BAR) / max(1, len(columns) - 1)
-    at: dict[str, list[float]] = {}  # x, y, height, and how far what goes in and what goes out has come
+    at: dict[str, list[float]] = {}  # x, y, height, and the positions reached by inflows and by outflows
     for k, column in enumerate(columns):
         y = float(TOP)
         for n in column:
@@ -139,7 +142,8 @@ def draw(series: Series, found: Flows) -> str:
         for part in _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)
     ]
     words = "; ".join(
-        f"{m.eater} eats {number(m.number)} {m.food} a tick and gains {number(m.energy)}" for m in found.meals
+        f"{m.eater} eats {number(m.number)} {m.food} per tick and gains {number(m.energy)}"
+        for m in found.meals
     )
     return (
         f'<svg class="flows" viewBox="0 0 {WIDE} {high:.0f}" role="img" '
@@ -149,7 +153,7 @@ def draw(series: Series, found: Flows) -> str:
 
 
 def _through(found: Flows, name: str) -> float:
-    """The larger of what goes into a species and what goes out."""
+    """Return the larger of the inflow and the outflow of a species."""
     b = found.budgets[name]
     return max(
         b.light + b.other + sum(abs(m.energy) for m in found.meals if m.eater == name),
@@ -158,7 +162,7 @@ def _through(found: Flows, name: str) -> float:
 
 
 def _style(series: Series, names: list[str]) -> str:
-    """Colours of bars and bands, on light ground and on dark."""
+    """Return the colors of bars and bands, on light and on dark backgrounds."""
     rules = []
     chosen: Any = series.manifest.get("colors")
     for dark in (False, True):
@@ -197,7 +201,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
         else f"M{x0:.1f},{y0:.1f}C{x0 + reach:.1f},{y0:.1f} {x1 - reach:.1f},{y1:.1f} {x1:.1f},{y1:.1f}"
     )
     dash = ' stroke-dasharray="3 3"' if harms or not size else ""
-    words = f"{meal.eater} eats {number(meal.number)} {meal.food} a tick: {number(meal.energy)} energy"
+    words = f"{meal.eater} eats {number(meal.number)} {meal.food} per tick: {number(meal.energy)} energy"
     text = (
         f'<text x="{(x0 + x1) / 2:.1f}" y="{(y0 + y1) / 2 + 4:.1f}" text-anchor="middle">'
         f"{number(meal.number, 2)} eaten</text>"
@@ -212,7 +216,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """The bar of a species, what it burnt and what died, and its name with the energy that went in."""
+    """Return the bar of a species, its burned energy and its deaths, and its name with the energy inflow."""
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
@@ -241,7 +245,8 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
 
 
 def blocks(series: Series, place: Path) -> list[str]:
-    """The heading, the drawing and its numbers; nothing where nobody ate. `place` gets figures/flows.svg."""
+    """Return the heading, the drawing and its numbers; empty if no organism ate. `place` gets
+    figures/flows.svg."""
     found = flows(series)
     if found is None:
         return []
@@ -259,7 +264,7 @@ def blocks(series: Series, place: Path) -> list[str]:
     ]
     caption = escape(_CAPTION + _SHARED * found.shared)
     return [
-        "<h2>Who ate whom</h2>",
+        "<h2>Energy flows</h2>",
         f"<figure><div class='wide' tabindex='0'>{drawn}</div><figcaption>{caption}</figcaption></figure>",
-        table(["who → by whom", "energy a tick", "number a tick", "energy of each"], rows),
+        table(["food → eater", "energy per tick", "number per tick", "energy of each"], rows),
     ]

@@ -1,4 +1,4 @@
-"""The sign of a reading's effect on a formula, as its text shows: +1, −1, 0 for none, None: it depends."""
+"""The sign of a reading's effect in a formula, from its text: +1, −1, 0 for none, None if it depends."""
 
 import ast
 import re
@@ -10,17 +10,17 @@ RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a formula whether it rises (+1) or falls (−1) with it;
-    `positive` are the names never below 0."""
+    """Return for each name of a formula whether the formula rises (+1) or falls (−1) with it; `positive` are
+    the names that are never negative."""
     tree = _parsed(text)
     return {name: _direction(tree, name, positive) for name in _names(tree)}
 
 
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a reflex formula, the sign of the terms of the sum that it is in.
+    """Return, for each name in a reflex formula, the sign of the terms of the sum that contain it.
 
-    A term that is never below 0, such as `energy < 0.3`, has the sign +1;
-    other terms have that of their direction.
+    A term that is never negative, such as `energy < 0.3`, has the sign +1; other terms have the sign of their
+    direction.
     """
     tree = _parsed(text)
     directions: dict[str, Sign] = {}
@@ -33,19 +33,19 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def _parsed(text: str) -> ast.AST:
-    """The expression, with the name of its channel in the place of Component.field."""
+    """Return the expression with the names of channels in place of Component.field."""
     return ast.parse(FIELD.sub(r"\1_\2", " ".join(text.split())), mode="eval").body
 
 
 def _names(tree: ast.AST) -> list[str]:
-    """The readings that an expression names, once each, in the order of the text."""
+    """Return the readings in an expression, each once, in the order of the text."""
     called = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
     nodes = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and id(n) not in called]
     return list(dict.fromkeys(n.id for n in sorted(nodes, key=lambda n: n.col_offset)))
 
 
 def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
-    """The terms of a sum with their signs."""
+    """Return the terms of a sum with their signs."""
     if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add | ast.Sub):
         return _terms(tree.left, sign) + _terms(tree.right, sign if isinstance(tree.op, ast.Add) else -sign)
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
@@ -54,19 +54,19 @@ def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
 
 
 def _sum(signs: Iterable[Sign]) -> Sign:
-    """The sign of a sum: that of its terms where they agree."""
+    """Return the sign of a sum, if its terms agree."""
     distinct = set(signs) - {0}
     return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 
 
 def _times(a: Sign, b: Sign) -> Sign:
-    """The sign of a product."""
+    """Return the sign of a product."""
     return 0 if a == 0 or b == 0 else None if a is None or b is None else a * b
 
 
 def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
-    """+1 where an expression is never below 0, −1 where it is never above, 0 where it is 0,
-    None where it may be both."""
+    """Return +1 if an expression is never negative, −1 if it is never positive, 0 if it is always 0, None if
+    it can be both."""
 
     def value(part: ast.AST) -> Sign:
         return _value(part, positive)
@@ -112,7 +112,7 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without the name,
+    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it lacks the name,
     else None."""
 
     def way(part: ast.AST) -> Sign:
@@ -168,7 +168,7 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
 
 
 def _number(tree: ast.AST) -> float | None:
-    """The number that an expression is, with its sign; None for any other."""
+    """Return the value of a number with its sign; None for any other expression."""
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
         inner = _number(tree.operand)
         return None if inner is None else -inner

@@ -1,4 +1,4 @@
-"""Evolution of genes: means and spread of quantitative ones, allele frequencies, and selection, from all
+"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
 births and deaths. One run is one replicate: `ecs_eco.analysis.compare_genes` gives intervals."""
 
 from collections.abc import Mapping
@@ -10,15 +10,16 @@ import numpy as np
 from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values, require_number, values_of
 from ecs_eco.analysis.pedigree import Pedigree
 
-BINS = 40  # in which the values of a gene are counted over time, at most
-SAMPLES = 400  # of a run, at most about so many
+BINS = 40  # most bins in which the values of a gene are counted over time
+SAMPLES = 400  # of a run, approximate maximum
 
 
 @dataclass(frozen=True)
 class Course:
-    """A gene of many values among the living over time: at `ticks` i64[samples] the number `n` of the living,
-    the `mean` and the standard deviation `sd` of their values f64[samples], and which `share` of them has a
-    value between neighbouring `edges` f64[bins + 1], f64[samples, bins]; NaN where nobody lives."""
+    """A gene of many values among the living over time. At `ticks` i64[samples]: the number `n` of the
+    living, the `mean` and the standard deviation `sd` of their values f64[samples], and the fraction
+    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if none is
+    alive."""
 
     gene: str
     ticks: np.ndarray
@@ -30,10 +31,10 @@ class Course:
 
 
 class Selection(NamedTuple):
-    """How a value of a gene changes against all others.
+    """The change of a value of a gene against all others.
 
     `per_tick` is the slope of its log odds, `s` the same per generation; `generation` is the mean generation
-    time [ticks], `samples` how many times were used, `first` and `last` are allele frequencies.
+    time [ticks], `samples` the number of times used, `first` and `last` are allele frequencies.
     """
 
     s: float
@@ -45,13 +46,13 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """The genes of a species, as the manifest has them, with so few values that each is an allele to
-    count."""
+    """Return the genes of a species in the manifest that have so few values that each is counted as an
+    allele."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 
 def quantitative(genomes: Mapping[str, Any]) -> list[str]:
-    """The genes and derived traits of a species, as the manifest has them, that say a number of many."""
+    """Return the quantitative genes and derived traits of a species in the manifest."""
     return [
         g["name"]
         for g in (*genomes["genes"], *genomes.get("derived", []))
@@ -60,9 +61,10 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Mean, spread and shares of a gene's values among the living, at the end of every `every` ticks.
+    """Return mean, spread and fractions of a gene's values among the living, at the end of every `every`-th
+    tick.
 
-    Raises as `Lineage.values`.
+    Raises like `Lineage.values`.
     """
     record = gene_of(lineage, species, gene)
     require_number(record, species)
@@ -84,8 +86,8 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
 
 
 def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndarray:
-    """Edges of bins for values: one about each where few differ, else equal ones (equal factors) from the
-    least to the greatest; f64[bins + 1]."""
+    """Return edges of bins for values: around each value if there are few, else in equal steps (or factors)
+    from the least to the greatest; f64[bins + 1]."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) < 2:
         only = float(known[0]) if len(known) else 0.0
@@ -97,11 +99,11 @@ def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndar
 
 
 def generation_time(lineage: Pedigree, species: str) -> float:
-    """Mean age of parents when their offspring are born [ticks], over all births of a species that have
-    parents; NaN without any.
+    """Return the mean age of parents at the birth of their offspring [ticks], over all births of a species
+    with parents; NaN if there are none.
 
     The generation time T of age-structured populations (Charlesworth 1994, Evolution in age-structured
-    populations, chapter 1), each parent counted once for each child.
+    populations, chapter 1), with each parent counted once per child.
     """
     of = lineage.species == species
     ages = [
@@ -112,12 +114,12 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
-    """Slope of ln(p / (1 − p)) over time, by least squares weighted with n p (1 − p), the inverse variance of
-    a log odds of n copies (Berkson 1944); NaN where fewer than two times have both alleles.
+    """Return the slope of ln(p / (1 − p)) over time, by least squares weighted with n p (1 − p), the inverse
+    variance of a log odds of n copies (Berkson 1944); NaN if fewer than two times have both alleles.
 
-    Where a type grows as exp(m₁ t) and all others as exp(m₂ t), it is m₁ − m₂; with non-overlapping
+    If a type grows as exp(m₁ t) and all others as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
     generations and fitness 1 + s against 1 it is ln(1 + s) per generation (Crow and Kimura 1970, An
-    introduction to population genetics theory, chapter 5). Lost and fixed alleles weigh nothing.
+    introduction to population genetics theory, chapter 5). Lost and fixed alleles have zero weight.
     """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
     seen = np.isfinite(p) & (p > 0) & (p < 1) & (n > 0)
@@ -133,16 +135,16 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
 def selection(
     lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
 ) -> Selection:
-    """How strongly a value of a gene is selected from tick `since` to `until` (the last one): the
-    logit-linear regression of its allele frequency, per tick, and per generation by the mean generation time
-    of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) advises where generations
-    overlap.
+    """Return the strength of selection on a value of a gene from tick `since` to `until` (by default the
+    last): the logit-linear regression of its allele frequency, per tick, and per generation by the mean
+    generation time of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) recommends
+    for overlapping generations.
 
-    It is the net change against all other values, mutation and chance included: a neutral marker in the same
-    genome shows how large these are. Raises KeyError for an unknown species, gene or value.
+    It is the net change against all other values and includes mutation and chance; a neutral marker in the
+    same genome shows how large these are. Raises KeyError for an unknown species, gene or value.
     """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
-    counted.of(value)  # names the nearest
+    counted.of(value)  # an error names the nearest value
     column = counted.values.index(value)
     return selection_of(
         counted.allele[:, column],
@@ -162,7 +164,7 @@ def selection_of(
     since: int = 0,
     until: int | None = None,
 ) -> Selection:
-    """The Selection of an allele frequency at these ticks, among n copies."""
+    """Return the Selection of an allele frequency at these ticks, among n copies."""
     within = (ticks >= since) & (ticks <= (ticks[-1] if until is None else until)) & np.isfinite(frequency)
     p = frequency[within]
     slope = log_odds_slope(p, ticks[within], n[within])
@@ -171,11 +173,11 @@ def selection_of(
 
 
 def haldanes(course: Course, generation: float) -> float:
-    """Rate of evolution of a quantitative gene: change of its mean in standard deviations per generation
-    (Gingerich 1993, American Journal of Science 293A, 453–478).
+    """Return the rate of evolution of a quantitative gene: the change of its mean in standard deviations per
+    generation (Gingerich 1993, American Journal of Science 293A, 453–478).
 
-    The least-squares slope of the mean over ticks, over the standard deviation within the population, pooled
-    over time, times the generation time [ticks]; NaN where nothing varies.
+    This is the least-squares slope of the mean over ticks, divided by the standard deviation within the
+    population, pooled over time, times the generation time [ticks]; NaN if nothing varies.
     """
     there = np.isfinite(course.mean)
     t, mean = course.ticks[there].astype(float), course.mean[there]

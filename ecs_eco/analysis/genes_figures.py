@@ -27,7 +27,7 @@ PANELS = 8  # of one figure
 
 
 class Band(NamedTuple):
-    """A mean over runs with its 95 % interval at ticks, f64[samples] each."""
+    """A mean over runs with its 95% interval at ticks, f64[samples] each."""
 
     ticks: np.ndarray
     mean: np.ndarray
@@ -37,7 +37,7 @@ class Band(NamedTuple):
 
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Allele frequencies over time: of genes with two values that of the second, of others all."""
+    """Draw allele frequencies over time: for genes with two values the second, for other genes all."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     lines = lines_of(genes, all_values=True)
     for g, j, label, hue, dash in lines:
@@ -52,7 +52,8 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Quantitative genes over time: shade is the share of the living, lines are the mean and one sd."""
+    """Draw quantitative genes over time: shades show the fraction of the living, lines the mean and one
+    standard deviation."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -81,7 +82,7 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         )
         ax.grid(visible=False)
         bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
-        bar.set_label("share of the living", fontsize=8.5)
+        bar.set_label("fraction of the living", fontsize=8.5)
         bar.set_ticks([0, top / 4, top])
         if k == 0:
             figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)
@@ -93,9 +94,9 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
 def arms(
     bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "", shares: bool = True
 ) -> Figure:
-    """A panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95 % band.
+    """Draw a panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95% band.
 
-    `labels` are the words at each panel's vertical axis, by gene; `shares` lie from 0 to 1.
+    `labels` are the labels of the vertical axes, by gene; `shares` sets their range to 0 to 1.
     """
     columns = min(2, len(bands))
     rows = -(-len(bands) // columns)
@@ -121,12 +122,13 @@ def arms(
     return figure
 
 
-# --- the part of a report ------------------------------------------------------------------------------------
+# --- the part of a report
+# ------------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Figures and tables of the genes of each species; nothing where no genome was recorded, or nobody had
-    one.
+    """Return figures and tables of the genes of each species; empty if no genome was recorded or no organism
+    had one.
 
     Figures are written below `place`.
     """
@@ -149,8 +151,8 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
     if few := few_valued(kept):
         counts = [lineage.frequencies(s, gene, every) for gene in few]
         without = (
-            "An organism with the value of a gene's first codon counts as without that gene; "
-            "the grey line counts all"
+            "An organism with the value of a gene's first codon counts as without that gene; the "
+            "gray line counts all organisms"
         )
         yield drawn(
             carriers(counts, s),
@@ -160,7 +162,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
         yield drawn(
             alleles(counts, s),
             folder / f"alleles-{i}.svg",
-            f"Allele frequencies of {s}: the share of each value among all copies of a gene.",
+            f"Allele frequencies of {s}: the fraction of each value among all copies of a gene.",
         )
         yield _selection(counts, generation)
     if many := quantitative(kept):
@@ -170,7 +172,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
             yield drawn(
                 courses(found[k : k + PANELS], traits, s),
                 folder / (f"genes-{i}" + (f"-{k // PANELS}" if k else "") + ".svg"),
-                f"Genes of {s} that say a number: the share of the living with each value, and their mean.",
+                f"Quantitative genes of {s}: the fraction of the living with each value, and the mean.",
             )
         yield _change(found, traits, generation)
 
@@ -190,11 +192,11 @@ def _selection(counts: list[Frequencies], generation: float) -> str:
                     number(1000 * found.per_tick),
                 ]
             )
-    head = ["gene", "value", "frequency at first", "at last", "s per generation", "s per 1,000 ticks"]
+    head = ["gene", "value", "first frequency", "last", "s per generation", "s per 1,000 ticks"]
     note = (
-        "s is the slope of the log odds of a value against all others, mutation and chance included: "
-        f"a neutral gene shows how large these are. A generation is {_ticks(generation)}, the mean age "
-        "of parents at the birth of their offspring. One run is one replicate: "
+        "s is the slope of the log odds of a value against all others. It includes mutation and "
+        f"chance; a neutral gene shows how large these are. A generation is {_ticks(generation)}, the "
+        "mean age of parents at the birth of their offspring. One run is one replicate: "
         "<code>ecs-eco compare</code> gives intervals over seeds."
     )
     return f"{table(head, rows)}<p class='under'>{note}</p>"
@@ -213,7 +215,7 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
                 number(haldanes(c, generation)),
             ]
         )
-    head = ["gene", "trait", "mean ± standard deviation at first", "at last", "change per generation [sd]"]
+    head = ["gene", "trait", "first mean ± standard deviation", "last", "change per generation [sd]"]
     note = (
         f"Change is the slope of the mean, in standard deviations per generation of {_ticks(generation)} "
         "(haldanes)."
@@ -222,4 +224,6 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
 
 
 def _ticks(generation: float) -> str:
-    return "not known, as nobody was born of parents" if np.isnan(generation) else f"{generation:,.0f} ticks"
+    return (
+        "unknown, as no organism was born of parents" if np.isnan(generation) else f"{generation:,.0f} ticks"
+    )

@@ -1,4 +1,4 @@
-"""What people have made of the ground: fences and roads that are there, and areas in which land is used."""
+"""Human use of the ground: fences and roads, and areas of land use."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
@@ -14,15 +14,15 @@ from ecs_eco.engine.errors import ConfigError
 
 Land = dict[str, list[dict[str, Any]]]
 ROAD, FENCE = "#d8ccb4", "#222222"
-USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
+USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colors of areas
 
 
 def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
-    """Return `fences`, `roads` and `areas` at the end of a tick, each with its `line` of corners or its
-    `region` as a world file has them [m]; roads have a `width` [m], areas a `kind` and a `species`.
+    """Return `fences`, `roads` and `areas` at the end of a tick. Each has its `line` of corners or its
+    `region` in the form of a world file [m]; roads have a `width` [m], areas a `kind` and a `species`.
 
-    `config` is the configuration of a run as in its manifest, `intervened` what was done to it: (tick,
-    intervention). Uses of the whole world are no area. The folder `run` holds what layers of real land added.
+    `config` is the configuration in a run's manifest, `intervened` its interventions: (tick, intervention).
+    Uses of the whole world are not areas. The folder `run` contains the additions of real land's layers.
     """
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
@@ -60,7 +60,7 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
-    """Return the lines of the land in a run's folder; none where it cannot be read."""
+    """Return the lines of the land in a run's folder; empty if it cannot be read."""
     try:
         return kept_land(run).lines
     except ConfigError:
@@ -68,7 +68,7 @@ def _of_layers(run: Path) -> list[dict[str, Any]]:
 
 
 def _shape(order: Mapping[str, Any]) -> dict[str, Any]:
-    """Return where a fence or a road is."""
+    """Return the place of a fence or road."""
     shape = {key: order[key] for key in ("line", "region") if order.get(key) is not None}
     return shape | ({"width": order.get("width", 1.0)} if order.get("kind", "road") == "road" else {})
 
@@ -78,7 +78,7 @@ def _where(shape: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def draw_land(ax: Axes, land: Land) -> list[Any]:
-    """Draw what is on the ground below everything else on axes in metres; return what was drawn."""
+    """Draw the land below everything else on axes in meters; return the artists."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Circle, Polygon, Rectangle
 
@@ -107,8 +107,8 @@ def draw_land(ax: Axes, land: Land) -> list[Any]:
 
 
 def strip(line: np.ndarray, width: float) -> list[np.ndarray]:
-    """Return the corners of the rectangles that a strip along a line f64[k, 2] is made of, f64[4, 2] each;
-    each reaches half of its width beyond both ends, so that there are no gaps at corners."""
+    """Return the corners of the rectangles that form a strip along a line f64[k, 2], f64[4, 2] each. Each
+    extends half of its width beyond both ends, so that there are no gaps at corners."""
     out = []
     for a, b in pairwise(line):
         along = (b - a) / max(float(np.hypot(*(b - a))), 1e-30) * width / 2

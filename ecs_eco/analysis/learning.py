@@ -1,4 +1,4 @@
-"""Learning over time: what the updates of policies said, and how often each action was done."""
+"""Learning over time: diagnostics of policy updates, and the frequencies of actions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,22 +13,22 @@ from ecs_eco.analysis.runs import Series, tables
 from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
-POINTS = 150  # of a curve, at most
+POINTS = 150  # most points of a curve
 SHOWN = {
     "reward": "reward per decision",
     "happiness": "mean happiness",
     "entropy": "entropy [nat]",
     "approx_kl": "KL divergence [nat]",
     "explained_variance": "explained variance",
-    "clip_fraction": "share of clipped ratios",
+    "clip_fraction": "fraction of clipped ratios",
 }
-"""What a figure of learning shows, in its order, with the words at the axis."""
+"""The curves in a figure of learning, in order, with the labels of their axes."""
 
 
 @dataclass(frozen=True)
 class Updates:
-    """The updates of one species: `ticks` i64[updates] and `columns` f64[updates] by name, as
-    `ecs_eco.record.learning.UPDATE` has them, with `n_transitions` and `n_learners`."""
+    """The updates of one species: `ticks` i64[updates] and `columns` f64[updates] by name, as in
+    `ecs_eco.record.learning.UPDATE`, with `n_transitions` and `n_learners`."""
 
     ticks: np.ndarray
     columns: dict[str, np.ndarray]
@@ -36,8 +36,8 @@ class Updates:
 
 @dataclass(frozen=True)
 class Acts:
-    """What one species did: at `ticks` i64[samples] the share of those that decided who did each action,
-    `share` f64[samples, actions]; `actions` are "speed.run", in their order."""
+    """The actions of one species: at `ticks` i64[samples], the fraction of deciding organisms that did each
+    action, `share` f64[samples, actions]; `actions` are named "speed.run", in order."""
 
     ticks: np.ndarray
     actions: tuple[str, ...]
@@ -53,7 +53,7 @@ class Acts:
 
 
 def updates_of(table: pa.Table) -> dict[str, Updates]:
-    """Return the updates of each species in a table as `Recorder.learning_series` gives it."""
+    """Return the updates of each species in a table of `Recorder.learning_series`."""
     species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
     columns = {
         name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
@@ -68,7 +68,7 @@ def updates_of(table: pa.Table) -> dict[str, Updates]:
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
-    """Return what each species did, from a table as `Recorder.action_series` gives it."""
+    """Return the actions of each species in a table of `Recorder.action_series`."""
     species, action = (
         np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
     )
@@ -85,14 +85,14 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") of a run folder; None where it has none."""
+    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if it has none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN where
-    a stretch has no value."""
+    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN if a
+    stretch has no value."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -109,7 +109,7 @@ def diagnostics(
     happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
     hue: Mapping[str, str],
 ) -> Figure:
-    """Reward, happiness and PPO's own numbers over time, a line for each species that learns."""
+    """Draw reward, happiness and PPO's diagnostics over time, with one line per species that learns."""
     figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
     for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
         for s, found in updates.items():
@@ -135,7 +135,7 @@ def diagnostics(
 
 @styled
 def actions(acts: Acts, title: str = "") -> Figure:
-    """How often each action is done: a stack of shares for each group, over time."""
+    """Draw the frequency of each action over time: a stack of fractions for each group."""
     groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
     groups = groups or acts.groups
     figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
@@ -156,7 +156,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
 
 
 def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return ticks and mean happiness of each species, while it lives."""
+    """Return ticks and mean happiness of each species while it lives."""
     if "happiness_mean" not in series.columns:
         return {}
     return {
@@ -166,7 +166,8 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return updates, transitions, and means of each number over the first and last tenth of updates."""
+    """Return the number of updates and transitions, and means of each quantity over the first and last tenth
+    of updates."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)

@@ -22,10 +22,10 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
+    """Write a row per organism in the order of uids, in the phylogeny standard of Lalejini et al. (2019).
 
-    id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while
-    alive; taxon_label, the species; genome; recorded fields, empty where there is none. "Data Standards for
+    Columns: id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf"
+    while alive; taxon_label, the species; genome; recorded fields, empty if missing. "Data Standards for
     Artificial Life Software", Proceedings of ALIFE 2019.
     """
     out = io.StringIO()
@@ -51,11 +51,11 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
 
 
 def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
-    """The tree along first parents: every organism is a node, named by its uid;
-    children follow in the order of uids.
+    """Return the tree along first parents. Every organism is a node, named by its uid; children follow in the
+    order of uids.
 
-    A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on
-    one root without a name, which is as old as the first of them; nobody at all is the tree ";".
+    The length of a branch is the time from the parent's birth to the child's [ticks]. Several founders share
+    an unnamed root with the birth time of the first founder. Without organisms the tree is ";".
     """
     n = len(lineage)
     if not n:
@@ -91,7 +91,8 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens."""
+    """Return a name in Newick syntax: in single quotes if it contains more than letters, digits, dots and
+    hyphens."""
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
 
 
@@ -102,11 +103,12 @@ DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
 
 @dataclass(frozen=True)
 class Lineage(Pedigree):
-    """The pedigree of a run: reading it, gene frequencies, and export to other formats."""
+    """The pedigree of a run, with methods to read it, compute gene frequencies, and export it to other
+    formats."""
 
     @classmethod
     def of(cls, world: Any) -> Self:
-        """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
+        """Return the lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
         recorder = world.recorder
         if recorder is None:
             raise RuntimeError(
@@ -127,10 +129,10 @@ class Lineage(Pedigree):
 
     @classmethod
     def read(cls, folder: Path | str) -> Self:
-        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged
-        file. Founders that a folder of an older version does not list are added where they died or had
-        offspring. An archipelago has all islands in one; on one island immigrants appear at their arrival,
-        without parents that they left behind, and emigrants end as "emigrated"."""
+        """Return the lineage of a run folder; raise FileNotFoundError if it contains no run, RecordingError
+        for a damaged file. Founders that a folder of an older version does not list are added if they died or
+        had offspring. The lineage of an archipelago covers all islands. On a single island, immigrants appear
+        at their arrival without the parents that they left behind, and emigrants end as "emigrated"."""
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
@@ -148,7 +150,7 @@ class Lineage(Pedigree):
 
     @classmethod
     def _of_islands(cls, root: Path) -> Self:
-        """The lineage of all islands: who migrates was born on one of them and died on one."""
+        """Return the lineage of all islands: migrants were born on one island and died on one."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         recorded = _recorded(folders[0])
         births, deaths = (
@@ -175,7 +177,7 @@ class Lineage(Pedigree):
         at = by_uid[np.minimum(at, len(uid) - 1)] if len(uid) else at
         lost = deaths["uid"] != (uid[at] if len(uid) else 0)
         if lost.any():
-            raise ValueError(f"lineage: {deaths['uid'][lost][0]} died, of whom no birth is recorded")
+            raise ValueError(f"lineage: {deaths['uid'][lost][0]} died, but its birth was not recorded")
         died[at], cause[at] = deaths["tick"], deaths["cause"]
         more["recorded"] = recorded = {}
         for name in (name for name in births if "." in name):  # fields of components
@@ -198,11 +200,11 @@ class Lineage(Pedigree):
     def to_newick(
         self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None
     ) -> str:
-        """The tree along first parents in Newick format, written to `path` where given; see
-        `newick`. `living` leaves the living and their ancestors along first parents; `names` has
-        one for each organism (default: uids)."""
+        """Return the tree along first parents in Newick format, and write it to `path` if given; see
+        `newick`. `living` keeps only the living and their ancestors along first parents; `names` has one name
+        per organism (default: uids)."""
         if names is not None and len(names) != len(self):
-            raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
+            raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; expected one name each")
         chosen = self._forebears(self.died == ALIVE, fathers=False) if living else np.ones(len(self), bool)
         text = newick(self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c])
         if path is not None:
@@ -211,14 +213,14 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Columns of all parts: texts as str, "" where null; numbers as u64; recorded fields as f64, NaN where
+    """Return columns of all parts: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN for
     null; a missing column as 0, "" or NaN."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 
 
 def _recorded(folder: Path | str) -> dict[str, type]:
-    """The columns of the fields that the key `record` of a run's world lists."""
+    """Return the columns of the fields that the key `record` of a run's world lists."""
     first = next(tables(folder, "births"), None)
     return {name: float for name in (() if first is None else first.column_names) if "." in name}
 
@@ -226,10 +228,10 @@ def _recorded(folder: Path | str) -> dict[str, type]:
 def _present(
     folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The births of an island with those who came, and its deaths with those who left for good."""
+    """Return the births of an island including immigrants, and its deaths including permanent emigrants."""
     columns = {"born": int, **BIRTHS, **{name: float for name in births if "." in name}}
     came, left = (_events(folder, kind, columns) for kind in ("arrivals", "departures"))
-    last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last time of each
+    last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last arrival of each
     away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
     gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)
     _, first = np.unique(came["uid"], return_index=True)
@@ -270,7 +272,8 @@ def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
 
 
 def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Births, with those of whom only a death or a child is recorded: born at tick 0 without parents."""
+    """Return the births, adding organisms for which only a death or a child was recorded, as born at tick 0
+    without parents."""
     known: dict[int, str] = {}
     for events, column in ((births, "parent"), (births, "parent2"), (deaths, "uid")):
         uids, species = events[column], events["species"]

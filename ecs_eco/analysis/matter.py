@@ -1,4 +1,4 @@
-"""The ledger of matter of a recorded run: what holds each substance over time, and what flowed."""
+"""The ledger of matter of a recorded run: the stocks of each substance over time, and its flows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
-"""Flows from one holder into another; the rest come from outside, go there, or are reactions."""
-SURE = 1e-5  # of the greatest stock: so well a ledger closes
+"""Flows from one holder to another; all others come from outside, leave, or are reactions."""
+SURE = 1e-5  # fraction of the greatest stock within which a ledger must close
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Pages of the ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
+    """The ledger of matter: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
     `stock_after`."""
 
     ticks: np.ndarray
@@ -31,16 +31,17 @@ class Ledger:
 
     @property
     def flows(self) -> tuple[str, ...]:
-        """The names of the flows, positive into what holds the substance."""
+        """The names of the flows, positive into the holder."""
         return tuple(name for name in self.columns if not name.startswith("stock_"))
 
     @property
     def stock(self) -> np.ndarray:
-        """What each holds at the end of each tick, f64[ticks, holders, substances] [mol]."""
+        """The stock of each holder at the end of each tick, f64[ticks, holders, substances] [mol]."""
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """The largest gap of any page [mol], as a share of the substance's greatest stock, and its tick."""
+        """Return the largest gap of any tick [mol], the gap as a fraction of the substance's greatest stock,
+        and its tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -51,7 +52,7 @@ class Ledger:
 
 
 def ledger_of(table: pa.Table) -> Ledger:
-    """Return the ledger in a table as `world.recorder.matter_series()` gives it."""
+    """Return the ledger in a table of `world.recorder.matter_series()`."""
     holder, substance = (
         table[name].cast(pa.string()).combine_chunks().dictionary_encode() for name in ("holder", "substance")
     )
@@ -67,13 +68,13 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the ledger of matter of a run folder; None where it keeps none."""
+    """Return the ledger of matter of a run folder; None if it has none."""
     table = read_kind(run, "matter")
     return ledger_of(table) if table is not None and len(table) else None
 
 
 def told(ledger: Ledger) -> list[str]:
-    """What became of each substance, a sentence each, and whether the ledger closes."""
+    """Return a sentence on the fate of each substance, and one on whether the ledger closes."""
     lines = []
     for k, name in enumerate(ledger.substances):
         before, after = ledger.columns["stock_before"][0, :, k].sum(), ledger.stock[-1, :, k].sum()
@@ -87,8 +88,8 @@ def told(ledger: Ledger) -> list[str]:
         share = ledger.stock[-1, most, k] / after if after > 0 else 0.0
         end = f"; most of it, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
         lines.append(
-            f"{name}: {number(before)} mol at first, {number(after)} mol at last"
-            f"{f' ({some})' if some else ', none came or went'}{end}."
+            f"{name}: {number(before)} mol at the start, {number(after)} mol at the "
+            f"end{f' ({some})' if some else ', no inflow or outflow'}{end}."
         )
     gap, share, tick = ledger.gap()
     kept = "closes" if share < SURE else "DOES NOT CLOSE"
@@ -101,8 +102,8 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """What holds each substance over time: a stack of stocks, a row for each substance; species in their
-    colours, what is no species hatched."""
+    """Draw the stocks of each substance over time, stacked, with one row per substance; species in their
+    colors, all other holders hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -123,12 +124,12 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Sentences, the figure of stocks (below `place`) and sums of flows; nothing without substances."""
+    """Return sentences, the figure of stocks (below `place`) and sums of flows; empty without substances."""
     ledger = read(run)
     if ledger is None:
         return []
     lines = "".join(f"<li>{escape(line)}</li>" for line in told(ledger))
-    caption = "What holds each substance over time, by species, kind of object and field."
+    caption = "Stocks of each substance over time, by species, kind of object and field."
     return [
         "<h2>Matter</h2>",
         f"<ul>{lines}</ul>",
@@ -138,7 +139,7 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
 
 
 def sums(ledger: Ledger) -> str:
-    """The sums of all flows [mol] by substance and holder."""
+    """Return a table of the sums of all flows [mol] by substance and holder."""
     total = {f: ledger.columns[f].sum(axis=0) for f in ledger.flows}
     shown = [f for f in ledger.flows if total[f].any()]
     rows = [
@@ -153,5 +154,5 @@ def sums(ledger: Ledger) -> str:
         for i, holder in enumerate(ledger.holders)
         if ledger.stock[:, i, k].any() or any(total[f][i, k] for f in shown)
     ]
-    head = ["substance", "in", "at first [mol]", *(f.replace("_", " ") for f in shown), "at last [mol]"]
+    head = ["substance", "in", "start [mol]", *(f.replace("_", " ") for f in shown), "end [mol]"]
     return table(head, rows)

@@ -1,4 +1,5 @@
-"""What reporters measured: its course in one run and in several, and how arms of an experiment differ in it."""
+"""Values of reporters over time in one run and in several, and their differences between arms of an
+experiment."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -15,11 +16,11 @@ from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
 Rows = Sequence[Sequence[Series]]  # the runs of an arm by training seed
 WORLD = "(world)"
-"""Stands where a species would, for what is one number of the whole world."""
+"""Used in place of a species for values of the whole world."""
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
-    """What is measured in all these runs: reporter → species that have numbers, or WORLD alone."""
+    """Return the values that all these runs have: reporter → species with values, or only WORLD."""
     names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
     return {name: _of_whom(name, runs) for name in names}
 
@@ -32,12 +33,12 @@ def _of_whom(name: str, runs: Sequence[Series]) -> list[str]:
 
 
 def course(run: Series, name: str, of: str) -> np.ndarray:
-    """What a reporter said in each tick of a species, or of the WORLD; NaN where it said nothing, (ticks,)"""
+    """Return a reporter's value of a species, or of the WORLD, in each tick; NaN if missing, (ticks,)."""
     return run.columns[name][:, 0] if of == WORLD else run.of(of, name)
 
 
 def run_mean(run: Series, name: str, of: str) -> float:
-    """Mean over the ticks of a run in which there is a number; NaN where there is none."""
+    """Return the mean over the ticks of a run that have a value; NaN if there are none."""
     values = course(run, name, of)
     values = values[np.isfinite(values)]
     return float(values.mean()) if values.size else float("nan")
@@ -47,7 +48,7 @@ def run_mean(run: Series, name: str, of: str) -> float:
 
 
 def rows(series: Series) -> str:
-    """A table with a row for each reporter and species: first, mean, least, most, last."""
+    """Return a table with a row for each reporter and species: first, mean, least, most, last."""
     out = []
     for name, kinds in measured(series).items():
         for of in kinds:
@@ -63,7 +64,7 @@ def rows(series: Series) -> str:
 
 
 def lines(series: Series) -> list[str]:
-    """A line for each reporter and species: its mean over a run, and its last number."""
+    """Return a line for each reporter and species: its mean over a run, and its last value."""
     return [
         f"{name}{'' if of == WORLD else f' of {of}'}: {number(run_mean(series, name, of))} on average, "
         f"{number(course(series, name, of)[-1])} at the end"
@@ -74,7 +75,7 @@ def lines(series: Series) -> list[str]:
 
 @styled
 def figure(series: Series) -> Figure:
-    """A panel for each reporter, with a line for each species."""
+    """Draw a panel for each reporter, with a line for each species."""
     kinds, hue = measured(series), colors_of(series)
     figure, axes = panels(len(kinds), 1, 9, 1.9 * len(kinds) + 0.5, sharex=True)
     for ax, (name, named) in zip(axes[:, 0], kinds.items(), strict=True):
@@ -94,7 +95,8 @@ def figure(series: Series) -> Figure:
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Each reporter over time (rows) in each arm (columns): every run thin, the median over runs thick."""
+    """Draw each reporter over time (rows) in each arm (columns). Thin: each run. Thick: the median over
+    runs."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = panels(
@@ -119,7 +121,7 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
 
 
 def _median(courses: np.ndarray) -> np.ndarray:
-    """The median over runs, NaN at ticks where none has a number."""
+    """Return the median over runs, NaN at ticks for which no run has a value."""
     out = np.full(courses.shape[1], np.nan)
     some = np.isfinite(courses).any(0)
     out[some] = np.nanmedian(courses[:, some], axis=0)
@@ -127,8 +129,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and the
-    number of runs with one, "n". Both kinds of seeds are replicates."""
+    """Return reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval,
+    and "n", the number of runs with a value. Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -142,9 +144,9 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
-    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm, with a
-    bootstrap over runs; of several training seeds, over the cells of the same seeds, None where arms do not
-    share them."""
+    """Return reporter → species or WORLD → arm → difference of the mean over runs from the first arm. The
+    interval is a bootstrap over runs or, with several training seeds, over the cells of the same seeds; None
+    if the arms do not share them."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 
@@ -173,8 +175,8 @@ def _means(rows: Rows, name: str, of: str) -> np.ndarray:
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds; runs without a number are left
-    out, and then the rest are one row."""
+    """Return mean and 95% interval of a table of training seeds × world seeds. Runs without a value are left
+    out, in which case the rest form one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

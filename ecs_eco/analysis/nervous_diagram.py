@@ -36,7 +36,7 @@ ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion"
 
 @dataclass(frozen=True)
 class SensorNode:
-    """A sensor: its kind, what it is sensitive to and where, and its channels (rows of the sensory input)."""
+    """A sensor: its kind, its stimulus and place, and its channels (rows of the sensory input)."""
 
     kind: str  # heading: interoception, touch, smell, vision, bodies around, surroundings, other senses
     text: str
@@ -49,7 +49,7 @@ class SensorNode:
 
 @dataclass(frozen=True)
 class ActionNode:
-    """An action: its group, and how it comes about without a reflex."""
+    """An action: its group, and how it is determined in the absence of a reflex."""
 
     section: str  # one of ORDER
     group: str
@@ -63,35 +63,35 @@ class ActionNode:
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is:
+    """A connection or a formula of the reflex network; `sources` are (channel row, sign), with sign None if
     it depends."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
     sign: Sign
     label: str
-    gene: str = ""  # that codes for its weight or threshold
+    gene: str = ""  # gene of its weight or threshold
 
 
 @dataclass(frozen=True)
 class HappinessNode:
-    """The happiness network; without sources a function of all channels."""
+    """The happiness network; without sources it is a function of all channels."""
 
     sources: tuple[tuple[int, Sign], ...]
     label: str
-    genes: tuple[str, ...] = ()  # that code for weights
-    heritable: frozenset[int] = frozenset()  # channels whose weight a gene codes for
+    genes: tuple[str, ...] = ()  # genes of its weights
+    heritable: frozenset[int] = frozenset()  # channels whose weight is set by a gene
 
 
 @dataclass(frozen=True)
 class PolicyNode:
-    """The policy network: units of each layer from channels to options, none where there is no network."""
+    """The policy network: units of each layer from channels to options, empty if there is no network."""
 
     kind: str
     layers: tuple[int, ...]
     learns: bool
     inherit: str = "none"
-    network: str = ""  # name of a torch module's class; its layers are its own affair
+    network: str = ""  # class name of a torch module, whose layers are not shown
 
     @property
     def label(self) -> str:
@@ -109,8 +109,8 @@ class PolicyNode:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A nervous system as it is drawn; rows of channels and actions are those of the sensory input
-    and the decision."""
+    """A nervous system for a drawing. Rows of channels and actions are the rows of the sensory input and the
+    decision."""
 
     world: str
     species: str
@@ -118,25 +118,26 @@ class Diagram:
     sensors: tuple[SensorNode, ...]  # in the order of drawing
     actions: tuple[ActionNode, ...]  # in the order of drawing
     reflexes: tuple[Reflex, ...]
-    function: str  # module:name of a reflex network that is a function; "" without
+    function: str  # module:name of a reflex network that is a function; "" otherwise
     happiness: HappinessNode | None
     policy: PolicyNode
 
 
 def nervous_species(config: WorldConfig) -> list[str]:
-    """The species that have sensors or actions."""
+    """Return the species that have sensors or actions."""
     return [name for name, s in config.species.items() if s.sensors or s.actions]
 
 
 def diagram(config: WorldConfig, species: str) -> Diagram:
-    """The diagram of a species; raises ConfigError if there is no such species or it has no nerves."""
+    """Return the diagram of a species; raise ConfigError if there is no such species or it has no nervous
+    system."""
     nervous = nervous_species(config)
     if species not in nervous:
         fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
         allowed = (
-            f"a species with nerves: {', '.join(nervous)}"
+            f"a species with a nervous system: {', '.join(nervous)}"
             if nervous
-            else "no species of this world has nerves"
+            else "no species of this world has a nervous system"
         )
         raise ConfigError([Problem((), fault, species, allowed, nearest(species, nervous), "species")])
     own = config.species[species]
@@ -191,7 +192,7 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
 
 
 def _text(sensor: Any) -> str:
-    """What a sensor is sensitive to, and where."""
+    """Return a text on the stimulus of a sensor, and its place."""
     match sensor.kind:
         case "own":
             return (
@@ -221,13 +222,13 @@ def _text(sensor: Any) -> str:
         case "touch":
             begin, end = sensor.at
             where = (
-                "all round"
+                "all around"
                 if end - begin >= 2 * math.pi - 1e-5
                 else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°"
             )
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
         case "approach":
-            return f"flow of the nearest {sensor.target} that approaches, within {sensor.radius:g} m"
+            return f"optic flow of the nearest approaching {sensor.target}, within {sensor.radius:g} m"
         case "gradient":
             return f"direction in which {sensor.field} rises, over {sensor.span:g} m"
         case "custom":
@@ -241,9 +242,9 @@ def _angle(fov: float) -> str:
 
 
 def _place(at: list[float]) -> str:
-    """A place on the body in words, in radii: "1 ahead, 0.5 left"."""
+    """Return a place on the body as text, in radii: "1 ahead, 0.5 left"."""
     ways = (("ahead", "behind"), ("left", "right"), ("up", "down"))
-    return ", ".join(f"{abs(v):g} {ways[i][v < 0]}" for i, v in enumerate(at) if v) or "at the centre"
+    return ", ".join(f"{abs(v):g} {ways[i][v < 0]}" for i, v in enumerate(at) if v) or "at the center"
 
 
 def _actions(species: Species) -> list[ActionNode]:
@@ -304,8 +305,8 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Values that a gene of a weight can give, of a continuous one the ends and 0 between,
-    and their sign where it is one."""
+    """Return the possible values of a gene of a weight (for a continuous gene the ends, and 0 if it is
+    between them), and their sign if they share one."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -318,7 +319,7 @@ def _signed(weight: float) -> str:
 
 
 def _genes(species: Species) -> dict[str, Any]:
-    """The genes of a species by the trait that each codes for."""
+    """Return the genes of a species by trait."""
     return {gene.trait: gene for gene in all_genes(species) if gene.trait}
 
 
@@ -342,7 +343,8 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
-    """(channel, sign) for the channels behind names; a channel behind two names that disagree has None."""
+    """Return (channel, sign) for the channels behind names; a channel behind two names that disagree has
+    None."""
     by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:
@@ -351,7 +353,7 @@ def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tu
 
 
 def _positive(species: Species, dims: int) -> set[str]:
-    """The names of readings that are never below 0."""
+    """Return the names of readings that are never negative."""
     names: set[str] = set()
     for s in species.sensors:
         channels = s.channels(dims)
@@ -379,8 +381,8 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """(group, number of options) of the groups that the policy chooses in;
-    a lone action has "not" as alternative."""
+    """Return (group, number of options) of the groups in which the policy chooses; a single action has "not"
+    as its alternative."""
     automatic = set(species.automatic)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()

@@ -1,5 +1,5 @@
-"""Draws nervous systems: sensors at the left, actions at the right, networks between. nervous_diagram.py has
-the content, nervous_layout.py the layout, nervous_pen.py the strokes."""
+"""Draws nervous systems: sensors on the left, actions on the right, networks between them. The content is
+from nervous_diagram.py, the layout from nervous_layout.py, the strokes from nervous_pen.py."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,22 +33,23 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
 
 VALUES = ("readings", "y", "probabilities", "decision", "happiness")
-BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the gathered lines from the channels
+BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the bundled lines from the channels
 
 
 def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, Any] | None = None) -> Figure:
-    """A species' nervous system.
+    """Draw a species' nervous system.
 
-    `values`, the state of one organism, may hold readings f32[channels], y i8[actions], probabilities
-    f32[actions], decision u8[actions] and happiness. Raises ConfigError for a species without nerves,
-    UnknownName for an unknown value and ValueError for one of another length.
+    `values`, the state of one organism, may contain readings f32[channels], y i8[actions], probabilities
+    f32[actions], decision u8[actions] and happiness. Raises ConfigError for a species without a nervous
+    system, UnknownName for an unknown value and ValueError for a value of the wrong length.
     """
     d = diagram(config, species)
     return _figure([_Drawing(d, _checked(values or {}, d))])
 
 
 def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
-    """The nervous systems of several species, one below the other; if none is named, of all that have one."""
+    """Draw the nervous systems of several species, one below the other; by default, of all species that have
+    one."""
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
@@ -63,9 +64,10 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, by its suffix, completely or not at all; the same figure gives the same file.
+    """Write a PNG, SVG or PDF, depending on the suffix, completely or not at all; the same figure gives the
+    same file.
 
-    An SVG follows the theme: light, and dark where the system or its page is.
+    An SVG follows the dark or light theme of the system or its page.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -83,7 +85,7 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
 
 
 def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
-    """The values as arrays of the right length."""
+    """Return the values as arrays of the right length."""
     lengths = dict.fromkeys(VALUES, len(d.actions)) | {"readings": len(d.channels), "happiness": 1}
     arrays: dict[str, np.ndarray] = {}
     for name, value in values.items():
@@ -94,7 +96,7 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
         arrays[name] = np.asarray(value, np.float64).reshape(-1)
         if len(arrays[name]) != lengths[name]:
             raise ValueError(
-                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: {lengths[name]}"
+                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; expected {lengths[name]}"
             )
     return arrays
 
@@ -106,7 +108,7 @@ class _Drawing:
         self.d, self.values, self.at = d, values, Layout(d, values)
 
     def draw(self, pen: Pen) -> None:
-        """Draw it all on axes in inches, y down."""
+        """Draw everything on axes in inches, y down."""
         self.pen = pen
         self._titles()
         for sensor in self.d.sensors:
@@ -126,9 +128,9 @@ class _Drawing:
         policy = {
             "none": "no policy network",
             "shared": "a shared policy network",
-            "external": "decided for from outside",
+            "external": "decisions from outside",
             "function": "a function as policy",
-        }.get(d.policy.kind, "a policy network each")
+        }.get(d.policy.kind, "one policy network per organism")
         counts = [
             _count(len(d.channels), "channel"),
             _count(len(d.actions), "action"),
@@ -184,7 +186,7 @@ class _Drawing:
             self.pen.text(self.at.x_group + 0.1, (min(ys) + max(ys)) / 2, cut(group, 24))
 
     def _networks(self) -> None:
-        """The boxes of the networks, and their lines."""
+        """Draw the boxes of the networks, and their lines."""
         for name, (y, height) in self.at.boxes.items():
             if name == "policy":
                 self._bus_in("policy", y)
@@ -200,11 +202,11 @@ class _Drawing:
                 self._happiness(y, height)
 
     def _say(self, y: float, text: str, size: float = 8, hue: str = GREY, **more: Any) -> None:
-        """A text in the middle of the boxes."""
+        """Draw a text centered on the boxes."""
         self.pen.text(self.at.x_box + self.at.box / 2, y, text, size, hue, ha="center", **more)
 
     def _bus_in(self, name: str, y: float) -> None:
-        """Lines from all channels, gathered on their way into a box."""
+        """Draw lines from all channels, bundled on their way into a box."""
         x, at, ys = self.at.x_channel, self.at.x_channel + BUS[name], list(self.at.channel_y.values())
         for channel in ys:
             self.pen.line([x, at], [channel, channel], width=0.7)
@@ -214,7 +216,7 @@ class _Drawing:
             self.pen.head(self.at.x_box - 0.01, y, SOFT, 0.1)
 
     def _bus_out(self, name: str, y: float, rows: Iterable[int]) -> None:
-        """A line out of a box that parts to actions."""
+        """Draw a line out of a box that branches to actions."""
         x, at = self.at.x_action - NODE - 0.02, self.at.x_action - BUS[name] - 0.16
         ys = [self.at.action_y[row] for row in rows]
         for action in ys:
@@ -275,7 +277,7 @@ class _Drawing:
             self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
 
     def _reflex(self, i: int) -> None:
-        """Lines from the sensors to a box with what it says, and one from there to the action."""
+        """Draw lines from the sensors to a reflex's box with its label, and one from there to the action."""
         at, r, (y, height) = self.at, self.d.reflexes[i], self.at.hub_boxes[i]
         sources, lines, heritable = self._from_the_top(r.sources), at.hubs[i], bool(r.gene)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.06, len(sources)), strict=True):
@@ -296,8 +298,8 @@ class _Drawing:
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
 
     def _arrival(self, i: int) -> float:
-        """Where a reflex' line reaches its action: lines of one sign at one place,
-        those of other signs beside it."""
+        """Return where a reflex's line reaches its action: lines of one sign at one place, lines of other
+        signs next to it."""
         r, boxes = self.d.reflexes[i], self.at.hub_boxes
         others = sorted(
             (k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k]
@@ -321,7 +323,7 @@ class _Drawing:
 
 
 def _figure(drawings: list[_Drawing]) -> Figure:
-    """Drawings below each other, each on axes of its own size."""
+    """Draw several drawings below each other, each on axes of the right size."""
     with as_delivered({"text.parse_math": False}):
         wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
         figure = empty(wide, high)
@@ -340,5 +342,5 @@ def _count(n: int, word: str, plural: str = "s") -> str:
 
 
 def _inlets(y: float, height: float, n: int) -> list[float]:
-    """Where n lines enter a box, from top to bottom."""
+    """Return the positions at which n lines enter a box, from top to bottom."""
     return [y + ((i + 0.5) / n - 0.5) * height for i in range(n)]

@@ -1,4 +1,4 @@
-"""The layout of a drawing of a nervous system in columns of sensors, boxes and actions; inches, y down.
+"""The layout of a drawing of a nervous system in columns of sensors, boxes and actions; in inches, y down.
 Widths of texts are measured, so that nothing overlaps."""
 
 import textwrap
@@ -13,22 +13,22 @@ from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode
 
 ROW, HEADING, GAP, BAR = 0.25, 0.32, 0.09, 0.5
-LINE, BETWEEN = 0.165, 0.1  # a line of text in a box; between boxes of reflexes
-POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; between networks
+LINE, BETWEEN = 0.165, 0.1  # height of a line of text in a box; gap between boxes of reflexes
+POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; gap between networks
 LEAST = 2.2  # width of a box
-# of the channels of a sensor with more only those that a network names are shown, and the outermost
+# of sensors with more channels, only the outermost and those that a network names are shown
 MANY = 12
 MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line of the reflex and of the happiness network
     1: ("forces the action", "raises happiness"),
     -1: ("blocks the action", "lowers happiness"),
     None: ("forces or blocks the action", "raises or lowers happiness"),
-    0: ("has no weight", "leaves happiness"),
+    0: ("has no weight", "has no effect on happiness"),
 }
 
 
 @cache
 def width(text: str, size: float, bold: bool = False) -> float:
-    """Width of a text [inches] in a size [points]."""
+    """Return the width of a text [inches] at a size [points]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
@@ -37,18 +37,19 @@ def width(text: str, size: float, bold: bool = False) -> float:
 
 
 def cut(text: str, most: int = 36) -> str:
-    """A text of at most so many characters, without its middle where it is longer."""
+    """Return a text of at most `most` characters; the middle of a longer text is left out."""
     return text if len(text) <= most else f"{text[: most // 2]}…{text[-(most - most // 2 - 1) :]}"
 
 
 def wrapped(text: str, most: int, lines: int) -> list[str]:
-    """A text in lines of at most so many characters; the rest is cut."""
+    """Return a text in lines of at most `most` characters; the rest is cut."""
     folded = textwrap.wrap(text, most) or [""]
     return folded if len(folded) <= lines else [*folded[: lines - 1], folded[lines - 1][: most - 2] + " …"]
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
-    """Middles of boxes, in order and without overlap, as near to the wanted ones as can be (least squares)."""
+    """Return the centers of boxes, in order and without overlap, as near as possible to the wanted ones
+    (least squares)."""
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
@@ -64,15 +65,15 @@ def _genes(names: str) -> str:
 
 
 def action_mark(a: ActionNode) -> str:
-    """The note beside an action's name."""
+    """Return the note next to an action's name."""
     if a.range is not None:
         return f"[{a.range[0]:g}, {a.range[1]:g}]".replace("-", "−")
     return "automatic" if a.automatic else "if none" if a.neutral else ""
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network",
-    and the text."""
+    """Return the legend: the meaning of each kind of line in a drawing, as a sign, "heritable" or "network",
+    and a text."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []
@@ -80,7 +81,7 @@ def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
         meanings = [of_reflex] * (sign in reflex) + [of_happiness] * (sign in happy)
         entries += [(sign, ", ".join(meanings))] * bool(meanings)
     heritable = any(r.gene for r in d.reflexes) or bool(d.happiness and d.happiness.genes)
-    entries += [("heritable", "heritable: a gene decides")] * heritable
+    entries += [("heritable", "heritable: set by a gene")] * heritable
     if d.policy.layers:
         entries.append(("network", "policy: from all channels, to one action of each group"))
     elif d.function:
@@ -131,7 +132,7 @@ class Layout:
         self.width = max(self.x_group + 0.2 + groups, self.x_action + heading, 6.5) + 0.3
 
     def shown(self, sensor: SensorNode) -> list[int]:
-        """The rows of a sensor's channels that are drawn; −1 stands for some that are left out."""
+        """Return the rows of a sensor's channels that are drawn; −1 stands for rows that are left out."""
         rows = list(range(sensor.first, sensor.first + len(sensor.channels)))
         if len(rows) <= MANY:
             return rows
@@ -146,7 +147,7 @@ class Layout:
         ]
 
     def _rows(self) -> None:
-        """The y of channels, actions and headings; both columns stand in the middle of the height."""
+        """Compute the y of channels, actions and headings; both columns are centered vertically."""
         channels, left_heads, dots, left = self._left()
         actions, right_heads, right = self._right()
         hubs = sum(len(lines) * LINE + 0.1 + BETWEEN for lines in self.hubs)
@@ -167,7 +168,7 @@ class Layout:
         self.headings += [(text, self.x_action - 0.07, y + b) for text, y in right_heads]
 
     def _legend(self, y: float) -> None:
-        """Places of the legend's entries, in as many lines as they need; the drawing ends below."""
+        """Place the legend's entries, on as many lines as they need; the drawing ends below."""
         self.legend: list[tuple[float, float, Sign | str, str]] = []
         x = self.x_text
         for sign, text in legend(self.d):
@@ -211,8 +212,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and the height of every box: networks evenly from top to bottom,
-        reflexes as near to their actions as can be."""
+        """Compute the center and height of every box: networks are evenly spaced from top to bottom, reflexes
+        are as near to their actions as possible."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top
@@ -234,6 +235,6 @@ class Layout:
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:
-        """The height of a reflex' action, then of its sensors: lines in this order cross least."""
+        """Return the y of a reflex's action, then of its sensors: in this order, lines cross least."""
         r = self.d.reflexes[i]
         return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

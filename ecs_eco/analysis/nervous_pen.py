@@ -30,12 +30,12 @@ NIGHT = {
     WEIGHTS: "#3f7599",
     SECTOR: "#2c5b7c",
 }
-"""The colours of a drawing on a dark ground, by those on a light one."""
+"""The colors of a drawing on a dark background, by those on a light one."""
 NODE = 0.055  # radius
 
 
 class Pen:
-    """Draws on axes; what overlaps is in the order lines, boxes, nodes, texts."""
+    """Draws on axes; where elements overlap, the order is lines, boxes, nodes, texts."""
 
     def __init__(self, ax: Axes) -> None:
         self.ax = ax
@@ -43,7 +43,7 @@ class Pen:
     def text(
         self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False, **more: Any
     ) -> None:
-        """A text with its middle at y."""
+        """Draw a text centered vertically on y."""
         weight = "bold" if bold else "normal"
         self.ax.text(
             x,
@@ -61,17 +61,17 @@ class Pen:
     def line(
         self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0, zorder: float = 1
     ) -> None:
-        """A straight or broken line."""
+        """Draw a straight or broken line."""
         self.ax.plot(x, y, color=hue, lw=width, zorder=zorder, solid_capstyle="butt", solid_joinstyle="round")
 
     def block(self, x: float, y: float, wide: float, high: float, hue: str, zorder: float) -> None:
-        """A rectangle from x, with its middle at y."""
+        """Draw a rectangle that starts at x and is centered vertically on y."""
         from matplotlib.patches import Rectangle
 
         self.ax.add_patch(Rectangle((x, y - high / 2), wide, high, facecolor=hue, lw=0, zorder=zorder))
 
     def polygon(self, corners: Sequence[tuple[float, float]], hue: str, zorder: float) -> None:
-        """A filled polygon."""
+        """Draw a filled polygon."""
         from matplotlib.patches import Polygon
 
         self.ax.add_patch(Polygon(corners, facecolor=hue, lw=0, zorder=zorder))
@@ -86,7 +86,7 @@ class Pen:
         width: float = 1.1,
         zorder: float = 9,
     ) -> None:
-        """A filled circle."""
+        """Draw a filled circle."""
         from matplotlib.patches import Circle
 
         self.ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, lw=width, zorder=zorder))
@@ -94,7 +94,7 @@ class Pen:
     def box(
         self, x: float, y: float, wide: float, high: float, face: str, edge: str, style: Any = "-"
     ) -> None:
-        """A box with round corners from x, with its middle at y."""
+        """Draw a box with round corners that starts at x and is centered vertically on y."""
         from matplotlib.patches import FancyBboxPatch
 
         shape = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
@@ -121,7 +121,7 @@ class Pen:
         dotted: bool = False,
         width: float = 1.6,
     ) -> None:
-        """A connection, level at both ends."""
+        """Draw a connection that is level at both ends."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 
@@ -132,7 +132,8 @@ class Pen:
         self.ax.add_patch(PathPatch(path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width)))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """An arrow where it forces, a bar where it blocks, as of synapses; both where it depends."""
+        """Draw the end of a connection, as of synapses: an arrow if it forces, a bar if it blocks, both if it
+        depends."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -142,15 +143,15 @@ class Pen:
             self.line([x - 0.015] * 2, [y - size * 0.65, y + size * 0.65], hue, 2.2, 8)
 
     def head(self, x: float, y: float, hue: str, size: float) -> None:
-        """The head of an arrow to the right."""
+        """Draw an arrowhead that points to the right."""
         self.polygon([(x, y), (x - size, y - size * 0.45), (x - size, y + size * 0.45)], hue, 8)
 
     def bracket(self, x: float, top: float, bottom: float, side: float) -> None:
-        """A bracket whose back is at x; `side` is where its ends are."""
+        """Draw a bracket whose back is at x; `side` is the side of its ends."""
         self.line([x + side, x, x, x + side], [top, top, bottom, bottom], SOFT, 1)
 
     def bar(self, x: float, y: float, value: float, zero: float) -> None:
-        """A number as a bar from `zero`, a share of the width, and in digits."""
+        """Draw a number as a bar from `zero`, a fraction of the width, and in digits."""
         origin = x + zero * BAR
         self.block(x, y, BAR, 0.1, FAINT, 1)
         self.block(origin, y, float(np.clip(value, -1, 1)) * BAR * (1 - zero), 0.1, BLUE, 2)
@@ -159,7 +160,7 @@ class Pen:
         self.text(x + BAR + 0.4, y, minus(f"{value:.2f}"), 7.5, INK, ha="right")
 
     def body(self, x: float, y: float, sensor: SensorNode) -> None:
-        """The body from above, ahead is up, with the place or the sector of a sensor."""
+        """Draw the body from above, facing up, with the place or the sector of a sensor."""
         r = 0.075
         if sensor.sector is not None:
             self._sector(x, y, 0.0 if sensor.vision else r, 0.125, sensor)
@@ -181,11 +182,12 @@ class Pen:
 
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
-    """Green and solid forces, red and dashed blocks, grey depends; dotted is heritable."""
+    """Return the style of a connection: green and solid forces, red and dashed blocks, gray depends; dotted
+    is heritable."""
     style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
     return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
 
 
 def minus(text: str) -> str:
-    """A number or a formula with true minus signs."""
+    """Return a number or a formula with true minus signs."""
     return text.replace("-", "−")

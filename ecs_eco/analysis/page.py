@@ -1,4 +1,4 @@
-"""One self-contained HTML page: the frame, tables and embedded figures that reports share."""
+"""A self-contained HTML page: the frame, tables and embedded figures that reports share."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -10,17 +10,17 @@ from ecs_eco.analysis.style import Figure, save_svg
 from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
 
-_WORDS = re.compile(r"[^\W\d_]{3}")  # how a cell of text begins, unlike "nan" … in one of numbers
+_WORDS = re.compile(r"[^\W\d_]{3}")  # the beginning of a text cell, unlike "nan" … in a column of numbers
 
 
 def page(title: str, *blocks: str) -> str:
-    """The whole page; blocks are HTML, the title is plain text."""
+    """Return the whole page; blocks are HTML, the title is plain text."""
     frame = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
     return frame.substitute(title=legible(escape(title)), body=legible("\n".join(blocks)))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table; cells that are `Markup` are HTML, all others plain text."""
+    """Return a table; cells that are `Markup` are HTML, all others plain text."""
     held = [list(row) for row in rows]
     mark = [
         " class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""
@@ -35,7 +35,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that is already HTML."""
 
 
 def _cell(x: object) -> str:
@@ -43,8 +43,8 @@ def _cell(x: object) -> str:
 
 
 def picture(svg: Path, caption: str) -> str:
-    """A figure with the SVG of `style.save_svg` in it, so that the page needs no other file; where it is
-    wider than the screen, it is scrolled."""
+    """Return a figure with the SVG of `style.save_svg` embedded, so that the page needs no other file. A
+    figure wider than the screen scrolls."""
     drawn = embedded(svg.read_text(encoding="utf-8"), caption)
     return (
         f'<figure><div class="wide" tabindex="0">{drawn}</div>'
@@ -53,25 +53,25 @@ def picture(svg: Path, caption: str) -> str:
 
 
 def drawn(figure: Figure, file: Path, caption: str) -> str:
-    """A figure that is written to a file too."""
+    """Return a figure, and also write it to a file."""
     return picture(save_svg(figure, file), caption)
 
 
 def verdict(lines: Iterable[str], lost: bool) -> str:
-    """The sentences with which a page opens; `lost` where something died out."""
+    """Return the opening sentences of a page; `lost` if a species died out."""
     text = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<div class='verdict{' lost' if lost else ''}'>{text}</div>"
 
 
 def interval(x: Sequence[float | None] | None) -> str:
-    """An estimate with the ends of its interval; an en dash for a missing one."""
+    """Return an estimate with the ends of its interval; an en dash if it is missing."""
     if x is None or x[0] is None:
         return "–"
     return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
 
 
 def number(x: float | None, digits: int = 3) -> str:
-    """A number for readers: significant digits, thousands separated, an en dash for a missing one."""
+    """Return a number for display: significant digits, thousands separators, an en dash if it is missing."""
     if x is None or x != x:
         return "–"
     if x in (float("inf"), float("-inf")):
@@ -84,6 +84,6 @@ def number(x: float | None, digits: int = 3) -> str:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file completely or not at all; make its folders."""
+    """Write a file completely or not at all; create its folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return files.write(path, text)

@@ -1,7 +1,7 @@
-"""Colours of kinds, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in pictures and
-reports: Okabe and Ito's (2008), each moved as little as is needed for a contrast of 3:1 with the ground, and
-for a distance of 20 in CIELAB, to people with deuteranopia (Machado et al. 2009), too;
-`tests/analysis/test_palette.py` computes both."""
+"""Colors of kinds, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in pictures and in
+reports: Okabe and Ito's (2008), each shifted as little as necessary for a contrast of 3:1 with the background
+and a distance of 20 in CIELAB, also for people with deuteranopia (Machado et al. 2009);
+`tests/analysis/test_palette.py` checks both."""
 
 import math
 from collections.abc import Mapping
@@ -15,10 +15,10 @@ SAFE = (
     ("#888e3b", "#fffa5f", 58),
     ("#005396", "#0072b2", 225),
 )
-"""Colours on a light ground and on a dark one, and the hue [degrees] that each represents."""
+"""Colors on a light and on a dark background, and the hue [degrees] that each represents."""
 GREY = "#7f888d"
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
-"""Texts and what is important; what is less so; axes; a band behind curves; the grid: on a light ground."""
+"""Colors on a light background: important texts, less important ones, axes, a band behind curves, the grid."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
 CLEAR = {
     "red": ("#d7191c", "#f0605a"),
@@ -28,7 +28,7 @@ CLEAR = {
     "white": ("#8a9197", "#dfe3e6"),
     "orange": ("#c8660a", "#f28c28"),
 }
-"""Colours of what is named after a colour, on a light ground and on a dark one."""
+"""Colors of genes that are named after a color, on a light and on a dark background."""
 ON_CELL = "#fefefe", "#010101"
 """Texts on a dark and on a light cell: the same in both themes."""
 
@@ -36,7 +36,7 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return for each species, then each other thing, the safe colour nearest to its hue; greys stay grey."""
+    """Return for each species, then each object type, the safe color nearest to its hue; grays stay gray."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(rgb(colour)) - min(rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]
@@ -55,7 +55,7 @@ def safe(
 
 
 def _on_dark() -> dict[str, str]:
-    """For each colour of figures on a light ground the one that it has on a dark ground."""
+    """Return, for each color of figures on a light background, its color on a dark background."""
     pairs = {light: dark for light, dark, _ in SAFE}
     pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
     pairs |= {
@@ -83,12 +83,12 @@ def _on_dark() -> dict[str, str]:
 
 
 def rgb(colour: str) -> list[int]:
-    """The parts of #rrggbb, 0 to 255."""
+    """Return the components of #rrggbb, 0 to 255."""
     return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 
 def _paler(colour: str, dark: bool) -> str:
-    """A colour for an eighth kind and those after it: between the first and the ink of the theme."""
+    """Return a color for the eighth and later kinds: between the original color and the ink of the theme."""
     parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in rgb(colour)]
     return "#" + "".join(f"{part:02x}" for part in parts)
 
@@ -126,5 +126,5 @@ TIME_ON_DARK = (
     "#d8e219",
     "#fde725",
 )
-"""Early to late, for curves: what of viridis stands out from a light ground, and from a dark one."""
+"""Early to late, for curves: the part of viridis that is visible on a light background, and on a dark one."""
 ON_DARK: Mapping[str, str] = _on_dark()

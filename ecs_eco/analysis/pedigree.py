@@ -15,15 +15,15 @@ ALIVE = -1
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run in the order of their uids, an array entry each; those of several islands in
-    the order of their births.
+    """All organisms of a run, one array entry each, in the order of their uids; for several islands, in the
+    order of births.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
-    [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
-    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` what the manifest says of genes.
+    [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
+    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` the manifest's data on genes.
     `recorded` has the fields of the world's key `record`, f64 by column, "birth: Strain.virulence" and
-    "death: Strain.virulence", NaN where there is none. Raises ValueError for an organism that is there twice,
-    or whose parent is unknown or not older than itself.
+    "death: Strain.virulence", NaN if missing. Raises ValueError for a duplicate organism, and for a parent
+    that is unknown or not older than its child.
     """
 
     uid: np.ndarray
@@ -44,41 +44,39 @@ class Pedigree:
         uid = np.sort(self.uid) if several else self.uid
         behind = np.flatnonzero(np.diff(uid.astype(np.int64)) <= 0)
         if behind.size:
-            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is there twice or out of order")
+            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is duplicate or out of order")
         for parent, place in ((self.parent, self.mother), (self.parent2, self.father)):
             same = island_of(parent) == island_of(self.uid)
             late = np.flatnonzero((place >= np.arange(len(self))) | (same & (parent >= self.uid)))
             if late.size:
                 fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
-                raise ValueError(
-                    f"lineage: {fault}; allowed are 0 and the uids of those born before it: no loops"
-                )
+                raise ValueError(f"lineage: {fault}; expected 0 or the uid of an earlier organism: no loops")
             unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
             if unknown.size:
                 fault = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
-                allowed = "allowed are 0 and the uids of those recorded"
-                raise ValueError(f"lineage: {fault}, of whom no birth is recorded; {allowed}")
+                allowed = "expected 0 or a recorded uid"
+                raise ValueError(f"lineage: {fault}, whose birth is not recorded; {allowed}")
 
     def __len__(self) -> int:
         return len(self.uid)
 
-    # --- parts of it
+    # --- parts of the lineage
 
     def of_species(self, name: str) -> Self:
-        """The lineage of one species; KeyError names the nearest."""
+        """Return the lineage of one species; the KeyError for an unknown species names the nearest one."""
         known = list(dict.fromkeys(self.species.tolist()))
         if name not in known:
             raise UnknownName(unknown_name("lineage", "species", name, known))
         return self._chosen(self.species == name)
 
     def living(self) -> Self:
-        """The living and their ancestors alone."""
+        """Return only the living and their ancestors."""
         return self._chosen(self._forebears(self.died == ALIVE))
 
     def _chosen(self, mask: np.ndarray) -> Self:
         whole = {f.name: getattr(self, f.name) for f in fields(self)}
         arrays = {name: values[mask] for name, values in whole.items() if isinstance(values, np.ndarray)}
-        for name in ("parent", "parent2"):  # a parent of another species is none of this lineage
+        for name in ("parent", "parent2"):  # a parent of another species is not in this lineage
             arrays[name] = np.where(
                 np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0)
             )
@@ -87,12 +85,12 @@ class Pedigree:
 
     @cached_property
     def mother(self) -> np.ndarray:
-        """Place of the first parent in the arrays, −1 where there is none: i64."""
+        """Index of the first parent in the arrays, −1 if there is none: i64."""
         return self._places(self.parent)
 
     @cached_property
     def father(self) -> np.ndarray:
-        """Place of the second parent in the arrays, −1 where there is none: i64."""
+        """Index of the second parent in the arrays, −1 if there is none: i64."""
         return self._places(self.parent2)
 
     @cached_property
@@ -100,7 +98,7 @@ class Pedigree:
         return np.argsort(self.uid, kind="stable")
 
     def _places(self, uids: np.ndarray) -> np.ndarray:
-        """Where organisms are in the arrays, −1 for 0 and for those that are not there: i64."""
+        """Return the indices of organisms in the arrays, −1 for 0 and for missing ones: i64."""
         if not len(self):
             return np.full(len(uids), -1)
         known = self.uid[self._by_uid]
@@ -109,25 +107,25 @@ class Pedigree:
 
     @property
     def founders(self) -> np.ndarray:
-        """Whether an organism has no parents: bool."""
+        """True for organisms without parents: bool."""
         return (self.parent == 0) & (self.parent2 == 0)
 
     def place(self, uid: int) -> int:
-        """Where an organism is in the arrays; KeyError where it is not."""
+        """Return the index of an organism in the arrays; raise KeyError if it is missing."""
         at = int(self._places(np.array([max(uid, 0)], np.uint64))[0])
         if at < 0:
             raise KeyError(f"no organism of this lineage has the uid {uid}")
         return at
 
     def alive(self, tick: int) -> np.ndarray:
-        """Whether an organism lives at the end of a tick, as the series count it: bool."""
+        """Return which organisms live at the end of a tick, as counted in the series: bool."""
         return (self.born <= tick) & ((self.died == ALIVE) | (self.died > tick))
 
-    # --- questions
+    # --- queries
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
-        """The uids of parents, grandparents, … through both parents, ascending;
-        at most so many generations back."""
+        """Return the uids of parents, grandparents, … through both parents, ascending; at most `generations`
+        back."""
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
@@ -139,7 +137,7 @@ class Pedigree:
         return self.uid[sorted(before)]
 
     def descendants(self, uid: int) -> np.ndarray:
-        """The uids of children, grandchildren, … through both parents, ascending."""
+        """Return the uids of children, grandchildren, … through both parents, ascending."""
         first = self.place(uid)
         below = [False] * len(self)
         below[first] = True
@@ -151,7 +149,8 @@ class Pedigree:
         return self.uid[np.array(below, bool)]
 
     def generation(self) -> np.ndarray:
-        """Generation of each organism, f64: founders are 0, others the mean of their parents' plus 1."""
+        """Return the generation of each organism, f64: 0 for founders, else the mean of its parents' plus
+        1."""
         depth: list[float] = []
         for m, f in zip(self.mother.tolist(), self.father.tolist(), strict=True):
             if m >= 0 and f >= 0:
@@ -161,7 +160,7 @@ class Pedigree:
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
-        """Mark the ancestors of the marked, too; along first parents only where `fathers` is false."""
+        """Mark the ancestors of the marked organisms, too; only along first parents if `fathers` is false."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):
@@ -173,12 +172,13 @@ class Pedigree:
         return np.array(marked, bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
-        """The uids of the founders that live at the end of a tick (the last one) or have descendants who do."""
+        """Return the uids of the founders that are alive, or have living descendants, at the end of a tick
+        (default: the last)."""
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """The youngest organism from which all of these descend along first parents,
-        or that is one of them; 0 for none."""
+        """Return the youngest organism that is an ancestor of all of these along first parents, or one of
+        them; 0 for none."""
         lines = {self.place(uid) for uid in uids}
         if not lines:
             raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")
@@ -190,7 +190,7 @@ class Pedigree:
         return int(self.uid[lines.pop()])
 
     def samples(self, every: int) -> np.ndarray:
-        """The ticks at which a whole run is sampled: 0, every, 2 every, …"""
+        """Return the ticks at which a whole run is sampled: 0, every, 2 every, …"""
         if every < 1:
             raise ValueError(f"lineage: every is {every}; it must be at least 1 tick")
         return np.arange(0, self.end + 1, every)
@@ -198,8 +198,8 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Sum of weights (1 each) over those of a mask that live at the end of each
-        of these ascending ticks: [ticks]."""
+        """Return the sum of weights (default: 1) over masked organisms that live at the end of each of these
+        ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):

@@ -13,9 +13,9 @@ from ecs_eco.engine.errors import unknown_name
 
 
 def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
-    """Return a column of a world's series over time, a line for each species; notebooks show it.
+    """Return a column of a world's series over time, with one line per species; notebooks display it.
 
-    Raises RuntimeError where nothing is recorded, KeyError for an unknown column or species.
+    Raises RuntimeError if nothing is recorded, KeyError for an unknown column or species.
     """
     series = load_series(world.series(), species)
     colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
@@ -27,7 +27,7 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
 
 @styled
 def over_time(series: Series, column: str) -> Figure:
-    """A column over time, a line for each species that has it."""
+    """Draw a column over time, with one line for each species that has it."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue = colors_of(series)
     for name in series.species:

@@ -1,4 +1,4 @@
-"""The ground as colours: hills shaded by the sun, water, rock, and the colours of land-cover classes."""
+"""The ground as colors: hills shaded by the sun, water, rock, and the colors of land-cover classes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,14 +12,14 @@ from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
 GROUNDS = ["open", "water", "rock"]  # of a class, by the number of the ground
-SUN = 315.0, 45.0  # where light comes from on maps: from the upper left, halfway up [degrees]
-STEEP = 0.5  # the slope that steep ground is drawn with, however steep it is
+SUN = 315.0, 45.0  # direction of light on maps: from the upper left, halfway up [degrees]
+STEEP = 0.5  # heights are scaled so that the 98th percentile of slopes is drawn as this
 
 
 class Relief(NamedTuple):
-    """The ground of a world, the first row in the south: heights f32[ny, nx] [m], what it is u8[ny, nx] (1
-    water, 2 rock), the side of a cell [m]; by class of land cover its number u8[ny, nx], its colour and the
-    ground that it makes; and streams, bool[ny, nx]."""
+    """The ground of a world, with the first row in the south: heights f32[ny, nx] [m], ground u8[ny, nx] (1
+    water, 2 rock), the side of a cell [m]; for land cover, the class u8[ny, nx] of each cell, and the color
+    and ground of each class; and streams, bool[ny, nx]."""
 
     height: np.ndarray
     ground: np.ndarray
@@ -32,14 +32,14 @@ class Relief(NamedTuple):
 
     @classmethod
     def of(cls, terrain: Any) -> Self:
-        """The ground of a living world."""
+        """Return the ground of a living world."""
         land = terrain.land
         more = () if land is None else (land.kinds, land.colors, land.wet, land.grounds)
         return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
 
     @classmethod
     def kept(cls, run: Path, config: Mapping[str, Any]) -> Self | None:
-        """The ground in a run's folder; None where it is flat and open, or was not kept."""
+        """Return the ground stored in a run's folder; None if it is flat and open, or was not stored."""
         terrain, space = config.get("terrain"), config["space"]
         try:
             with np.load(run / "terrain.npz", allow_pickle=False) as file:
@@ -61,16 +61,15 @@ class Relief(NamedTuple):
         )
 
     def shade(self) -> np.ndarray:
-        """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
-        1981).
-        """
+        """Return the brightness of the ground in the sun, relative to flat ground: f64[ny, nx], about −0.7 to
+        0.3 (Horn 1981)."""
         from matplotlib.colors import LightSource
 
         high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]
         slope = np.hypot(*np.gradient(high, self.side))
         steep = float(np.percentile(slope, 98))
         times = STEEP / steep if steep > 0 else 1.0
-        # matplotlib stretches contrast to 0 … 1; at these illuminations it does not
+        # matplotlib stretches contrast to 0 … 1, but not at these illuminations
         normal = LightSource(*SUN)
         dy, dx = np.gradient(times * high, -self.side, self.side)
         length = np.sqrt(1 + dx * dx + dy * dy)
@@ -79,8 +78,8 @@ class Relief(NamedTuple):
         return out
 
     def colours(self) -> np.ndarray:
-        """The ground as colours f64[ny, nx, 3], 0 to 1. Water and rock have their own, except where a class
-        with a colour makes them."""
+        """Return the ground as colors f64[ny, nx, 3], 0 to 1. Water and rock have their own colors, unless
+        they come from a class with a color."""
         high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
         colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
         own = np.zeros(self.ground.shape, np.bool_)
@@ -98,7 +97,7 @@ class Relief(NamedTuple):
 
 
 def draw_relief(ax: Axes, relief: Relief, size: Sequence[float]) -> Any:
-    """Draw the ground below everything else on axes in metres; return what was drawn."""
+    """Draw the ground below everything else on axes in meters; return the artist."""
     return ax.imshow(
         relief.colours(),
         extent=(0, size[0], 0, size[1]),

@@ -1,4 +1,4 @@
-"""Daily rhythms: a cosine of a known period, and its test against days begun at random hours."""
+"""Daily rhythms: a cosine of a known period, and its test against days that begin at random hours."""
 
 from dataclasses import dataclass
 
@@ -7,17 +7,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cosinor:
-    """A cosine fitted to a series by least squares (Nelson et al. 1979):
-    mesor + amplitude × cos(2π t/period − acrophase)."""
+    """A cosine fitted to a series by least squares (Nelson et al. 1979): mesor + amplitude × cos(2π t/period
+    − acrophase)."""
 
     mesor: float
-    amplitude: float  # half of the difference between highest and lowest
+    amplitude: float  # half of the difference between highest and lowest value
     acrophase: float  # [rad] in [0, 2π): 2π × time of the highest value / period
 
     @property
     def vector(self) -> np.ndarray:
-        """The coefficients of cosine and sine, f64[2]: vectors of several runs can be averaged,
-        acrophases cannot."""
+        """The coefficients of cosine and sine, f64[2]. Vectors of several runs can be averaged, acrophases
+        cannot."""
         return self.amplitude * np.array([np.cos(self.acrophase), np.sin(self.acrophase)])
 
 
@@ -30,11 +30,11 @@ def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
 
 
 def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
-    """Return how often days f64[days, hours], each begun at a random hour,
-    give a mean day of as large an amplitude.
+    """Return the probability that days f64[days, hours], each begun at a random hour, give a mean day with an
+    amplitude at least as large.
 
     Whole days are shifted circularly, which keeps the correlations within a day. A straight line through all
-    days is subtracted first: a drift makes the same sawtooth of every day.
+    days is subtracted first, because a drift produces the same sawtooth in every day.
     """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
     time = np.arange(many * hours)

@@ -39,7 +39,7 @@ class Series:
 
     @property
     def reporters(self) -> tuple[str, ...]:
-        """The columns that reporters of the user's own have filled."""
+        """The columns filled by custom reporters."""
         return tuple(name for name in self.columns if is_reporter(name))
 
     @property
@@ -53,20 +53,22 @@ class Series:
         return float(self.manifest.get("dt", 1.0))
 
     def index(self, species: str) -> int:
-        """Column of a species; KeyError names the known ones."""
+        """Return the column of a species; the KeyError for an unknown species lists the known ones."""
         if species not in self.species:
             near = get_close_matches(species, self.species, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise KeyError(f"no species {species!r} in this run: it has {', '.join(self.species)}{hint}")
+            raise KeyError(
+                f"no species {species!r} in this run; expected one of {', '.join(self.species)}{hint}"
+            )
         return self.species.index(species)
 
     def of(self, species: str, column: str = "n") -> np.ndarray:
-        """One column of one species, (ticks,)."""
+        """Return one column of one species, (ticks,)."""
         return self.columns[column][:, self.index(species)]
 
     @cached_property
     def extinct(self) -> np.ndarray:
-        """Tick since which each species is gone for good, NaN where it lives at the end, (species,)."""
+        """Tick of each species' extinction, NaN if it lives at the end, (species,)."""
         when = np.full(len(self.species), np.nan)
         for j, n in enumerate(self.n.T):
             if len(n) and n[-1] == 0:
@@ -76,35 +78,35 @@ class Series:
 
     @property
     def present(self) -> np.ndarray:
-        """Whether a species ever had a member, if only one that died in the first tick, (species,) bool."""
+        """True for each species that ever had a member, even one that died in the first tick, (species,) bool."""
         died = self.columns.get("deaths", np.zeros_like(self.n))
         return np.asarray(((self.n > 0) | (died > 0)).any(axis=0))
 
     @property
     def persisted(self) -> bool:
-        """Whether every species that was ever present lives at the end."""
+        """True if every species that was ever present lives at the end."""
         return bool(np.isnan(self.extinct[self.present]).all())
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """The manifest of a run folder; FileNotFoundError says what a run folder is,
+    """Return the manifest of a run folder. The FileNotFoundError explains what a run folder is, the
     RecordingError what is wrong with this one."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
-    """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
+    """Return the Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
 
-    Raises RecordingError where there are fewer than the manifest says,
-    ForeignFile where one belongs to another run.
+    Raises RecordingError if there are fewer than the manifest lists, ForeignFile if one belongs to another
+    run.
     """
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
 def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-    """Yield the parts of one kind, with these columns or all, strings in place of dictionaries, which differ
-    from part to part. Raises as `parts`, and RecordingError for a damaged one."""
+    """Yield the parts of one kind, with these columns or all, with strings instead of dictionaries, which
+    differ between parts. Raises like `parts`, and RecordingError for a damaged part."""
     sealed = seal.has_seals(Path(run))
     for file in parts(run, kind):
         table = read_part(file, columns, sealed)
@@ -117,9 +119,10 @@ def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> 
 def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
-    """Series of a run folder, of a table with the columns of `world.series()`, or of species → numbers.
-    `species` chooses and orders, producers first. Raises RecordingError for a folder with a damaged file."""
-    run = getattr(run, "arrow", run)  # what world.series() returns holds one
+    """Return the series of a run folder, of a table with the columns of `world.series()`, or of species →
+    numbers. `species` selects and orders them, producers first. Raises RecordingError for a folder with a
+    damaged file."""
+    run = getattr(run, "arrow", run)  # the result of world.series() contains an Arrow table
     if isinstance(run, Series):
         series = run
     elif isinstance(run, Mapping):
@@ -130,8 +133,8 @@ def load_series(
     else:
         manifest, held = read_manifest(run), list(tables(run, "series"))
         if not held:
-            raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
-        # a cause that first occurs late has no column before
+            raise FileNotFoundError(f"{run} contains no series: expected series/part-00000.parquet")
+        # parts before a cause's first death lack its column
         series = _pivot(pa.concat_tables(held, promote_options="default"), manifest)
     if species is None or tuple(species) == series.species:
         return series

@@ -1,7 +1,7 @@
-"""Training seed × world seed: how much of an outcome depends on each, and how certain are statements about
-both? One outcome a cell of a table (training seeds, world seeds), NaN where there is none; y = mean +
-training seed + world seed + rest, two crossed random effects, whose rest holds their interaction. A yes-or-no
-outcome is taken as 0 and 1: shares are of that variance, smaller where the outcome is rare."""
+"""Training seed × world seed: how much of an outcome depends on each, and how certain estimates over both
+are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing; y = mean + training seed
++ world seed + rest, two crossed random effects, and the rest includes their interaction. A yes-or-no outcome
+counts as 0 or 1: the shares refer to that variance, which is smaller for rare outcomes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,18 +26,18 @@ class VarianceShares:
 
     n: int  # cells with an outcome
     mean: float
-    variance: tuple[float, float, float]  # as estimated: may be negative, which means no detectable effect
-    share: tuple[Interval, Interval, Interval]  # negative components counted as 0; NaN where nothing varies
+    variance: tuple[float, float, float]  # as estimated; a negative value means no detectable effect
+    share: tuple[Interval, Interval, Interval]  # negative components count as 0; NaN if nothing varies
 
 
 def components(table: np.ndarray) -> np.ndarray:
-    """Variances by training seed, world seed and rest of tables (…, training, world),
-    by the method of moments: (3, …).
+    """Return the variances by training seed, world seed and rest of tables (…, training, world), by the
+    method of moments: (3, …).
 
-    Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's
+    Sums of squares within rows, within columns and in total are set equal to their expectations (Henderson's
     method I in the form of Gao and Owen 2017); for a table without gaps these are the estimates of the
-    two-way analysis of variance. Unbiased, so that a component near 0 is sometimes negative. NaN where a
-    table has fewer than two rows or columns.
+    two-way analysis of variance. The estimates are unbiased, so a component near 0 is sometimes negative. NaN
+    if a table has fewer than two rows or columns.
     """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
@@ -59,11 +59,11 @@ def components(table: np.ndarray) -> np.ndarray:
 
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
-    """Tables of the two-way bootstrap: rows and columns drawn independently, with replacement, (n_boot,
-    rows, columns).
+    """Return tables of the two-way bootstrap: rows and columns drawn independently, with replacement,
+    (n_boot, rows, columns).
 
-    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one
-    slightly overestimates the variance.
+    This is the pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000);
+    this one slightly overestimates the variance.
     """
     y = np.asarray(table, float)
     rng = np.random.default_rng(seed)
@@ -74,12 +74,12 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
 def variance_shares(
     table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0
 ) -> VarianceShares:
-    """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
+    """Return shares of the variance with percentile intervals of the pigeonhole bootstrap.
 
-    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
-    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are
-    wide, for six seeds say little about a variance. ValueError for a table with fewer than 2 training seeds
-    or world seeds.
+    Rows and columns that are drawn twice move variance from the rest to the seeds; the drawn components are
+    corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100%; they are wide, because
+    six seeds contain little information about a variance. Raises ValueError for a table with fewer than 2
+    training seeds or world seeds.
     """
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
@@ -104,8 +104,8 @@ def variance_shares(
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Components of tables drawn by the pigeonhole bootstrap,
-    with the means that those of the table itself have."""
+    """Return components of tables drawn by the pigeonhole bootstrap, corrected so that their means equal the
+    table's own components."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
     return np.stack(
         [
@@ -124,7 +124,7 @@ def _shares(variance: np.ndarray) -> np.ndarray:
 
 
 def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
-    """Standard error of the mean over a table without gaps, and its degrees of freedom.
+    """Return the standard error of the mean over a table without gaps, and its degrees of freedom.
 
     With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
     (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A +
@@ -143,8 +143,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
 
 
 def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Mean over a table without gaps, with Student's t on `spread_of_mean`;
-    covers 90 to 99 % on simulated designs of 6 × 5."""
+    """Return the mean over a table without gaps, with Student's t on `spread_of_mean`; covers 90 to 99% on
+    simulated designs of 6 × 5."""
     from scipy.special import stdtrit
 
     y = np.asarray(table, float)
@@ -156,7 +156,8 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """The same with gaps, over means of training seeds, or over world seeds of a single one; None of NaN."""
+    """Return the same for a table with gaps, over means of training seeds, or over world seeds if there is a
+    single training seed; None if all are NaN."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -165,12 +166,12 @@ def mean_of_seeds(values: np.ndarray) -> Interval | None:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn
-    and Graubard 1998).
+    """Return the number of independent runs that are as informative about a share as this table of 0 and 1
+    (Korn and Graubard 1998).
 
-    The variance of the share is that over training seeds and world seeds as replicates; few degrees of
-    freedom reduce the number by (z / t)². If all cells agree there is no variance to estimate: then the
-    number of training seeds is returned.
+    The variance of the share uses training seeds and world seeds as replicates; few degrees of freedom reduce
+    the number by (z / t)². If all cells agree, there is no variance to estimate, and the number of training
+    seeds is returned.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -184,10 +185,10 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
+    """Return the share of ones in a table of 0 and 1 with Wilson's interval on the effective number of runs.
 
-    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30
-    runs, as if they were independent, as little as 66 %.
+    On simulated designs of 6 × 5 it covers 96 to 99%, whichever seed matters; Wilson's interval on all 30
+    runs, as if they were independent, covers as little as 66%.
     """
     y = np.asarray(table, float)
     n = effective_runs(y, level)
@@ -199,7 +200,7 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 @dataclass(frozen=True)
 class Grid:
-    """Runs in their places: `runs[i][j]` of `training[i]` and `worlds[j]`."""
+    """Runs arranged by seeds: `runs[i][j]` has the seeds `training[i]` and `worlds[j]`."""
 
     training: tuple[int, ...]
     worlds: tuple[int, ...]
@@ -207,18 +208,18 @@ class Grid:
 
     @classmethod
     def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
-        """Arrange runs with these seeds in a grid; ValueError if a cell has none or two."""
+        """Arrange runs with these seeds in a grid; raise ValueError if a cell has no run or two."""
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):
             if (a, b) in cells:
-                raise ValueError(f"training seed {a}, world seed {b} is there twice: one run a cell")
+                raise ValueError(f"training seed {a}, world seed {b} occurs twice: expected one run per cell")
             cells[a, b] = run
         rows, columns = sorted(set(training)), sorted(set(worlds))
         for a in rows:
             for b in columns:
                 if (a, b) not in cells:
                     raise ValueError(
-                        f"training seed {a}, world seed {b} has no run: the design is to be complete"
+                        f"training seed {a}, world seed {b} has no run: the design must be complete"
                     )
         return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
 
@@ -228,16 +229,16 @@ class Grid:
         return float(max(run.length for row in self.runs for run in row))
 
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
-        """A value of every run, (training, worlds)."""
+        """Return a value of every run, (training, worlds)."""
         return np.array([[value(run) for run in row] for row in self.runs], float)
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Tables of outcomes: persisted, log of the time to the first extinction, period,
-    mean log numbers of each species.
+    """Return tables of outcomes: persisted, log of the time to the first extinction, period, mean log numbers
+    of each species.
 
-    `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are
-    those after the first tenth of the run and before the first extinction.
+    `cycles` has the statistics of a run by its `id`. Times are censored at the end of the run. Numbers are
+    taken after the first tenth of the run and before the first extinction.
     """
     names = grid.runs[0][0].species
     tables = {
@@ -265,7 +266,7 @@ def _mean_log(run: Series, species: str) -> float:
 def survival_band(
     grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
+    """Return a band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
     lower and upper ends."""
     lived, died = (
         grid.table(lambda run: lifetime(run)[0]),
@@ -285,8 +286,8 @@ def survival_band(
 def crossed(
     grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0
 ) -> dict[str, Any]:
-    """Summary of a grid: the share that persisted, also by training seed,
-    and the variance shares of every outcome."""
+    """Return a summary of a grid: the share that persisted, also by training seed, and the variance shares of
+    every outcome."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}
@@ -312,13 +313,14 @@ def crossed(
     }
 
 
-# --- figures -------------------------------------------------------------------------------------------------
+# --- figures
+# -------------------------------------------------------------------------------------------------
 
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Share of runs in which all species live (Kaplan–Meier): all runs thick, with a band;
-    each training seed thin."""
+    """Draw the fraction of runs in which all species are alive (Kaplan–Meier). Thick: all runs, with a band.
+    Thin: each training seed."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = (
         grid.table(lambda run: lifetime(run)[0]),
@@ -330,7 +332,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     ax.fill_between(time, low, high, step="post", color=PALETTE[2], alpha=0.15, lw=0)
     for k, (t, d) in enumerate(zip(lived, died, strict=True)):
         curve = kaplan_meier(t, d)
-        shift = 0.006 * (k - (len(lived) - 1) / 2)  # seeds that agree stay apart
+        shift = 0.006 * (k - (len(lived) - 1) / 2)  # separates seeds that agree
         ax.step(
             np.append(curve.time, until),
             np.append(curve.survival, curve.survival[-1]) + shift,
@@ -348,15 +350,17 @@ def persistence(grid: Grid, title: str = "") -> Figure:
         lw=2.4,
         label=f"all {lived.size} runs",
     )
-    ax.set(xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="share with all species", title=title)
+    ax.set(
+        xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="fraction with all species", title=title
+    )
     ax.legend(loc="lower left" if curve.survival[-1] > 0.4 else "upper right")
     return figure
 
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Time to the first extinction by training seed (rows) and world seed (columns);
-    cells without extinction are marked."""
+    """Draw the time to the first extinction by training seed (rows) and world seed (columns); cells without
+    extinction are marked."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived = grid.table(lambda run: lifetime(run)[0])
@@ -365,7 +369,7 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
     for i in range(rows):
         for j in range(columns):
             first = declines(grid.runs[i][j])[:1]
-            text = f"{first[0].tick:,}\n{first[0].species}" if first else "all live"
+            text = f"{first[0].tick:,}\n{first[0].species}" if first else "all persist"
             ax.text(
                 j,
                 i,

@@ -1,5 +1,5 @@
-"""The cycle that short series share: its period, and the phase and swing of each. Two periods are enough to
-measure it, not to test it. Compare with series as long and sampled as often."""
+"""The cycle that short series share: its period, and the phase and amplitude of each. Two periods are enough
+to measure a cycle but not to test it. Compare only series of similar length and sampling rate."""
 
 from dataclasses import dataclass
 
@@ -9,40 +9,44 @@ from ecs_eco.analysis.spectrum import detrend, thin
 from ecs_eco.config.measurements import FEWEST
 
 FINE = 16
-"""Frequencies that are tried between two Fourier frequencies, and one more."""
+"""Number of frequencies per Fourier frequency that are tried."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """The wave that explains most of the variance of series of the same times, on average over them."""
+    """The wave that explains most of the variance of simultaneous series, averaged over them."""
 
     period: float  # [samples]
-    shares: np.ndarray  # of the variance of each that the wave explains, f64[series]
-    phases: np.ndarray  # how far each is behind the first, shares of the period in [0, 1), f64[series]
-    swings: np.ndarray  # standard deviation of log10 of the numbers of each, trend removed, f64[series]
+    shares: np.ndarray  # fraction of each series' variance that the wave explains, f64[series]
+    phases: (
+        np.ndarray
+    )  # lag of each series behind the first, as a fraction of the period in [0, 1), f64[series]
+    swings: np.ndarray  # standard deviation of log10 of each series, trend removed, f64[series]
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest number above.
+    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest positive
+    number.
 
-    Raises ValueError where all are zero, any is negative or no number, or there are fewer than FEWEST.
+    Raises ValueError if all are zero, any is negative or not a number, or there are fewer than FEWEST.
     """
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
-        raise ValueError(f"a series of shape {x.shape}; at least {FEWEST} numbers in a row are needed")
+        raise ValueError(f"a series of shape {x.shape}; expected at least {FEWEST} numbers in one row")
     if not np.isfinite(x).all() or (x < 0).any():
         at = int(np.flatnonzero(~np.isfinite(x) | (x < 0))[0])
-        raise ValueError(f"sample {at} is {x[at]}; numbers of organisms are 0 or more")
+        raise ValueError(f"sample {at} is {x[at]}; expected a number of organisms, 0 or more")
     if not x.any():
         raise ValueError("all numbers are 0: there is no cycle to measure")
     return detrend(np.log10(np.maximum(x, x[x > 0].min() / 2)))
 
 
 def cycle(*series: np.ndarray) -> Cycle:
-    """Return the cycle that series f[n] of the same times share.
+    """Return the cycle that simultaneous series f[n] share.
 
-    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares beside
-    a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError as `logarithms`.
+    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares
+    together with a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError like
+    `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
@@ -54,29 +58,29 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [1/sample], and the share of the variance of a series f[n] that a wave of each
-    explains: what `cycle` takes the highest of."""
+    """Return frequencies [1/sample], and the fraction of the variance of a series f[n] that a wave of each
+    explains. `cycle` uses the highest one."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 
 
 def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the `cycle` of one series, or of several of the same times. Long series
+    """Return the period [samples] of the `cycle` of one series, or of several simultaneous ones. Long series
     are thinned first."""
     thinned = [thin(np.asarray(x, float)) for x in series]
     return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)
 
 
 def _waves(series: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit waves to series f64[n] without a trend; return frequencies [1/sample], the share of variance that
-    each explains f64[series, frequency], and the waves, complex[series, frequency]."""
+    """Fit waves to series f64[n] without a trend; return frequencies [1/sample], the fraction of variance
+    that each explains f64[series, frequency], and the waves, complex[series, frequency]."""
     n = len(series[0])
     f = np.arange(int(np.ceil(1.5 * FINE)), n * FINE // 3 + 1) / (FINE * n)
     t = np.arange(n) - (n - 1) / 2
     basis = np.stack([np.ones(n), t], 1)
     waves = np.stack([np.cos(2 * np.pi * f[:, None] * t), np.sin(2 * np.pi * f[:, None] * t)], 2)
     q, _ = np.linalg.qr(basis)
-    waves -= q @ (q.T @ waves)  # what a straight line cannot do
+    waves -= q @ (q.T @ waves)  # the part that a straight line cannot fit
     q, r = np.linalg.qr(waves)
     y = np.stack(series, 1)
     along = np.swapaxes(q, 1, 2) @ y  # [frequency, 2, series]

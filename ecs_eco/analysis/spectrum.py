@@ -1,16 +1,16 @@
-"""Is there a cycle in a population series? A spectral peak tested against red noise.
+"""A test for cycles in a population series: a spectral peak against red noise.
 
-Populations are red noise: they drift without cycling, and a test against white noise calls nearly every such
-series periodic. The null here is a series that only relaxes. Two are fitted:
+Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
+such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:
 
 - "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null of climate and population records;
 - "relaxation": two rates and a root of the moving average, ARMA(2, 1) with real roots, whose spectrum only
-  falls. It contains AR(1), sums of two AR(1), and a population that integrates a fluctuating birth rate and
-  has births and deaths as noise of its own. AR(1) calls such smooth series periodic nearly always. This is
-  the null whose p we quote.
+  falls. It contains AR(1), sums of two AR(1), and a population that integrates a fluctuating birth rate and has
+  births and deaths as additional noise. AR(1) nearly always classifies such smooth series as periodic. Reported
+  p values refer to this null.
 
-A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
-smoothed ones: smoothing adds rates of relaxation.
+A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
+smoothed ones, because smoothing adds rates of relaxation.
 """
 
 from dataclasses import dataclass
@@ -19,23 +19,23 @@ from functools import lru_cache
 import numpy as np
 
 SAMPLES = 512
-"""Longest series tested, in samples: longer ones are thinned by block means (`thin`)."""
+"""Longest series tested, in samples: longer series are thinned by block means (`thin`)."""
 SHORTEST = 96
-"""Fewest samples that are tested at all."""
+"""Fewest samples that are tested."""
 MIN_CYCLES = 4
 """Fewest periods in the series for a peak to count."""
 BAND = 1.6
-"""The band around a period reaches from period / BAND to period × BAND."""
+"""The band around a period ranges from period / BAND to period × BAND."""
 RECURRENCES = 3
-"""Fewest times that a series must hold a period for it to be named."""
+"""Fewest times that a series must contain a period for it to be reported."""
 TAPERS = 2
 GRID = {"ar1": 100, "relaxation": 24}
 """Values tried for a root, from white noise to a memory of 1,000 samples."""
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
-    """Means over blocks of `factor` ticks, the fewest that leave at most `samples`;
-    the rest at the start is dropped."""
+    """Return means over blocks of `factor` ticks, the smallest factor that leaves at most `samples`; the
+    remainder at the start is dropped."""
     x = np.asarray(series, float)
     factor = max(1, -(-x.shape[-1] // samples))
     n = x.shape[-1] // factor
@@ -43,7 +43,8 @@ def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
 
 
 def smooth(series: np.ndarray, window: int) -> np.ndarray:
-    """Centred running mean over `window` ticks (made odd), over what there is at the ends; same length."""
+    """Return the centered running mean over `window` ticks (made odd), with shorter windows at the ends; same
+    length."""
     x = np.asarray(series, float)
     half = min(int(window) // 2, len(x) - 1)
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -53,10 +54,10 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Population numbers on a scale with fluctuations of even size.
+    """Return population numbers on a scale on which fluctuations have similar size.
 
-    "log" is log(n + 1): births and deaths multiply, and cycles span orders of magnitude; "sqrt" evens out the
-    demographic noise of a population that varies little; "none" leaves it.
+    "log" is log(n + 1): births and deaths multiply, and cycles span orders of magnitude. "sqrt" equalizes the
+    demographic noise of a population that varies little. "none" changes nothing.
     """
     x = np.asarray(numbers, float)
     if how == "log":
@@ -65,18 +66,18 @@ def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
         return np.sqrt(x)
     if how == "none":
         return x
-    raise ValueError(f'transform {how!r}: allowed are "log", "sqrt" and "none"')
+    raise ValueError(f'transform {how!r}: expected "log", "sqrt" or "none"')
 
 
 def detrend(x: np.ndarray) -> np.ndarray:
-    """Residuals of a straight line, along the last axis."""
+    """Return the residuals of a straight line, along the last axis."""
     t = (np.arange(x.shape[-1]) - (x.shape[-1] - 1) / 2).astype(x.dtype)
     centred = x - x.mean(-1, keepdims=True)
     return centred - (centred @ t)[..., None] / (t @ t) * t
 
 
 def spectrum(x: np.ndarray) -> np.ndarray:
-    """Multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995),
+    """Return the multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995),
     along the last axis."""
     n = x.shape[-1]
     x = detrend(x)
@@ -89,17 +90,17 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 
 class RedNoise:
-    """Red noise per tick, seen as block means over `factor` ticks,
-    fitted to spectra by Whittle likelihood (Whittle 1953).
+    """Red noise per tick, observed as block means over `factor` ticks, fitted to spectra by Whittle
+    likelihood (Whittle 1953).
 
     Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root
-    ** (1 / factor) per tick). The shapes are those of the block means, aliasing included: block means of
-    AR(1) are not AR(1), and taking them for it calls 37 % of them periodic.
+    ** (1 / factor) per tick). The shapes are those of block means, including aliasing: block means of AR(1)
+    are not AR(1), and treating them as AR(1) classifies 37% of them as periodic.
     """
 
     def __init__(self, n: int, factor: int, null: str):
         if null not in GRID:
-            raise ValueError(f"null {null!r}: allowed are {', '.join(map(repr, GRID))}")
+            raise ValueError(f"null {null!r}: expected one of {', '.join(map(repr, GRID))}")
         self.n, self.factor = n, factor
         grid = 1 - np.geomspace(1e-3, 1.0, GRID[null])
         if null == "ar1":
@@ -108,12 +109,13 @@ class RedNoise:
             pairs = [(r, s) for i, r in enumerate(grid) for s in grid[i:]]
             self.roots = np.array([(r, s, m) for r, s in pairs for m in grid if m <= r])
         self._shape = self.shape(self.roots, n)
-        used = self._shape[:, 2:]  # removing the trend took the lowest two frequencies
+        used = self._shape[:, 2:]  # detrending removed the lowest two frequencies
         self._inverse = (1 / used).astype(np.float32)
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1)."""
+        """Return the spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n
+        // 2 + 1)."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -127,22 +129,22 @@ class RedNoise:
         return total
 
     def fit(self, spectra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Roots of the best null of each spectrum, and the ratio of the spectrum to it."""
+        """Return the roots of the best null of each spectrum, and the ratio of the spectrum to it."""
         used = spectra[:, 2:].astype(np.float32)
         scale = used @ self._inverse.T / used.shape[1]
         best = (np.log(scale) + self._log).argmin(1)
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Series of n samples cut from circular ones four times as long,
-        from the Fourier transform of white noise."""
+        """Return series of n samples cut from circular ones four times as long, from the Fourier transform of
+        white noise."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 
 
 @lru_cache(maxsize=4)
 def _white(n_boot: int, length: int, seed: int) -> np.ndarray:
-    """Fourier transforms of series of white noise: shared by all series tested with one seed."""
+    """Return Fourier transforms of series of white noise, shared by all series tested with one seed."""
     return np.fft.rfft(np.random.default_rng(seed).standard_normal((n_boot, length), dtype=np.float32))
 
 
@@ -155,24 +157,24 @@ def _red_noise(n: int, factor: int, null: str) -> RedNoise:
 class Peak:
     """The strongest departure of a spectrum from red noise."""
 
-    p: float  # chance of so high a ratio at any frequency under the null
-    period: float  # [samples given, i.e. ticks]
+    p: float  # probability of a ratio this high at any frequency under the null
+    period: float  # [samples of the series, i.e. ticks]
     n_periods: float  # periods in the series
     ratio: float  # spectrum / null at the peak
-    held: float  # times that the series holds the period: n_periods, fewer where few are large
-    slower: float  # variance of the largest swing beyond the band, over that in the band
+    held: float  # effective number of periods: n_periods, or less if only few are large
+    slower: float  # variance of the largest slower swing, divided by that in the band
     null: str
     frequency: np.ndarray  # [1/tick]
     power: np.ndarray
     expected: np.ndarray  # the fitted null
-    limit: np.ndarray  # what a null's ratio passes at one frequency in 20
+    limit: np.ndarray  # a null's ratio exceeds this at one frequency in 20
 
     @property
     def recurs(self) -> bool:
-        """Whether the period may be named: the series holds it three times, and swings no more slowly than
-        that.
+        """True if the period may be reported: the series contains it at least three times, and no slower
+        swing is larger.
 
-        A boom and its crash, a start that rings and dies away, and the bumps upon a long swing do not recur,
+        A boom and its crash, an initial transient that dies away, and bumps on a long swing do not recur,
         however far they rise above red noise.
         """
         return self.held >= RECURRENCES and self.slower <= 1
@@ -188,12 +190,13 @@ def spectral_peak(
     min_cycles: float = MIN_CYCLES,
     seed: int = 0,
 ) -> Peak | None:
-    """Strongest spectral peak of a population series and its p against red noise by parametric bootstrap.
+    """Return the strongest spectral peak of a population series and its p against red noise by parametric
+    bootstrap.
 
     The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
     bootstrap series, so that both have the bias of the fit; correcting its roots for that bias did not change
-    error rates. None if the series is too short or constant.
+    error rates. Returns None if the series is too short or constant.
     """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
@@ -223,16 +226,17 @@ def spectral_peak(
 
 
 def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
-    """Centre of mass [cycles per series] of the spectrum within a factor of 1.4 of the peak."""
+    """Return the center of mass [cycles per series] of the spectrum within a factor of 1.4 of the peak."""
     near = np.arange(max(low, int(best / 1.4)), min(high, int(np.ceil(best * 1.4))) + 1)
     return float((near * power[near]).sum() / power[near].sum())
 
 
 def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
-    """`held` and `slower` of a peak at a period [samples of x].
+    """Return `held` and `slower` of a peak at a period [samples of x].
 
     `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
-    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for what is large for a while only.
+    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for a signal that is large only for a
+    while.
     """
     energy = np.abs(waves(x, period)) ** 2
     steady = energy.sum() ** 2 / (len(x) * (energy**2).sum())
@@ -243,7 +247,8 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
 
 
 def waves(x: np.ndarray, period: float) -> np.ndarray:
-    """Analytic signal of the detrended series in the band around `period` [samples], along the last axis."""
+    """Return the analytic signal of the detrended series in the band around `period` [samples], along the
+    last axis."""
     n = x.shape[-1]
     cycles = np.arange(n) * period / n  # frequency in units of the peak's
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""What all figures share: colours, lines, empty axes, and how a figure is written."""
+"""Shared style of all figures: colors, lines, empty axes, and writing to files."""
 
 import re
 import warnings
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     import matplotlib.figure
 
 P = ParamSpec("P")
-Figure: TypeAlias = "matplotlib.figure.Figure"  # matplotlib is loaded when something is drawn
+Figure: TypeAlias = "matplotlib.figure.Figure"  # matplotlib is loaded only when something is drawn
 Axes: TypeAlias = "matplotlib.axes.Axes"
 
 PALETTE = (*(SAFE[i][0] for i in (0, 1, 6, 2, 4, 3)), INK, SAFE[5][0])
-"""The colours of kinds on a light ground, in the order of Okabe and Ito, and the ink of texts."""
-HUE = re.compile("#[0-9a-fA-F]{6}")  # the form that worlds allow; a manifest may hold anything
+"""The colors of kinds on a light background, in the order of Okabe and Ito, and the ink of texts."""
+HUE = re.compile("#[0-9a-fA-F]{6}")  # the form that worlds allow; a manifest may contain anything
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -49,22 +49,22 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "path.simplify_threshold": 0.5,
-    "text.parse_math": False,  # a $ in a name or cause given by the world's author is a $
+    "text.parse_math": False,  # a $ in an author's name or cause is a $
 }
 
-RASTER = 110  # dots an inch of what is no line: relief, and maps of colours
+RASTER = 110  # dots per inch of images: relief, and maps of colors
 
-_bare = False  # whether matplotlib's settings are its defaults, by `as_delivered`
+_bare = False  # whether matplotlib's settings are its defaults, set by `as_delivered`
 
 
 def empty(width: float, height: float, **more: Any) -> Figure:
-    """A figure [inches] without axes, which notebooks show."""
+    """Return a figure [inches] without axes, which notebooks display."""
     import matplotlib.figure
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = matplotlib.figure.Figure(figsize=(width, height), **more)
     FigureCanvasAgg(figure)
-    figure._repr_png_ = partial(_png, figure)  # matplotlib's own needs pyplot, and with it a state
+    figure._repr_png_ = partial(_png, figure)  # matplotlib's own method needs pyplot and its global state
     return figure
 
 
@@ -76,7 +76,7 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """An empty figure [inches] with rows × columns of axes, which notebooks show."""
+    """Return an empty figure [inches] with rows × columns of axes, which notebooks display."""
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
@@ -84,7 +84,8 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
 def several(
     n: int, most: int, each: tuple[float, float], edge: tuple[float, float], **more: Any
 ) -> tuple[Figure, np.ndarray]:
-    """A figure with n axes of a size [inches] within an edge, at most so many in a row; the rest is empty."""
+    """Return a figure with n axes of a size [inches] within an edge, at most `most` per row; unused places
+    are empty."""
     columns = min(most, n)
     rows = -(-n // columns)
     figure, axes = panels(rows, columns, each[0] * columns + edge[0], each[1] * rows + edge[1], **more)
@@ -95,11 +96,11 @@ def several(
 
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
-    """Use matplotlib's defaults with our settings; restore the user's afterwards.
+    """Use matplotlib's defaults with our settings; restore the user's settings afterwards.
 
     A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts
     set by TeX. A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
-    Within `as_delivered({})` the defaults, which take a while to set, are not set again.
+    Within `as_delivered({})` the defaults, which are slow to set, are not set again.
     """
     global _bare
     import matplotlib
@@ -138,16 +139,16 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def _power(x: float, _place: float = 0) -> str:
-    """A label of a log axis; matplotlib's own would have to be parsed, and so would all texts."""
+    """Return a label of a log axis; matplotlib's own would require parsing of all texts."""
     power = round(float(np.log10(x)))
     return "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
-    """Write a PNG, whole or not at all."""
+    """Write a PNG, completely or not at all."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    # some texts are only made here
+    # some texts are only created here
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
         _lay_out(figure, dpi)
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
@@ -155,19 +156,19 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
 
 
 def _lay_out(figure: Figure, dpi: int) -> None:
-    """Do alone what matplotlib would draw the whole figure for once more."""
+    """Compute the layout, for which matplotlib would draw the whole figure twice."""
     if (engine := figure.get_layout_engine()) is not None:
         figure.set_dpi(dpi)
-        axes: list[Any] = figure.axes  # its attribute is matplotlib's own
+        axes: list[Any] = figure.axes  # the attribute belongs to matplotlib
         for ax in filter(_nothing_above, axes):
-            ax._autotitlepos = False  # to find where titles stay, ticks would be made and measured once more
+            ax._autotitlepos = False  # to place titles, ticks would be created and measured again
         engine.execute(figure)
         figure.set_layout_engine(None)
 
 
 def _nothing_above(ax: Any) -> bool:
-    """Whether nothing can stand above axes that would move their titles: labels of ticks, other axes, or a
-    factor of all labels, which matplotlib writes for tiny, large or close numbers."""
+    """Return whether no element above the axes can move their titles: tick labels, other axes, or a common
+    factor, which matplotlib writes for tiny, large or close numbers."""
     low, high = sorted(ax.get_ylim())
     plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
     alone = (
@@ -180,14 +181,15 @@ def _nothing_above(ax: Any) -> bool:
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
-    """Write an SVG for light and dark pages, whole or not at all, the same bytes for the same figure."""
+    """Write an SVG for light and dark pages, completely or not at all; the same figure gives the same
+    bytes."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     files.write(Path(path), themed(svg_of(figure), Path(path).stem))
     return Path(path)
 
 
 def svg_of(figure: Figure) -> str:
-    """Return the SVG that matplotlib writes, with texts as texts: the same for the same figure."""
+    """Return the SVG that matplotlib writes, with texts as texts; the same figure gives the same SVG."""
     drawn, more = StringIO(), {"Date": None, "Creator": None}
     with as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         _lay_out(figure, 72)
@@ -196,18 +198,18 @@ def svg_of(figure: Figure) -> str:
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A colour for each species, that of the viewer's page: the one of the palette nearest to the world's
-    own, where it names one as #rrggbb."""
+    """Return a color for each species, as on the viewer's page: the palette color nearest to the world's own,
+    if it is given as #rrggbb."""
     own = safe(own_colors(chosen))
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 
 def own_colors(chosen: object) -> dict[str, str]:
-    """The valid colours in a manifest, which may hold anything there."""
+    """Return the valid colors in a manifest, which may contain anything."""
     pairs = chosen.items() if isinstance(chosen, Mapping) else ()
     return {s: hue for s, hue in pairs if isinstance(hue, str) and HUE.fullmatch(hue)}
 
 
 def colors_of(series: Series) -> dict[str, str]:
-    """A colour for each species of a run."""
+    """Return a color for each species of a run."""
     return colors(series.species, series.manifest.get("colors"))

@@ -1,4 +1,4 @@
-"""Survival and persistence: curves, tests and intervals in which extinction is a result."""
+"""Survival and persistence: curves, tests and intervals that treat extinction as a result."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """Kaplan–Meier estimate; `survival[i]` holds from `time[i]` to the next time. Starts at time 0 with 1."""
+    """Kaplan–Meier estimate; `survival[i]` is valid from `time[i]` to the next time. Starts at time 0 with
+    1."""
 
     time: np.ndarray
     at_risk: np.ndarray
@@ -38,28 +39,31 @@ class SurvivalCurve:
 
     @property
     def median(self) -> float:
-        """First time at which at most half are left; NaN where more than half outlived the observation."""
+        """First time at which at most half survive; NaN if more than half outlived the observation."""
         below = np.flatnonzero(self.survival <= 0.5 + 1e-12)
         return float(self.time[below[0]]) if len(below) else np.nan
 
     def mean(self, until: float) -> float:
-        """Mean time lived up to `until`: the area under the curve (restricted mean)."""
+        """Return the mean time lived up to `until`: the area under the curve (restricted mean)."""
         edges = np.append(np.minimum(self.time, until), until)
         return float((np.diff(edges) * self.survival).sum())
 
 
 def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
-    """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
+    """Return the Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and
+    Prentice 1980).
 
-    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1
-    or 0) it is [1, 1] before the first death, [0, last upper limit] after the last.
+    `died` is False if the observation ended first (censored). If the interval is undefined (survival 1 or 0),
+    it is [1, 1] before the first death and [0, last upper limit] after the last.
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
     time = np.unique(np.append(t[d], 0.0))
     survival = estimate.evaluate(time)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # at 0 and 1 there is no interval: it is put in below
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # at 0 and 1 there is no interval; it is filled in below
         interval = estimate.confidence_interval(level, method="log-log")
     low, high = interval.low.evaluate(time), interval.high.evaluate(time)
     low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
@@ -71,28 +75,30 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
 
 
 def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
-    """The Kaplan–Meier estimate as a function of time; ValueError for an invalid sample of durations."""
+    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for an invalid sample of
+    durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         raise ValueError(
-            f"durations and died must be equally long and flat, got shapes {t.shape} and {d.shape}"
+            f"durations and died must be one-dimensional and equally long, got shapes {t.shape} and {d.shape}"
         )
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
-    from scipy.stats import ecdf  # which takes a second to load
+    from scipy.stats import ecdf  # takes a second to load
 
     return ecdf(_censored(t, d)).sf
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966)."""
+    """Return the log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p
+    (Mantel 1966)."""
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
     from scipy.stats import logrank
 
     with np.errstate(invalid="ignore"):
         test = logrank(_censored(*one), _censored(*other))
-    if np.isnan(test.statistic):  # nobody died while both groups were under observation
+    if np.isnan(test.statistic):  # no death while both groups were observed
         return 0.0, 1.0
     return float(test.statistic**2), float(test.pvalue)
 
@@ -105,14 +111,14 @@ def _censored(durations: Numbers, died: Flags) -> CensoredData:
 
 
 def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
-    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0.
+    """Return a share with Wilson's score interval (Wilson 1927); [0, 1] if n is 0.
 
-    An effective n need not be whole.
+    An effective n need not be an integer.
     """
     from scipy.special import ndtri
 
     if not 0 <= successes <= n:
-        raise ValueError(f"successes must lie in 0 … {n}, got {successes}")
+        raise ValueError(f"successes = {successes}; expected 0 to {n}")
     if n == 0:
         return Interval(np.nan, 0.0, 1.0)
     z2, share = ndtri(0.5 + level / 2) ** 2, successes / n
@@ -122,13 +128,13 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
 
 
 def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95) -> Interval:
-    """Share 1 − share 2 with Newcombe's hybrid interval (Newcombe 1998, method 10)."""
+    """Return share 1 − share 2 with Newcombe's hybrid interval (Newcombe 1998, method 10)."""
     return difference_of_intervals(wilson(k1, n1, level), wilson(k2, n2, level))
 
 
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
-    """a − b of two independent estimates from their intervals:
-    squares of the distances to the ends add (Zou and Donner 2008)."""
+    """Return a − b of two independent estimates from their intervals: squares of the distances to the ends
+    add (Zou and Donner 2008)."""
     gap = a.value - b.value
     return Interval(
         gap,
@@ -147,11 +153,11 @@ def bootstrap_difference(
     level: float = 0.95,
     seed: int = 0,
 ) -> Interval:
-    """statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b,
+    """Return statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b,
     pair by pair.
 
-    A percentile interval is too narrow at few seeds; this one is expanded by √(n/(n−1)) and Student's t over
-    normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN where a group has fewer than 2
+    A percentile interval is too narrow for few seeds; this one is expanded by √(n/(n−1)) and Student's t over
+    normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN if a group has fewer than 2
     members. `statistic` must take `axis`.
     """
     from scipy.special import ndtri, stdtrit

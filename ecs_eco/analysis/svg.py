@@ -1,6 +1,6 @@
-"""What matplotlib draws, as SVG that follows the theme of its page: colours become attributes that CSS
-replaces on dark ground; texts stay texts; ids are short and belong to one figure; thousands of dots become
-one path."""
+"""Conversion of matplotlib's output to SVG that follows the theme of its page: colors become attributes that
+CSS replaces on dark backgrounds; texts stay texts; ids are short and unique to a figure; thousands of dots
+become one path."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -12,9 +12,9 @@ from ecs_eco.analysis.palette import INK, ON_DARK
 
 FONT = "system-ui, sans-serif"
 DENSE = 400
-"""From so many equal marks on they are drawn as one path of round dots."""
+"""From this many equal marks on, they are drawn as one path of round dots."""
 DIM = "over-ground"
-"""The gid of figures in which images are a ground for curves: they are darker on dark pages."""
+"""The gid of figures with images behind curves; the images are darker on dark pages."""
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
@@ -22,8 +22,8 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return the SVG that matplotlib wrote, as said above; `name` tells its ids from those of others, `dark`
-    holds for colours on a light ground those on a dark one."""
+    """Return the converted SVG of matplotlib. `name` distinguishes its ids from those of other figures;
+    `dark` maps colors on a light background to colors on a dark one."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
@@ -48,24 +48,25 @@ def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
 
 
 def legible(text: str) -> str:
-    """Return a text with characters that XML and HTML cannot hold written out, as \\u0001."""
+    r"""Return a text in which characters that XML and HTML cannot contain are written out, as \u0001."""
     return _ILLEGAL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def embedded(text: str, caption: str) -> str:
-    """Return such an SVG as a part of a page: on the page's ground, with a caption for those who hear it."""
+    """Return a converted SVG as a part of a page: on the page's background, with a caption for screen
+    readers."""
     wide = float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])  # type: ignore[index]
     alt = escape(caption, quote=True)
     text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)
     text = re.sub(r'<rect class="under"[^>]*/>', "", text, count=1)
-    # letters of 10 units stay 9 pixels high on a phone, where wide figures are scrolled
+    # letters of 10 units remain 9 pixels high on a phone, where wide figures scroll
     return text.replace(
         "<svg ", f'<svg role="img" aria-label="{alt}" style="min-width:{min(0.9 * wide, 900):.0f}px" ', 1
     )
 
 
 def _rules(inside: str, dark: Mapping[str, str]) -> str:
-    """The rules for a dark ground, of the colours that are used."""
+    """Return the CSS rules for a dark background, for the colors in use."""
     used = {*re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', inside), ("fill", "#ffffff")}
     rules = [
         f'.plot [{what}="{colour}"]{{{what}:{dark[colour]}}}'
@@ -81,7 +82,7 @@ def _rules(inside: str, dark: Mapping[str, str]) -> str:
 
 
 def _plain_names(root: ET.Element) -> None:
-    """Leave the namespaces away."""
+    """Remove the namespaces."""
     for part in root.iter():
         part.tag = part.tag.rpartition("}")[2]
         for key in [key for key in part.attrib if "}" in key]:
@@ -92,7 +93,7 @@ def _plain_names(root: ET.Element) -> None:
 
 
 def _attributes(part: ET.Element) -> None:
-    """Turn style into attributes, and numbers into ones of a tenth of a unit where paths are long."""
+    """Turn styles into attributes, and round numbers in long paths to a tenth of a unit."""
     for pair in part.attrib.pop("style", "").split(";"):
         key, _, value = pair.partition(":")
         key, value = key.strip(), value.strip()
@@ -111,8 +112,8 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """A path with numbers of two digits after the point; a long one of straight lines alone with numbers of
-    one digit, from point to point."""
+    """Return a path with numbers of two decimals; a long path of straight lines gets relative coordinates
+    with one decimal."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())
@@ -137,7 +138,7 @@ def _tenth(x: int) -> str:
 
 
 def _rename(root: ET.Element, prefix: str) -> None:
-    """Keep ids that are used, under short names of this figure."""
+    """Keep only ids in use, under short names unique to this figure."""
     used = {part.get("href", "")[1:] for part in root.iter("use")}
     used |= {
         found for part in root.iter() for value in part.attrib.values() for found in _REFERENCE.findall(value)
@@ -156,7 +157,7 @@ def _rename(root: ET.Element, prefix: str) -> None:
 
 
 def _bare_marks(root: ET.Element) -> None:
-    """Leave colours to where a mark is used: rules of a page do not reach into its uses."""
+    """Move colors from a mark to its uses, because the page's rules do not apply inside uses."""
     used = {part.get("href", "")[1:] for part in root.iter("use")}
     for part in root.iter("path"):
         if part.get("id") in used:
@@ -193,7 +194,7 @@ def _dots(root: ET.Element) -> None:
 
 
 def _marks(group: ET.Element) -> Iterator[ET.Element]:
-    """The marks that a group holds, each within a group of its own or not."""
+    """Yield the marks in a group, with or without a separate group for each."""
     for part in group:
         if part.tag == "use":
             yield part
@@ -202,7 +203,7 @@ def _marks(group: ET.Element) -> Iterator[ET.Element]:
 
 
 def _steps(at: list[tuple[float, float]]) -> Iterator[str]:
-    """A path in tenths of a unit from dot to dot."""
+    """Yield a path in tenths of a unit from dot to dot."""
     x = y = 0
     for v, u in at:
         a, b = round(10 * u), round(10 * v)
@@ -211,12 +212,12 @@ def _steps(at: list[tuple[float, float]]) -> Iterator[str]:
 
 
 def _extent(path: str) -> float:
-    """How far a mark reaches from its middle."""
+    """Return how far a mark extends from its center."""
     return max((abs(float(x)) for x in re.findall(r"-?[\d.]+", path)), default=1.0)
 
 
 def _hoist(part: ET.Element) -> None:
-    """Leave groups away that say nothing."""
+    """Remove empty groups and dissolve groups without attributes."""
     for child in part:
         _hoist(child)
     kept: list[ET.Element] = []

@@ -1,4 +1,4 @@
-"""Tracks of animals around those that eat them: where they go, how fast, and what they do then."""
+"""Tracks of animals around their predators: their paths, speeds and reactions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.analysis.runs import Series
 
-Placed = tuple[np.ndarray, np.ndarray]  # uids u64[n] in order, and places f64[n, 3] [m]
+Placed = tuple[np.ndarray, np.ndarray]  # ordered uids u64[n], and places f64[n, 3] [m]
 Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
 
 
@@ -30,29 +30,31 @@ class Box(NamedTuple):
 
     @classmethod
     def of(cls, series: Series) -> Self:
-        """The space that the manifest describes, with a height of 0 where it is a plane."""
+        """Return the space that the manifest describes, with height 0 for a plane."""
         space = series.manifest["config"]["space"]
         return cls([*space["size"], 0.0][:3], space["edges"] == "torus")
 
 
 @dataclass
 class Tracks:
-    """Tracks of prey, f64[ticks, animals], NaN where an animal did not live;
-    the animals are those that ever lived."""
+    """Tracks of prey, f64[ticks, animals], NaN while an animal is not alive. The animals are all that ever
+    lived."""
 
     uids: np.ndarray  # u64[animals]
     depth: np.ndarray  # [m] at the end of the tick
     speed: np.ndarray  # [m/s] in the tick
-    distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf where none is near
-    away: np.ndarray  # cosine of the angle between the way in the tick and away from that predator
-    # the same with the level direction to the left of away; NaN where away is straight up or down
+    distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf if none is near
+    away: (
+        np.ndarray
+    )  # cosine of the angle between the movement in the tick and the direction away from that predator
+    # the same with the level direction to the left of away; NaN if away is straight up or down
     aside: np.ndarray
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator,
-    uids and places after)."""
+    """Return the tracks from records of ticks, each (uids and places before, distance and offset to the
+    predator, uids and places after)."""
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )
@@ -101,7 +103,7 @@ def _write(
 
 
 def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
-    """Return ways f64[n, 3] [m], the shortest where the edges are those of a torus."""
+    """Return displacements f64[n, 3] [m], the shortest ones on a torus."""
     if space.torus:
         size = np.array(space.size[:2])
         d[:, :2] -= size * np.round(d[:, :2] / size)
@@ -109,7 +111,7 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at
+    """Return (tick, animal) i64[k, 2] at which a distance f64[ticks, animals] falls below `within`, after at
     least `rest` ticks above it."""
     near = distance < within
     events = []
@@ -124,10 +126,10 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick,
-    animal): f64[before + 1 + after].
+    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick, animal):
+    f64[before + 1 + after].
 
-    Where an animal did not live (NaN), or the record ends, it is left out.
+    Ticks in which an animal was not alive (NaN) or that are outside the record are left out.
     """
     windows = np.full((len(events), before + 1 + after), np.nan)
     for i, (tick, animal) in enumerate(events):
@@ -138,11 +140,11 @@ def event_average(series: np.ndarray, events: np.ndarray, before: int, after: in
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
-    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1),
-    from their cosines with it.
+    """Return (u, p) of the V-test for a preferred direction (Zar 2010, section 27.1), from the cosines with
+    it.
 
-    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In
-    space cosines have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
+    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for random directions in a plane. In
+    space cosines have a variance of 1/3 instead of 1/2, which makes the test conservative.
     """
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)

@@ -1,5 +1,5 @@
-"""The viewer: a page in the browser that shows a living world or a recorded run, and the server for it.
+"""The viewer: a browser page that shows a living world or a recorded run, and its server.
 
-Nothing here changes a world, except by its interventions. The page is in `static`; the sources of its
-vendor.js are in view-page/ at the root.
+The viewer changes a world only through interventions. The page is in `static`; the sources of its vendor.js
+are in view-page/ at the root.
 """

@@ -1,4 +1,4 @@
-"""Why: the account that `ecs-eco why` gives of a run, for the viewer's page."""
+"""The diagnosis of `ecs-eco why` for the viewer's page."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ecs_eco.ecosystem import World
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.source import Message
 
-REMEMBERED = 20  # blocks of 1,000 ticks of a living world
+REMEMBERED = 20  # the recorder of a living world keeps this many blocks of 1,000 ticks
 
 
 def of_run(folder: Path, tick: int) -> Message:
-    """Return the account of a recorded run, all of it: {"kind": "why", …}."""
+    """Return the diagnosis of a whole recorded run: {"kind": "why", …}."""
     return _told(Case.read(folder), tick)
 
 
 def of_world(world: World, journal: Journal) -> Message:
-    """Return the account of a living world so far, of the ticks that its recorder remembers."""
+    """Return the diagnosis of a living world for the ticks that its recorder still holds."""
     if world.recorder is None or world.config is None:
-        return _nothing(world.tick, "This world is not recorded: there is nothing to account for.")
+        return _nothing(world.tick, "This world is not recorded, so there is nothing to diagnose.")
     series = load_series(world.recorder.series())
     if len(series.ticks) < 2:
-        return _nothing(world.tick, "Too little has happened yet.")
+        return _nothing(world.tick, "Too few ticks have passed for a diagnosis.")
     manifest = {
         "config": world.config.model_dump(mode="json"),
         "intervened": list(world.intervened),
@@ -44,7 +44,7 @@ def of_world(world: World, journal: Journal) -> Message:
 
 
 def _deaths(journal: Journal, names: Sequence[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Return tick, age [s] and cause of each death of some species that is known, by species."""
+    """Return tick, age [s] and cause of each known death of these species, by species."""
     columns = journal.deaths.between(-1, journal.world.tick, ("species", "age", "cause"))
     words, out = np.array(["unknown", *journal.causes]), {}
     for name in names:
@@ -69,7 +69,7 @@ def _told(case: Case, tick: int) -> Message:
         "kind": "why",
         "tick": tick,
         "first": int(ticks[0]) if len(ticks) else 0,
-        "sections": {head: list(lines) for head, lines in sections.items() if head != "What to turn"},
+        "sections": {head: list(lines) for head, lines in sections.items() if head != "What to change"},
         "turns": [
             {"key": t["key"], "value": t["value"], "turn": t["turn"], "effect": t["effect"]} for t in turns
         ],

@@ -1,4 +1,4 @@
-"""A living world beside another one, from a tick of that one on; and how to have it again without the page."""
+"""Branches: worlds that part from another world at some tick, and the command that reproduces one."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from ecs_eco.view.source import Message
 
 
 class Start(NamedTuple):
-    """How the original began: words of a command line after `ecs-eco`: ("run", "lamb", "--seed", "1").
+    """The command that started the original, as its words after `ecs-eco`: ("run", "lamb", "--seed", "1").
 
-    `planned` are the interventions of its world file, which an assignment on the command line replaces.
+    `planned` are the interventions of its world file. An assignment on the command line replaces them.
     """
 
     words: Sequence[str]
@@ -37,8 +37,8 @@ class Start(NamedTuple):
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run, with `code` of its own or without, from the
-    start of a tick."""
+    """Return {"toml", "command"} for a branch of a recorded run from the start of a tick. `code` allows the
+    world's own Python code."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -51,8 +51,8 @@ def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Messag
 
 
 def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a living world; `acts` are what was done to it by hand, each
-    with its tick. No command where it is not known how the world began."""
+    """Return {"toml", "command"} for a branch of a living world. `acts` are the interventions made by hand,
+    each with its tick. The command is empty if the world's own start command is unknown."""
     done = [dated(what, what["at"]) for what in acts] + ([] if change is None else [dated(change, tick)])
     if start is None:
         return {"toml": tables(done), "command": ""}
@@ -63,12 +63,12 @@ def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Me
 
 
 def dated(what: Message, tick: int) -> Message:
-    """Return an intervention as a world file has it: with its tick first."""
+    """Return an intervention in the form of a world file, with its tick first."""
     return {"at": tick} | {key: value for key, value in what.items() if key != "at" and value is not None}
 
 
 def tables(done: Sequence[Message]) -> str:
-    """Return interventions as TOML, a table each."""
+    """Return interventions as TOML, one table each."""
     return "\n".join(
         "\n".join(
             ["[[interventions]]", *(f"{_key(key)} = {inline(value)}" for key, value in what.items()), ""]
@@ -78,7 +78,7 @@ def tables(done: Sequence[Message]) -> str:
 
 
 def inline(value: object) -> str:
-    """Return a value of JSON's types as TOML in one line."""
+    """Return a JSON value as TOML on one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{_key(key)} = {inline(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -94,11 +94,11 @@ Ask = Callable[["World"], None]
 
 
 class Branch:
-    """A world that follows the clock of another: `start` is the tick at which it parts from that one.
+    """A world that follows the clock of another one, from which it parts at tick `start`.
 
-    `ask` requests of it what was done to the other before each tick; `change` is the intervention that makes
-    the difference, None for none. `refused` gets what it would not do. Organisms with uids below `common`
-    were born before the worlds parted.
+    Before each tick, `ask` requests the interventions of the other world. `change` is the intervention that
+    makes the difference, or None. `refused` collects the errors of interventions that this world rejects.
+    Organisms with uids below `common` were born before the worlds parted.
     """
 
     def __init__(self, live: Live, start: int, change: Message | None, ask: Ask) -> None:
@@ -114,14 +114,14 @@ class Branch:
 
     @property
     def first(self) -> int:
-        """The first tick to which it can go back."""
+        """The earliest tick to which it can go back."""
         first = self.live.ring.first
         return self.tick if self.live.ring.why or first is None else max(self.start, first)
 
     def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool] = lambda tick: False) -> bool:
-        """Let ticks pass up to `tick`, for about so many seconds at most; return whether it is there.
+        """Run up to `tick`, for at most about `seconds`; return whether it got there.
 
-        `sampled(tick)` says at which ticks after the start a point of the curves is wanted.
+        `sampled(tick)` returns whether the curves need a point at a tick after the start.
         """
         until, world = time.monotonic() + seconds, self.live.world
         while world.tick < tick:
@@ -133,12 +133,12 @@ class Branch:
         return world.tick >= tick
 
     def back(self, tick: int) -> None:
-        """Go back to a tick, or to the start where that is later; ValueError where it cannot."""
+        """Go back to a tick, but not before the start; raise ValueError if this is impossible."""
         if self.tick > (tick := max(tick, self.start)):
             self.live.handle({"kind": "seek", "tick": tick})
 
     def sample(self) -> None:
-        """Note a point of the curves, once a tick, from the start on."""
+        """Add a point to the curves: at most one per tick, and none before the start."""
         ticks = self.live.curves.ticks
         if self.tick >= self.start and (not ticks or ticks[-1] < self.tick):
             self.live.sample()
@@ -159,16 +159,18 @@ class Branch:
 
 
 def of_living(live: Live, tick: int, change: Message | None) -> Branch:
-    """Return a branch of a living world from a tick, now or one that is kept.
+    """Return a branch of a living world from the present tick or an earlier one that is still stored.
 
-    Raises ValueError for a tick that is not, and for a change that does not fit; CheckpointError for a world
-    that cannot be copied. The living world stays as it is.
+    The living world does not change. Raises ValueError for any other tick and for a change that does not fit,
+    and CheckpointError for a world that cannot be copied.
     """
     world, now = live.world, live.world.tick
     if world.config is None:
-        raise CheckpointError("what if: this world was made by hand; only one from a world file is copied")
+        raise CheckpointError(
+            "what if: only a world from a world file can be copied; this one was built in Python"
+        )
     if tick > now:
-        raise ValueError(f"what if: tick = {tick}; the world has not come there: it is at {now}")
+        raise ValueError(f"what if: tick = {tick}; expected at most {now}, the present tick")
     check(world, change)
     if tick == now:
         meta, arrays = frozen.freeze(world, recording=False)
@@ -180,26 +182,27 @@ def of_living(live: Live, tick: int, change: Message | None) -> Branch:
 
 
 def of_recorded(replay: Replay, change: Message | None) -> Branch:
-    """Return a branch of a recorded run from the end of the tick that it shows; it may have to be run up to
-    there first. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run here."""
+    """Return a branch of a recorded run from the end of the displayed tick. The run may have to be simulated
+    up to there first. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run
+    here."""
     manifest, start = replay.recording.manifest, replay.tick + 1
     if replay.done:
-        raise ValueError("what if: this is the last tick that was recorded; go to an earlier one")
+        raise ValueError("what if: a recorded run cannot be branched at its last tick; go to an earlier one")
     world = near(replay.recording.path, manifest, start)
     check(world, change)
     return Branch(Live(world), start, change, partial(repeat_requests, manifest=manifest))
 
 
 def check(world: World, change: Message | None) -> None:
-    """Raise ConfigError or ValueError for a change that this world would refuse."""
+    """Raise ConfigError or ValueError for a change that this world rejects."""
     if change is not None:
         if not isinstance(change, dict):
-            raise ValueError("what if: `what` is no intervention; see [[interventions]] of a world file")
+            raise ValueError("what if: `what` is not an intervention; see [[interventions]] of a world file")
         checked(world, change, waiting(world))
 
 
 def kept(live: Live) -> int:
-    """Return the first tick from which a living world can be branched."""
+    """Return the earliest tick at which a living world can be branched."""
     first = live.ring.first
     return live.tick if live.ring.why or first is None else first
 
@@ -208,17 +211,17 @@ def _nearest(live: Live, tick: int) -> Point:
     points = [] if live.ring.why else [point for point in live.ring.points if point.tick <= tick]
     if not points:
         raise ValueError(
-            f"what if: tick {tick:,} is no longer kept; allowed: {kept(live):,} to {live.tick:,}"
+            f"what if: tick = {tick:,}; expected {kept(live):,} to {live.tick:,}, the stored ticks"
         )
     return points[-1]
 
 
 def _made(world: World, config: WorldConfig, meta: dict[str, Any], arrays: dict[str, Any]) -> Any:
-    """Return another world in a frozen state of this one."""
+    """Return a second world in a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(
-            f"what if: the system {function_name(handed[0])} was handed to this world as "
-            "an instance, and an instance is of one world"
+            f"what if: the system {function_name(handed[0])} was passed to this world as "
+            "an instance, which cannot serve a second world; pass the class instead"
         )
     where, meta = f"what if of the world {world.name!r}", json.loads(json.dumps(meta))
     made = frozen.thaw(type(world), meta, world.threads, config, (), where)
@@ -228,8 +231,8 @@ def _made(world: World, config: WorldConfig, meta: dict[str, Any], arrays: dict[
 
 
 def as_done_to(live: Live, world: World) -> None:
-    """Request of a world what was done by hand to the living one in the tick that comes next, and does not
-    wait already; the living one has passed that tick."""
+    """Repeat on `world` the interventions made by hand on the living world in the next tick, unless they are
+    already pending. The living world has passed that tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:
@@ -239,8 +242,8 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions that were carried out in ticks from `first` to before `end` and that its world
-    file does not plan, as in a world file."""
+    """Return the interventions carried out in ticks `first` to `end` - 1 that the world file does not plan,
+    in the form of a world file."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

@@ -1,4 +1,4 @@
-"""Curves of a world over time: what is at a tick, and what has happened until then, as the message "series"."""
+"""Curves of a world over time: levels at a tick and totals up to it, as the message "series"."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 MOST = 4000  # points
-DEPTH = "mean depth [m]"  # a chart beside those of reporters, which cannot be called so
+DEPTH = "mean depth [m]"  # a chart next to the reports; no reporter can have this name
 Key = tuple[str, ...]
-"""The name of a curve: group and name, and for groups of groups the name within it: ("n", "deer"), ("reports",
+"""The name of a curve: group and name, and for groups of groups also the name within: ("n", "deer"), ("reports",
 reporter, species or ""), ("light", "")."""
 
 
 class Point(NamedTuple):
-    """A point of all curves."""
+    """One point of each curve."""
 
     tick: int
-    levels: dict[Key, float]  # what is at this tick
-    sums: dict[Key, float]  # what has happened until then; its curve is what happened in a tick
+    levels: dict[Key, float]  # the values at this tick
+    sums: dict[Key, float]  # totals up to this tick; their curves show the increase per tick
 
 
 class Curves:
-    """Points by tick; when there are `most`, every second one is dropped."""
+    """Points by tick. When there are `most` of them, every second one is dropped."""
 
     def __init__(self, most: int = MOST) -> None:
         self.most = most
@@ -36,24 +36,24 @@ class Curves:
         return [point.tick for point in self.points]
 
     def add(self, point: Point) -> None:
-        """Add a point."""
+        """Append a point."""
         if len(self.points) >= self.most:
             del self.points[1::2]
         self.points.append(point)
 
     def cut(self, tick: int) -> None:
-        """Forget the points of a tick and of later ones."""
+        """Drop the points of this tick and of later ones."""
         while self.points and self.points[-1].tick >= tick:
             del self.points[-1]
 
     def after(self, tick: int) -> dict[str, Any] | None:
-        """Return the points of later ticks as a message; None where there are none."""
+        """Return the points after a tick as a message, or None if there are none."""
         first = len(self.points)
         while first and self.points[first - 1].tick > tick:
             first -= 1
         if first == len(self.points):
             return None
-        before = min(first, 1)  # the point from which the first rate is
+        before = min(first, 1)  # the first rate is computed from this point
         points = self.points[first - before :]
         return series(
             np.array([point.tick for point in points]),
@@ -74,8 +74,8 @@ def series(
 ) -> dict[str, Any]:
     """Return the message "series" of these ticks i64[n].
 
-    Levels f64[n] are shown as they are, sums f64[n] as what was added a tick since the tick before; NaN is
-    null. The first `before` ticks, 0 or 1, are only there for these rates, and have no levels.
+    Levels f64[n] are passed on unchanged, sums f64[n] as the mean increase per tick since the point before;
+    NaN becomes null. The first `before` points (0 or 1) serve only to compute rates and have no levels.
     """
     span = np.diff(tick)
     rates = {key: np.append(np.nan, np.diff(of) / span)[before:] for key, of in sums.items()}
@@ -93,14 +93,14 @@ def series(
 
 
 def _plain(value: float) -> float | None:
-    """Return a number as short as a chart needs it."""
+    """Return a number with as many digits as a chart needs."""
     if not math.isfinite(value):
         return None
     return int(value) if value.is_integer() and abs(value) < 1e15 else float(f"{value:.6g}")
 
 
 def died(s: str, causes: Iterable[tuple[str, Any]], born: float | np.ndarray) -> dict[Key, Any]:
-    """Return sums of the births and deaths of a species, all in all and by cause."""
+    """Return sums of the births and deaths of a species, in total and by cause."""
     by_cause = dict(causes)
     return {
         ("births", s): born,

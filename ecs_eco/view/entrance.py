@@ -1,4 +1,4 @@
-"""The way to a server: an address that is printed, and a private file that leads the browser there."""
+"""Opening the page: an address that is printed, and a private file that redirects the browser to it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ecs_eco.view.server import Server
 
-OPENING = 2.0  # [min] that a browser has to open its file
+OPENING = 2.0  # [min] that the browser has to open its file
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>ecs-eco</title>
 <meta http-equiv="refresh" content="0; url={address}"><p>To <a href="{address}">ecs-eco</a> …
@@ -22,11 +22,11 @@ PAGE = """<!doctype html>
 
 
 class Entrance:
-    """The addresses of a running server: `announce` gets the first one now,
-    the next when one was used or has expired.
+    """The addresses of a running server. `announce` receives the first one immediately, and a new one each
+    time the last was used or has expired.
 
-    Each address admits one page, so that it is of no use to anybody who reads it later,
-    on the terminal or in the browser's history.
+    Each address admits one page, so an address in the terminal or in the browser's history is useless to
+    later readers.
     """
 
     def __init__(self, server: Server, announce: Callable[[str], None]) -> None:
@@ -37,10 +37,10 @@ class Entrance:
         self._say()
 
     def open_browser(self) -> bool:
-        """Open a page in a graphical browser; return whether there is one.
+        """Open a page in a graphical browser; return whether one is available.
 
-        All users of a machine can read a browser's command line. So it gets the name of a file that only this
-        user may read, which redirects it to the address.
+        All users of a machine can read a browser's command line. Therefore the browser receives the name of a
+        file that only this user can read, and that file redirects to the address.
         """
         if sys.platform.startswith("linux") and not (
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
@@ -63,25 +63,24 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce another address if the last one is no longer valid,
-        and somebody used it or an earlier one."""
+        """Announce a new address if the last one is no longer valid and a page has just used one of ours."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):
-            with suppress(OSError, ValueError):  # the output is closed: the page is admitted all the same
+            with suppress(OSError, ValueError):  # if the output is closed, the page is still admitted
                 self._say()
 
     def _file(self, address: str) -> Path:
         if self._folder is None:
-            self._folder = Path(tempfile.mkdtemp(prefix="ecs-eco-", dir=_private()))  # of mode 0700
-        handle, name = tempfile.mkstemp(suffix=".html", dir=self._folder)  # of mode 0600
+            self._folder = Path(tempfile.mkdtemp(prefix="ecs-eco-", dir=_private()))  # mode 0700
+        handle, name = tempfile.mkstemp(suffix=".html", dir=self._folder)  # mode 0600
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(PAGE.format(address=address))
         return Path(name)
 
 
 def _private() -> str | None:
-    """Return this user's runtime folder, if there is one that nobody else may enter."""
+    """Return this user's runtime folder if no other user can enter it."""
     folder = os.environ.get("XDG_RUNTIME_DIR")
     if not folder or not os.path.isabs(folder):
         return None

@@ -10,39 +10,40 @@ import numpy as np
 from ecs_eco.view.genealogy import Genealogy, Lives, Young
 from ecs_eco.view.source import Message, uid_of
 
-SLOTS = 12  # families of a species that have a colour of their own
-KIN = "kin:"  # before a uid: the colour of its descendants
+SLOTS = 12  # families of a species that get their own color
+KIN = "kin:"  # prefix of a uid: colors the descendants of that organism
 
 
 def asked(colour: object) -> int | None:
-    """Return whose descendants a colour shows; None for another colour."""
+    """Return the uid whose descendants a color shows, or None for any other color."""
     digits = colour[len(KIN) :] if isinstance(colour, str) and colour.startswith(KIN) else ""
     return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
 
 
 def _shade(slot: int | None) -> int:
-    """Return the value of a family: the middle of its part of the ramp; 0 for one without a colour."""
+    """Return the value of a family: the middle of its section of the color ramp, or 0 without a color."""
     return 0 if slot is None else int(1 + 21 * (slot + 0.5))
 
 
 class Families:
-    """Founders and descendants, from lives that grow; families are followed along the first parent."""
+    """Founders and descendants in a growing set of lives. Families follow the first parent."""
 
     def __init__(self, lives: Callable[[], Lives]) -> None:
         self._lives = lives
         self._uid = self._root = np.zeros(0, np.uint64)
         self._slots: dict[str, dict[int, int]] = {}
-        self._found: dict[int, tuple[int, np.ndarray]] = {}  # by uid: lives looked at, descendants
+        self._found: dict[int, tuple[int, np.ndarray]] = {}  # by uid: number of lives scanned, descendants
 
     def roots(self, uid: np.ndarray) -> np.ndarray:
-        """Return the founder of each: u64[n]; of one whose parents are not known, itself."""
+        """Return the founder of each organism: u64[n]. An organism with unknown parents is its own
+        founder."""
         self._grow()
         row = np.minimum(np.searchsorted(self._uid, uid), max(self._uid.size - 1, 0))
         return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
 
     def values(self, name: str, uid: np.ndarray) -> np.ndarray:
-        """Return the value of each of a species for the colour "family", u8[n]: the largest families have
-        one each, and keep it; 0 for all others."""
+        """Return the values u8[n] of organisms of a species for the color "family". Each of the largest
+        families has a value that does not change over time; all other organisms have 0."""
         founders, family, size = np.unique(self.roots(uid), return_inverse=True, return_counts=True)
         there = set(founders.tolist())
         slots = {root: slot for root, slot in self._slots.get(name, {}).items() if root in there}
@@ -58,8 +59,8 @@ class Families:
         return out
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
-        """Return the value of each u64[n] of these species for a colour by descent, None for any other one;
-        "family" has the values that the species has been given last."""
+        """Return the value of each organism u64[n] for a color by descent, and None for every other color.
+        "family" uses the values last assigned to the species."""
         of = asked(colour)
         if of is not None:
             return list(self.kin(of, uid).tolist())
@@ -72,7 +73,7 @@ class Families:
         return [_shade(slot) for slot in slots]
 
     def descendants(self, of: int) -> np.ndarray:
-        """Return one and all that descend from it, by either parent: uids u64[n], ascending."""
+        """Return an organism and all its descendants by either parent: uids u64[n], ascending."""
         uid, first, second = self._lives()
         begin, found = self._found.get(of, (0, np.array([of], np.uint64)))
         begin = begin if begin <= uid.size else 0
@@ -86,11 +87,11 @@ class Families:
         return found
 
     def kin(self, of: int, uid: np.ndarray) -> np.ndarray:
-        """Return the value of each for the colour of somebody's descendants: 255 for them, 0 for others."""
+        """Return 255 for the descendants of an organism and 0 for all other organisms."""
         return np.where(np.isin(uid, self.descendants(of)), 255, 0).astype(np.uint8)
 
     def _grow(self) -> None:
-        """Find the founders of those that were born since the last call."""
+        """Find the founders of the organisms born since the last call."""
         uid, parent, _ = self._lives()
         known = int(np.searchsorted(uid, self._uid[-1], side="right")) if self._uid.size else 0
         if known == uid.size == self._uid.size:
@@ -100,7 +101,7 @@ class Families:
             root[:known] = self._root[np.searchsorted(self._uid, uid[:known])]
         row = np.minimum(np.searchsorted(uid, parent[known:]), max(uid.size - 1, 0))
         hit = (parent[known:] > 0) & (uid[row] == parent[known:]) if uid.size else np.zeros(0, bool)
-        while True:  # each pass goes one generation on
+        while True:  # each pass adds one generation
             now = np.where(hit, root[row], root[known:])
             if (now == root[known:]).all():
                 break
@@ -108,19 +109,19 @@ class Families:
         self._uid, self._root = uid.copy(), root
 
 
-ABOVE = 48  # ancestors that are listed
+ABOVE = 48  # ancestors in the list
 BESIDE = 12  # siblings
 BELOW = 24  # children
 EACH = 4  # grandchildren of one child
 
 
 def tree(known: Genealogy, families: Families, request: Message) -> Message:
-    """Return the message "tree" about the organism of a request; ValueError for one that is not known.
+    """Return the message "tree" about the organism in a request; raise ValueError if it is unknown.
 
-    `lives` has the focal one, the nearest ABOVE ancestors, the last BESIDE siblings, BELOW children (those
-    with the most young), and the last EACH grandchildren by each. `young` of a life counts all its children,
-    where it was counted, `siblings` all siblings and half-siblings of the focal one. `clade` is the value, 0
-    to 255, of each for the colour `by` of the request, where that is one by descent.
+    `lives` holds the focal organism, its nearest ABOVE ancestors, last BESIDE siblings, BELOW children (the
+    most fertile ones) and the last EACH grandchildren per child. In each life, `young` counts all its
+    children if that number is known, and `clade` is its value, 0 to 255, for the color `by` of the request if
+    that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism.
     """
     uid = uid_of(request)
     focal = known.life(uid)
@@ -156,7 +157,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
 
 
 def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
-    """Return the lives of an organism and its ancestors, generation by generation, by uid."""
+    """Return the lives of an organism and its ancestors by uid, generation by generation."""
     lives, waiting = {uid: focal}, list(focal["parents"])
     while waiting and len(lives) <= ABOVE:
         one = waiting.pop(0)
@@ -171,7 +172,7 @@ def _unknown() -> dict[str, Any]:
 
 
 def _fertile(uids: np.ndarray, theirs: Young, most: int) -> np.ndarray:
-    """Return those with the most young, among equals the youngest: uids ascending."""
+    """Return the organisms with the most young, the younger first among equals: uids ascending."""
     order = np.lexsort((uids, _counted(uids, theirs)))
     return np.sort(uids[order[-most:]])
 
@@ -183,7 +184,7 @@ def _of_each(parents: np.ndarray, theirs: Young) -> np.ndarray:
 
 
 def _counted(uids: np.ndarray, of: Young) -> np.ndarray:
-    """Return the number of children of each of these: i64[n]."""
+    """Return the number of children of each organism: i64[n]."""
     every = np.sort(of.parents.ravel())
     return np.searchsorted(every, uids, side="right") - np.searchsorted(every, uids)
 

@@ -1,4 +1,4 @@
-"""Deaths of animals in the last ticks, with their places: what a page marks in the scene."""
+"""Recent deaths of animals with their places, which the page marks in the scene."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from ecs_eco.view.parts import Blocks
 
-TICKS = 5  # that a mark stays
-MOST = 100  # marks in a message, the latest
+TICKS = 5  # for which a mark is shown
+MOST = 100  # marks in a message, the latest ones
 Fate = tuple[int, int, int, float, float, float, int]
 """Tick, species (its number), uid, x, y, z [m], uid of the killer or 0."""
 
 
 def latest(deaths: Blocks, animals: Collection[int], after: int, tick: int) -> list[Fate]:
-    """Return the deaths of these species, given by number, in ticks after `after` up to `tick`, of the last
-    five ticks at the most; plants die too often to be marked."""
+    """Return the deaths of these species, given by number, after tick `after` and up to `tick`, at most of
+    the last five ticks. Plants are left out because they die too often to be marked."""
     names = ("tick", "species", "uid", "x", "y", "z", "killer")
     columns = deaths.between(max(after + 1, tick - TICKS + 1), tick, names)
     rows = np.flatnonzero(np.isin(columns["species"], list(animals)))[-MOST:]

@@ -21,21 +21,22 @@ CODECS = {
     ".webm": ("libvpx-vp9", "-crf", "32", "-b:v", "0"),
 }
 ENDINGS = (*CODECS, ".gif")
-SECONDS = 60  # longest film by default
+SECONDS = 60  # length of the longest film by default
 
 
 class FilmError(RuntimeError):
-    """No film can be made: ffmpeg is missing, or failed."""
+    """Raised if no film can be made because ffmpeg is missing or failed."""
 
 
 def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> range:
-    """Return the ticks of a film's frames: every `step` ticks; by default so that it lasts at most SECONDS."""
+    """Return the ticks of a film's frames: every `step` ticks. By default the film lasts at most SECONDS."""
     n = last + 1 - first
     return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
 
 
 def encoder(path: Path) -> str:
-    """Return the program that makes films with this suffix, "" for a GIF; FilmError if it is not installed."""
+    """Return the program that makes films with this suffix, or "" for a GIF; raise FilmError if it is not
+    installed."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")
@@ -52,7 +53,8 @@ def write(
     fps: float,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3], completely, or leave the file before.
+    """Write a film of these ticks, painted as u8[height, width, 3]. The file is replaced only once the film
+    is complete.
 
     Raises FilmError, OSError.
     """
@@ -112,7 +114,7 @@ def _pipe(
             for frame in frames:
                 process.stdin.write(frame.tobytes())
         except BrokenPipeError:
-            pass  # it has ended: its log says why
+            pass  # ffmpeg has ended, and its log gives the reason
         except BaseException:
             process.kill()
             raise
@@ -124,12 +126,13 @@ def _pipe(
             log.seek(0)
             lines = log.read().decode(errors="replace").strip().splitlines()
             raise FilmError(
-                f"ffmpeg ended with code {process.returncode}: {lines[-1] if lines else 'it said nothing'}"
+                f"ffmpeg ended with code {process.returncode}: "
+                f"{lines[-1] if lines else 'it printed no reason'}"
             )
 
 
 def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
-    """A GIF of one palette, that of its first frame."""
+    """Write a GIF that uses the palette of its first frame throughout."""
     from PIL import Image
 
     first = Image.fromarray(next(frames)).quantize(colors=128, dither=Image.Dither.NONE)

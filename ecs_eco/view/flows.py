@@ -1,4 +1,4 @@
-"""Who eats how much of whom: energy that went from one to the other, of a living or recorded world."""
+"""Energy flows between species, of a living or recorded world."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.view.curves import Key
 
 FLOWS = {"taken_in": "taken in", "burnt": "burnt", "given": "given", "lost": "lost"}
-"""Columns of the ledger → what pages call them."""
-ENERGY = ("taken in", "burnt")  # of these, what has a chart of its own
+"""Columns of the ledger → their names in the page."""
+ENERGY = ("taken in", "burnt")  # the quantities among these that have their own chart
 PLACES = [LEDGER.index(name) for name in FLOWS]
 
 
 def of_world(recorder: Recorder | None) -> dict[Key, float]:
-    """Return what flowed so far in a living world, as far as it is recorded: sums ("flows", species, what),
-    and what eaters took in and burnt once more, as ("energy", species, what)."""
+    """Return the energy flows of a living world so far, as far as they are recorded: sums ("flows", species,
+    name), and the energy that eaters took in and burned also as ("energy", species, name)."""
     if recorder is None:
         return {}
     intake = recorder.intake
@@ -39,10 +39,10 @@ def of_run(
     foods: Mapping[str, Sequence[str]],
     meals: Mapping[tuple[str, str], np.ndarray],
 ) -> dict[Key, np.ndarray]:
-    """Return the same of a recorded run at some ticks, f64[ticks] each.
+    """Return the same for a recorded run at some ticks, f64[ticks] each.
 
-    `sums` holds f64[ticks, species] since the first tick, by column of the series; where foods have no
-    columns there, energy is shared by `meals`, such sums of how many of (food, eater) were eaten.
+    `sums` holds f64[ticks, species] since the first tick, by column of the series. Without columns for each
+    food, energy is shared by `meals`, the cumulative numbers of each (food, eater) eaten.
     """
     out: dict[Key, np.ndarray] = {}
     eaten = [column for column in sums if column.startswith(EATEN)]
@@ -64,6 +64,7 @@ def of_run(
 
 
 def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
-    """Share what an eater took in, f64[n], among its foods by how many it ate of each, f64[foods, n]."""
+    """Divide the energy that an eater took in, f64[n], among its foods by the number it ate of each,
+    f64[foods, n]."""
     total = meals.sum(axis=0)
     return taken * np.divide(meals, total, out=np.zeros_like(meals), where=total > 0)

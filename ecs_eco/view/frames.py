@@ -1,7 +1,7 @@
 """Frames: all organisms of a tick in one binary message, 12 bytes each (see docs/how-to/watching.md).
 
-Where a uid needs more than 32 bits, as those of all islands but the first do, the frame says so, and the
-upper halves of all uids follow: 4 bytes more each.
+If a uid needs more than 32 bits, as on all islands but the first, the header sets a flag and the upper halves
+of all uids follow: 4 more bytes each.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from ecs_eco.compiled.jit import njit
 
 MAGIC = 0x31434545  # "EEC1"
 HEADER = struct.Struct("<IIIIffI")
-WIDE = 3  # the word of the header that is 1 where upper halves of uids follow
-WORDS = 3  # u32 an organism: x and y; z, heading and value; uid
+WIDE = 3  # word of the header that is 1 if upper halves of uids follow
+WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 
 
 class Encoder:
     """A reusable buffer for frames of a world.
 
-    `size` [m] is that of the world, two numbers or three; `kinds` are the species and object types
-    of a frame, in order.
+    `size` [m] is the size of the world, two or three numbers; `kinds` are the species and object types of a
+    frame, in order.
     """
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:
@@ -35,11 +35,12 @@ class Encoder:
         self._counts = np.zeros(kinds, np.uint32)
         self._words = np.zeros(self._head + WORDS * 1024, np.uint32)
         self._kind, self._end = 0, self._head
-        self._upper: list[tuple[np.ndarray, np.ndarray]] = []  # uids and who is alive, of each kind
+        self._upper: list[tuple[np.ndarray, np.ndarray]] = []  # uids and live rows of each kind
         self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
-        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad]."""
+        """Begin a frame with its number, tick, light at the surface (0 to 1) and elevation of the sun
+        [rad]."""
         head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
         self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
         self._counts[:] = 0
@@ -56,8 +57,8 @@ class Encoder:
         uid: np.ndarray,
         alive: np.ndarray | None = None,
     ) -> None:
-        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n];
-        only rows that are `alive` bool[n]."""
+        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only rows with
+        `alive` bool[n] are written."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
         needed = self._end + WORDS * x.size
         if needed > self._words.size:
@@ -71,7 +72,7 @@ class Encoder:
         self._kind, self._end = self._kind + 1, end
 
     def bytes(self) -> bytes:
-        """Return the frame; the buffer is free for the next one."""
+        """Return the frame and release the buffer for the next one."""
         first = HEADER.size // 4
         self._words[first : self._head] = self._counts
         self._words[WIDE] = self._wide
@@ -84,8 +85,8 @@ class Encoder:
 
 @njit
 def pack(alive, x, y, z, heading, value, uid, share, words, at):
-    """Write the living to `words` from `at` on, three words each; return the new end, and the upper halves of
-    all uids, combined by or."""
+    """Write the living to `words` from index `at`, three words each; return the new end and the bitwise OR of
+    the upper halves of all uids."""
     top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
     half = np.float32(0.5)
     upper = np.uint64(0)
@@ -108,7 +109,7 @@ def pack(alive, x, y, z, heading, value, uid, share, words, at):
 
 @njit
 def grade(alive, column, low, high, out):
-    """Write the values of the living, scaled from low … high to 1 … 255; 0 for NaN."""
+    """Write the values of the living, scaled from [low, high] to 1 to 255; 0 for NaN."""
     span = np.float32(254.0) / (high - low) if high > low else np.float32(0.0)
     for row in range(alive.size):
         if alive[row]:
@@ -122,7 +123,7 @@ def grade(alive, column, low, high, out):
 
 @njit
 def extent(alive, column):
-    """Return the least and the greatest of the living's values; infinities where there are none."""
+    """Return the least and greatest value of the living, or infinities if there are none."""
     low, high = np.float32(np.inf), np.float32(-np.inf)
     for row in range(alive.size):
         if alive[row]:

@@ -1,4 +1,4 @@
-"""Who is whose child, when everybody was born and died and of what: of a living world and of a recorded run."""
+"""Parents, children, births and deaths of organisms, in living and recorded worlds."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ecs_eco.view.recording import Recording
 
 Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
-LARGEST = 500_000  # births beyond which `lives` is empty
-CHILDREN = 200  # that are listed
-ANCESTORS = 5000  # that are followed at most to find a generation
+LARGEST = 500_000  # births above which `lives` is empty
+CHILDREN = 200  # children in a list
+ANCESTORS = 5000  # ancestors followed at most to find a generation
 PARENTS = ("uid", "parent", "parent2")
 
 
 class Young(NamedTuple):
-    """Children of some organisms, by uid ascending: uids u64[n], and the uids of both parents u64[n, 2]."""
+    """Children of some organisms: uids u64[n], ascending, and the uids of both parents u64[n, 2]."""
 
     uid: np.ndarray
     parents: np.ndarray
 
 
 class Genealogy:
-    """The genealogy of all whose birth was noted: of a living world since it is watched, of a recorded run its
-    future too."""
+    """The genealogy of all organisms whose birth was recorded: in a living world since watching began, in a
+    recorded run including its future."""
 
     def __init__(self, noted: Recording | Journal) -> None:
         self.noted = noted
@@ -36,12 +36,12 @@ class Genealogy:
         self._lives: tuple[tuple[int, ...], Lives] | None = None
 
     def birth(self, uid: int, names: Sequence[str] = ()) -> dict[str, Any] | None:
-        """Return tick, species, parents, and more columns of an organism's birth; None where it was never
-        born, or is forgotten."""
+        """Return tick, species, parents and further columns of an organism's birth, or None if it was never
+        born or is forgotten."""
         return self.noted.births.find(uid, ("tick", "species", *PARENTS, *names))
 
     def died(self, uid: int, since: int = 0) -> dict[str, Any] | None:
-        """Return tick, cause and killer of an organism's death; None while it lives."""
+        """Return tick, cause and killer of an organism's death, or None while it lives."""
         row = self.noted.deaths.find(uid, ("tick", "cause", "killer"), since)
         if row is None:
             return None
@@ -53,16 +53,16 @@ class Genealogy:
         }
 
     def parents(self, uid: int) -> list[int]:
-        """Return the uids of its known parents, none, one or two."""
+        """Return the uids of its known parents: none, one or two."""
         return _parents(self.noted.births.find(uid, PARENTS))
 
     def children(self, uid: int, most: int = CHILDREN) -> list[int]:
-        """Return the uids of an organism's children, the last `most` of them."""
+        """Return the uids of an organism's children, at most the last `most`."""
         return [int(child) for child in self.young(np.array([uid], np.uint64)).uid[-most:]]
 
     def generation(self, uid: int) -> int | None:
-        """Return how many ancestors an organism has in its longest line, 0 for those whose parents are not
-        known; None where there are too many to follow."""
+        """Return the length of an organism's longest line of ancestors, 0 if its parents are unknown, or None
+        if there are too many ancestors to follow."""
         known, followed, waiting = self._generations, 0, [uid]
         while waiting:
             one = waiting[-1]
@@ -78,7 +78,8 @@ class Genealogy:
         return known[uid]
 
     def life(self, uid: int) -> dict[str, Any] | None:
-        """Return species, tick of birth, death, age at death [s] and parents; None of one that is not known."""
+        """Return species, tick of birth, death, age at death [s] and parents, or None for an unknown
+        organism."""
         birth = self.birth(uid)
         if birth is None:
             return None
@@ -89,7 +90,7 @@ class Genealogy:
         return {"species": species, "born": born, "died": died, "age": age, "parents": _parents(birth)}
 
     def facts(self, uid: int) -> dict[str, Any]:
-        """Return species, birth, death, parents, children and generation as far as they are known."""
+        """Return species, birth, death, parents, children and generation as far as known."""
         life = self.life(uid)
         if life is None:
             return dict.fromkeys(("species", "born", "died", "generation")) | {"parents": [], "children": []}
@@ -97,11 +98,11 @@ class Genealogy:
         return life | {"children": self.children(uid), "generation": self.generation(uid)}
 
     def young(self, uids: np.ndarray) -> Young:
-        """Return the children of any of these u64[k], as far as they are known."""
+        """Return the known children of any of these organisms u64[k]."""
         uid, parents = [np.zeros(0, np.uint64)], [np.zeros((0, 2), np.uint64)]
         births = self.noted.births
         for group in births.groups if uids.size else ():
-            if group.uids is None or group.uids[1] > uids.min():  # children are younger
+            if group.uids is None or group.uids[1] > uids.min():  # children have higher uids
                 born, *both = (column.astype(np.uint64) for column in births.read(group, PARENTS).values())
                 rows = np.flatnonzero(_any_of(both[0], uids) | _any_of(both[1], uids))
                 uid.append(born[rows])
@@ -111,7 +112,7 @@ class Genealogy:
         return Young(every[order], np.concatenate(parents)[order])
 
     def lives(self) -> Lives:
-        """Return all whose birth is known, with their parents; nobody where there are too many."""
+        """Return all organisms with a known birth, with their parents; empty if there are too many."""
         births = self.noted.births
         state = births.rows, *(births.groups[-1].uids or () if births.groups else ())
         if self._lives is None or self._lives[0] != state:
@@ -122,7 +123,7 @@ class Genealogy:
         return self._lives[1]
 
     def go_back(self) -> None:
-        """Forget what was found: births have been taken back."""
+        """Discard cached results, because births have been undone."""
         self._generations, self._lives = {}, None
 
 

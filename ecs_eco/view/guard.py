@@ -1,4 +1,4 @@
-"""Access control of the viewer's server: codes, the credential, and requests from its own pages alone."""
+"""Access control of the viewer's server: codes, the credential, and requests from its own pages only."""
 
 from __future__ import annotations
 
@@ -13,25 +13,27 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-MINUTES = 10.0  # a code is good for
-REMEMBERED = 64  # used and expired codes that are kept, so that the refusal can name the reason
+MINUTES = 10.0  # lifetime of a code
+REMEMBERED = 64  # used and expired codes that are remembered, so that a refusal can name the reason
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two words are equal, in a time that does not depend on where they differ."""
+    """Return whether two strings are equal, in a time that does not depend on the position of a
+    difference."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
 class Credentials:
-    """The codes of one server, and its credential; any thread may ask.
+    """The codes of one server, and its credential. All methods are thread-safe.
 
-    Each server draws a new credential, which opens no other server, not even a later one on the same port.
+    Each server draws a new credential, which is not valid for any other server, even a later one on the same
+    port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.credential = secrets.token_urlsafe(32)
         self._clock, self._lock = clock, threading.Lock()
-        self._good: dict[str, float] = {}  # when each ends [s]
+        self._good: dict[str, float] = {}  # expiry of each code [s]
         self._gone: deque[str] = deque(maxlen=REMEMBERED)
 
     def code(self, minutes: float = MINUTES) -> str:
@@ -42,7 +44,7 @@ class Credentials:
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential for a code, which is then used up; None for an invalid one."""
+        """Return the credential for a code, which is then used up; None for an invalid code."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)
@@ -58,7 +60,7 @@ class Credentials:
             return bool(_among(code, self._good))
 
     def was_good(self, code: str) -> bool:
-        """Return whether a code was one of ours, and is used up or too old."""
+        """Return whether this server issued a code that is now used up or expired."""
         with self._lock:
             self._forget_old()
             return bool(_among(code, self._gone))
@@ -75,7 +77,7 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return those equal to this code; all are compared, so that the time does not reveal which."""
+    """Return the secrets equal to this code. All are compared, so the time does not reveal which one."""
     return [secret for secret in secrets_ if same(code, secret)]
 
 
@@ -88,7 +90,7 @@ ANSWERS = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
 }
-"""Headers of every response, beside the Content-Security-Policy;
+"""Headers of every response, in addition to the Content-Security-Policy;
 a response's own cache-control takes precedence."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -97,13 +99,13 @@ POLICY = (
 
 
 class Guard:
-    """An ASGI application before another one: 403 for another Host, for another Origin,
-    and for a WebSocket without the credential.
+    """ASGI middleware that answers 403 to a foreign Host, to a foreign Origin, and to a WebSocket without the
+    credential.
 
     The Host must be one of ours because a foreign page can make its own name resolve to 127.0.0.1 (DNS
-    rebinding). The page's files hold no data and need no credential. WebSockets carry data: they must name
-    their Origin, and send the credential as a subprotocol, the only header that a page may set there. Cookies
-    are not used, because they ignore ports: another server on this machine would get them too.
+    rebinding). The page's files contain no data and need no credential. WebSockets carry data: they must name
+    their Origin and send the credential as a subprotocol, the only header that a page may set there. Cookies
+    are not used because they ignore ports: another server on this machine would receive them too.
     """
 
     def __init__(
@@ -113,43 +115,43 @@ class Guard:
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
         sockets = " ".join(sorted(f"ws://{host}" for host in self.hosts))
-        ancestors = " ".join(frames) or "'none'"  # who may show the page in a frame: nobody, or a notebook
+        ancestors = " ".join(frames) or "'none'"  # pages that may show ours in a frame: none, or a notebook
         policy = f"{POLICY}; frame-ancestors {ancestors}; connect-src 'self' {sockets}"
         self.answers = {"content-security-policy": policy} | {
             n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")
         }
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let a request through, or refuse it."""
+        """Pass a request on or refuse it."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
         why = self.refusal(scope)
         if why and scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1008, "reason": why})  # before it is accepted: 403
+            await send({"type": "websocket.close", "code": 1008, "reason": why})  # before acceptance: 403
         elif why:
             await PlainTextResponse(f"403: {why}\n", 403)(scope, receive, self._adding(send))
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
 
     def refusal(self, scope: Scope) -> str:
-        """Return why a request is refused, "" if it is not."""
+        """Return the reason why a request is refused, or "" if it is not."""
         headers = Headers(scope=scope)
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0].lower() not in self.hosts:
-            return "another Host"
+            return "foreign Host"
         if any(origin.lower() not in self.origins for origin in origins) or (
             scope["type"] == "websocket" and len(origins) != 1
         ):
-            return "another Origin"
+            return "foreign Origin"
         words = scope.get("subprotocols", [])
         shown = len(words) == 2 and words[0] == SUBPROTOCOL and self.credentials.admits(words[1])
         if scope["type"] == "websocket" and not shown:
-            return "no credential, or another one: open the address that ecs-eco printed"
+            return "missing or invalid credential: open the address that ecs-eco printed"
         return ""
 
     def _adding(self, send: Send) -> Send:
-        """Return `send` with our headers on the response."""
+        """Return `send` with our headers added to the response."""
 
         async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":

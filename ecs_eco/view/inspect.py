@@ -1,4 +1,5 @@
-"""The state of one organism for the panel, read from a living world without changing it, and its last state."""
+"""The state of one organism for the panel, read from a living world without changing it, and its last
+state."""
 
 from __future__ import annotations
 
@@ -20,15 +21,15 @@ from ecs_eco.view.scene import reach_of
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
 KEPT = 64  # organisms
-OF_NOW = ("born", "died", "parents", "children", "generation")  # what is known of a life goes on
+OF_NOW = ("born", "died", "parents", "children", "generation")  # fields that can change after death
 
 
 def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str, Any]:
-    """Return the state of one organism between two ticks: the message "organism" of the viewer.
+    """Return the state of one organism between two ticks: the viewer's message "organism".
 
-    Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
-    or is forgotten. Draws no random number and changes nothing. Its readings and decision are those of the
-    last tick; they are missing before its first one.
+    Parents, children and data of the dead come from `lives`. Raises KeyError for an organism that never
+    existed or is forgotten. Draws no random number and changes nothing. Readings and decision are from the
+    last tick; they are missing before the organism's first tick.
     """
     out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
     out |= dict.fromkeys(OF_NOW) | {"species": None, "parents": [], "children": []}
@@ -50,7 +51,7 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
-    """Return a message with an organism's pedigree only."""
+    """Return a message with only an organism's pedigree."""
     nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
     return (
         nothing
@@ -61,8 +62,8 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex and energy of a living organism, None for those it lacks,
-    also as a trace of one tick."""
+    """Return place, age, sex and energy of a living organism, None for those it lacks; the energy also as a
+    trace of one tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -86,7 +87,7 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
 
 
 def genome(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the genome of a living organism with its genes marked; None if it has none."""
+    """Return the genome of a living organism with its genes marked, or None if it has none."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None or Genome not in table:
         return None
@@ -94,8 +95,8 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome u8[loci] as text, with the place and the value of each gene;
-    a network's weights are counted, not listed."""
+    """Return a genome u8[loci] as text, with the place and value of each gene. Weights of a network are
+    counted, not listed."""
     if layout.longest is not None:
         return _with_copies(layout, loci)
     decoded, length = layout.decode(loci[None]), layout.length
@@ -122,8 +123,8 @@ def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
 
 
 def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome of variable length as text, with the string, the place and the value of each copy of a
-    gene; genes of which there is none have no letters."""
+    """Return a genome of variable length as text, with the string, place and value of each copy of a gene.
+    Genes without copies have no letters."""
     decoded, genes, seen = layout.decode(loci[None]), [], dict.fromkeys(layout.promoters, 0)
     for piece in layout.mark(loci):
         if piece.gene:
@@ -161,7 +162,8 @@ def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
 
 
 def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome of variable length as the record alone describes it: where genes are, without values."""
+    """Return a genome of variable length as far as the record alone describes it: the places of genes,
+    without values."""
     promoters = {g["name"]: g["promoter"] for g in known["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
     traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
@@ -174,7 +176,7 @@ def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
-    """Return a gene's value for JSON: a number, or a short list; None for the weights of a network."""
+    """Return a gene's value for JSON: a number or a short list; None for the weights of a network."""
     values = np.asarray(value)
     if values.ndim == 0:
         return number(values.item())
@@ -182,7 +184,7 @@ def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the readings, probabilities, decision and happiness of a living organism in the last tick;
+    """Return the readings, probabilities, decision and happiness of a living organism in the last tick, or
     None if it had none."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
@@ -199,8 +201,8 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 def described(
     channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
 ) -> dict[str, Any]:
-    """Return one organism's nervous system (the first of `mind`) as the viewer shows it; actions of the
-    groups `continuous` are numbers."""
+    """Return one organism's nervous system (the first of `mind`) in the viewer's form. Actions of the groups
+    `continuous` are numbers."""
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
@@ -215,8 +217,8 @@ def described(
 def action(
     group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any, continuous: bool
 ) -> dict[str, Any]:
-    """Return what the viewer shows of an action: −1, 0, 1, a share, and done or not;
-    of a continuous one the numbers that were added, chosen and carried out."""
+    """Return the viewer's form of an action: reflex −1, 0 or 1, probability, and whether it was carried out;
+    for a continuous action, the numbers that were added, chosen and carried out."""
     if continuous:
         return {
             "group": group,
@@ -238,7 +240,7 @@ def action(
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
-    """Return nerves as `draw_nervous_system(config, species, values)` takes them."""
+    """Return a message's `nerves` in the form that `draw_nervous_system(config, species, values)` takes."""
     if nerves is None:
         return {}
     column = {"y": "reflex", "probabilities": "probability", "decision": "decision"}
@@ -262,23 +264,24 @@ def number(value: float | None) -> float | None:
 
 
 class LastStates:
-    """Notes the state of each that dies while it is in `watched` (uids), before its row is free."""
+    """Notes the state of each dying organism in `watched` (uids), before its row is freed."""
 
     def __init__(self, world: World, lives: Genealogy, watched: Collection[int]) -> None:
         self.world, self.lives, self.watched = world, lives, watched
-        self._states: dict[int, dict[str, Any]] = {}  # by uid, the last that died last
+        self._states: dict[int, dict[str, Any]] = {}  # by uid, the latest death last
         world.on_death.append(self._has_died)
 
     def state_of(self, uid: int) -> dict[str, Any]:
-        """Return the message "organism" of the living or the dead; KeyError for one that never was.
+        """Return the message "organism" of a living or dead organism; raise KeyError if it never existed.
 
-        Of a dead one that was watched: its last state, `as_of` the last tick that it lived in.
+        For a dead organism that was watched, this is its last state, and `as_of` is the last tick in which it
+        lived.
         """
         state = state_of(self.world, uid, lives=self.lives)
         last = self._states.get(uid)
         if state["alive"] or state["died"] is None or last is None:
             return state
-        note = f"As it was in its last tick, {last['as_of']:,}."
+        note = f"State in its last tick, {last['as_of']:,}."
         return last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:

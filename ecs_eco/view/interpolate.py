@@ -14,8 +14,8 @@ EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
 class Organisms(NamedTuple):
-    """The living of one species at a tick, in the order of uids;
-    `exact` marks states recorded at this very tick."""
+    """The living of one species at a tick, in the order of uids; `exact` marks states recorded at this
+    tick."""
 
     uid: np.ndarray  # u64[n]
     x: np.ndarray  # f32[n] [m], as y and z
@@ -28,10 +28,11 @@ class Organisms(NamedTuple):
 
 
 class Chapter:
-    """The ticks from `first` to before `end`, which are snapshots or the ends of the recording.
+    """The ticks from `first` to before `end`; both are snapshots or ends of the recording.
 
     The set of organisms is exact, from births and deaths. Places and states lie on a straight line from the
-    last record (a snapshot, the birth) to the next (a snapshot, the death), the shorter way around a torus.
+    last record (a snapshot or the birth) to the next (a snapshot or the death), the shorter way around a
+    torus.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class Chapter:
     def _lead(
         self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
     ) -> np.ndarray:
-        """Take the state of these organisms at `when` as the end of the line; return their indices."""
+        """Set the end of the line to the state of these organisms at `when`; return their indices."""
         if not self.uid.size or not columns["uid"].size:
             return np.zeros(0, np.int64)
         known = self.uid[by_uid]
@@ -91,14 +92,14 @@ class Chapter:
         return at
 
     def alive(self, tick: int, species: int) -> np.ndarray:
-        """Return the places in the arrays of those of a species that live at the end of a tick: i64[k]."""
+        """Return the array indices of the organisms of a species that live at the end of a tick: i64[k]."""
         if species + 1 >= self.bounds.size:
             return np.zeros(0, np.int64)
         a, b = self.bounds[species], self.bounds[species + 1]
         return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
 
     def organisms(self, tick: int, species: int) -> Organisms:
-        """Return the living of a species at the end of a tick."""
+        """Return the living organisms of a species at the end of a tick."""
         at = self.alive(tick, species)
         since = self.since[at]
         share = np.clip((tick - since) / np.maximum(self.until[at] - since, 1), 0, 1).astype(np.float32)
@@ -125,14 +126,14 @@ def chapter(
     size: Sequence[float],
     torus: bool,
 ) -> Chapter:
-    """Return the chapter of a tick of a run that was recorded from first to last,
-    with a snapshot `every` so many ticks."""
+    """Return the chapter that contains a tick of a run that was recorded from `first` to `last`, with a
+    snapshot every `every` ticks."""
     a = max(first, tick // every * every)
     b = min((tick // every + 1) * every, last + 1)
     state = ("uid", "species", *STATE)
     before = snapshots.between(a, a, state) if a % every == 0 else None
     after = snapshots.between(b, b, state) if b <= last else None
-    # without a snapshot all were born, or present when the recording began
+    # without a snapshot, all were born here or were present when the recording began
     since = -(2**62) if before is None else a + 1
     births_then, deaths_then = (parts.between(since, min(b, last), EVENT) for parts in (births, deaths))
     return Chapter(a, b, before, after, births_then, deaths_then, size, torus)

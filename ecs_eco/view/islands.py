@@ -1,7 +1,9 @@
-"""The map of an archipelago as a page: numbers on islands, migrants along the ways, an island at a click.
+"""The map of an archipelago as a page: population sizes, migrants along the routes, and a view of any island
+at a click.
 
-The folder may belong to a run that goes on: the map follows it from barrier to barrier. Each island that is
-opened is replayed in a process of its own."""
+If the run is still in progress, the map follows it from barrier to barrier. Each opened island is replayed in
+its own process.
+"""
 
 from __future__ import annotations
 
@@ -30,15 +32,16 @@ from ecs_eco.view.shown import Inbox, Page
 from ecs_eco.view.source import Message, said, text
 
 PAGE = "islands.html"
-POINTS = 400  # of the numbers over time
-LOOK = 0.5  # [s] from one look at the manifest to the next
+POINTS = 400  # of the population sizes over time
+LOOK = 0.5  # [s] between two checks of the manifest
 
 
 def describe(folder: Path) -> Message:
-    """Return what the map shows: islands with their places, ways, numbers over time and migrants.
+    """Return the contents of the map: islands with their places, routes, population sizes over time, and
+    migrants.
 
     `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier
-    there are no points. Raises RecordingError for a folder that holds no archipelago or a damaged one.
+    there are no points. Raises RecordingError for a folder without an archipelago or with a damaged one.
     """
     manifest = read(folder)
     config = manifest["config"]
@@ -87,7 +90,8 @@ def describe(folder: Path) -> Message:
 
 
 def _record(islands: Islands, end: int, names: list[str]) -> Message:
-    """Return numbers and migrants before tick `end`, by the numbers of species in `names`."""
+    """Return population sizes and migrants before tick `end`; species are numbered by their position in
+    `names`."""
     ticks = next(iter(islands.series.values())).ticks
     rows = np.unique(np.linspace(0, np.searchsorted(ticks, end) - 1, POINTS).astype(np.int64))
     n = [
@@ -107,7 +111,8 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; RecordingError for a folder without an archipelago."""
+    """The map of a folder for any number of pages; raises RecordingError for a folder without an
+    archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -130,18 +135,18 @@ class Map(Inbox):
     def _stamp(self) -> tuple[int, int]:
         try:
             status = (self.folder / FILE).stat()
-        except OSError:  # it is being replaced, or gone
+        except OSError:  # the file is being replaced or has been removed
             return 0, 0
         return status.st_mtime_ns, status.st_ino
 
     def _look(self) -> None:
-        """Send the map again where the run has come to another barrier."""
+        """Send the map again if the run has reached another barrier."""
         stamp = self._stamp()
         if stamp in (self._seen, (0, 0)):
             return
         try:
             message = describe(self.folder)
-        except (RecordingError, ConfigError, FileNotFoundError):  # it is being written
+        except (RecordingError, ConfigError, FileNotFoundError):  # the files are being written
             return
         self._seen = stamp
         if message != self.message:
@@ -159,7 +164,7 @@ class Map(Inbox):
         elif page in self._pages and kind == "open":
             self._open(page, request.get("island"))
         elif page in self._pages:
-            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; allowed: 'open'", "kind"))
+            _send(page, said("error", f"unknown request {str(kind)[:40]!r}; expected 'open'", "kind"))
 
     def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
@@ -168,13 +173,13 @@ class Map(Inbox):
                 page,
                 said(
                     "error",
-                    f"open: island = {str(name)[:60]!r}; allowed: {', '.join(known)}; did you "
+                    f"open: island = {str(name)[:60]!r}; expected {', '.join(known)}; did you "
                     f"mean {nearest(str(name), known)!r}?",
                     "open",
                 ),
             )
         elif not self.message["tick"]:
-            _send(page, said("error", f"{name} has not come to its first barrier yet", "open"))
+            _send(page, said("error", f"{name} has not reached its first barrier yet", "open"))
         else:
 
             def tell(address: str | None, why: str) -> None:
@@ -191,7 +196,8 @@ class Map(Inbox):
 def watch_islands(
     folder: Path, announce: Callable[[str], None] = print, *, port: int = 0, browser: bool = False
 ) -> None:
-    """Serve the map of an archipelago until Ctrl-C; `announce` gets an address, and another after each use.
+    """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, and a new one after each
+    use.
 
     Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
     """
@@ -206,14 +212,14 @@ def _send(page: Page, message: Message) -> None:
     page.send([text(message)])
 
 
-MOST = 6  # islands that are open at a time; the one that was asked for longest ago is closed
+MOST = 6  # open islands; beyond that, the least recently requested one is closed
 SERVE = "from ecs_eco.view.islands import serve; serve(sys.argv[1])"
 
 Tell = Callable[[str | None, str], None]
 
 
 class Opened:
-    """The islands that are open; `ask` answers from a thread of its own."""
+    """The open islands; `ask` answers from a separate thread."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -221,19 +227,19 @@ class Opened:
         self._open: OrderedDict[tuple[str, int], subprocess.Popen[str]] = OrderedDict()
 
     def ask(self, name: str, tick: int, tell: Tell) -> None:
-        """Open an island as it was recorded up to a tick, or find it open; call `tell(address, "")` with an
-        address that admits one page, or `tell(None, why)`."""
+        """Open an island as recorded up to a tick, unless it is open already. Call `tell(address, "")` with
+        an address that admits one page, or `tell(None, reason)`."""
         threading.Thread(target=self._ask, args=(name, tick, tell), daemon=True).start()
 
     def close(self) -> None:
-        """Close all."""
+        """Close all islands."""
         with self._lock:
             for process in self._open.values():
                 _end(process)
             self._open.clear()
 
     def _ask(self, name: str, tick: int, tell: Tell) -> None:
-        with self._lock:  # one starts at a time
+        with self._lock:  # islands start one at a time
             process = self._open.pop((name, tick), None)
             if process is None or process.poll() is not None:
                 process = subprocess.Popen(
@@ -255,7 +261,7 @@ class Opened:
 
 
 def _address(process: subprocess.Popen[str]) -> str | None:
-    """Ask a process for another address; None where it has ended."""
+    """Ask a process for another address; return None if the process has ended."""
     assert process.stdin is not None
     assert process.stdout is not None
     try:
@@ -272,7 +278,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def serve(folder: str) -> None:
-    """Replay a recorded run; print an address for each line of standard input, and end when that ends."""
+    """Replay a recorded run. Print an address for each line of standard input, and stop at its end."""
     source = Replay(folder)
     player = Player(source)
     with Server(player) as server:

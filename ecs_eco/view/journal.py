@@ -1,4 +1,5 @@
-"""Births and deaths of a living world, noted as they happen, in the form in which a recorded run has them."""
+"""Births and deaths of a living world, noted as they happen, in the form in which a recorded run stores
+them."""
 
 from __future__ import annotations
 
@@ -13,18 +14,19 @@ from ecs_eco.engine.table import Table
 from ecs_eco.view.parts import Kept
 
 MOST = 500_000  # births, and deaths, that are kept; beyond that the oldest are dropped
-SIZE = 20_000  # of them that are entered together at the latest
+SIZE = 20_000  # most rows that are entered together
 CAUSES = 256
 COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "killer", "age", "x", "y", "z")}
-"""The columns of each kind behind tick and species."""
+"""The columns of each kind after tick and species."""
 
 
 class Journal:
-    """The births and deaths of a world from now on; those who live already are births without parents.
+    """The births and deaths of a world from now on. Organisms that are already alive count as births without
+    parents.
 
-    It listens, changes nothing, and enters what it heard only when it is queried, or when much is pending.
-    `species` are the names of the tables, in the order of the numbers in its columns; `born` i64[species] counts
-    births, and `bred` bool[species] says who has had young of parents.
+    The journal changes nothing in the world. It enters what it has collected only when it is queried or when
+    much is pending. `species` are the names of the tables, in the order of the species numbers. `born`
+    i64[species] counts births; `bred` bool[species] is true once a species has had young of parents.
     """
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
@@ -60,17 +62,18 @@ class Journal:
 
     @property
     def died(self) -> np.ndarray:
-        """How many of each species have died of each cause, those that were dropped too: i64[species, causes],
-        from 1 as in world.causes; 0 is unknown."""
+        """Deaths so far by species and cause, including dropped ones: i64[species, causes]. Causes count from
+        1 as in world.causes; 0 is unknown."""
         self._settle()
         return self._died
 
     def mark(self) -> tuple[np.ndarray, ...]:
-        """Return what has been counted so far."""
+        """Return all counts so far."""
         return self.born.copy(), self.bred.copy(), self.died.copy()
 
     def go_back(self, tick: int, next_uid: int, mark: tuple[np.ndarray, ...]) -> None:
-        """Forget births and deaths from a tick on, before which `next_uid` had not been given."""
+        """Drop births and deaths from a tick on. `next_uid` is the first uid that was still free before that
+        tick."""
         self._settle()
         self._kept["births"].keep("uid", next_uid)
         self._kept["deaths"].keep("tick", tick)
@@ -107,12 +110,12 @@ class Journal:
 
     def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
         self._waiting[kind].append((self.world.tick, s, *columns))
-        self._heard += columns[0].size + 50  # a call costs memory besides its arrays
+        self._heard += columns[0].size + 50  # each call needs memory in addition to its arrays
         if self._heard > self.size:
             self._settle()
 
     def _settle(self) -> None:
-        """Enter all that is pending."""
+        """Enter all pending births and deaths."""
         self._heard = 0
         for kind, waiting in self._waiting.items():
             if not waiting:

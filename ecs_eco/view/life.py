@@ -14,13 +14,13 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
 
 KEPT = 64  # lives kept in memory
-TRACED = 300  # ticks of the trace before this one, where every tick was recorded
+TRACED = 300  # ticks before this one in the trace, if every tick was recorded
 
 
 class Life(NamedTuple):
     """The facts of a life that do not depend on the tick."""
 
-    message: dict[str, Any]  # the part of the message
+    message: dict[str, Any]  # the constant part of the message
     species: str
     born: int
     died: int | None
@@ -29,7 +29,7 @@ class Life(NamedTuple):
 
 
 class Lives:
-    """The lives of the organisms of a recording; `stretches` are those that were rerun."""
+    """The lives of the organisms of a recording; `stretches` are the intervals that were rerun."""
 
     def __init__(self, recording: Recording, genealogy: Genealogy, stretches: list[Stretch]) -> None:
         self.recording, self.genealogy, self.stretches = recording, genealogy, stretches
@@ -37,11 +37,11 @@ class Lives:
         self.life = lru_cache(KEPT)(self._read)
 
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
-        """Return the message "organism" of a tick. KeyError for one that was never born.
+        """Return the message "organism" at a tick; raise KeyError if the organism was never born.
 
-        `detail` is "full" if its readings and decision are known, "snapshot" if its state is that of the
-        nearest snapshot, "record" if only birth and death are known; `note` explains it. Of a dead one: the
-        last state that is known, that of the tick `as_of`.
+        `detail` is "full" if readings and decision are known, "snapshot" if the state is from the nearest
+        snapshot, and "record" if only birth and death are known; `note` explains it. For a dead organism,
+        this is its last known state, at tick `as_of`.
         """
         life = self.life(uid)
         out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
@@ -56,7 +56,7 @@ class Lives:
         return out | (self._nearest(life, tick, bool(out["alive"])) if detail is None else detail)
 
     def died(self, uid: int, tick: int) -> int | None:
-        """Return the tick in which it died, None if it was not dead by the end of a tick."""
+        """Return the tick of its death, or None if it was not dead by the end of this tick."""
         died = self.life(uid).died
         return None if died is None or tick < died else died
 
@@ -134,7 +134,7 @@ class Lives:
         for stretch in reversed(self.stretches):
             if stretch.first <= tick <= stretch.last:
                 columns = stretch.details.get(life.species)
-                note = f"Run again from a checkpoint, ticks {stretch.first} to {stretch.last}."
+                note = f"Rerun from a checkpoint, ticks {stretch.first} to {stretch.last}."
                 row = None if columns is None else _row(columns, uid, tick)
                 if row is not None and columns is not None:
                     sex = stretch.sexes.get(uid)
@@ -143,7 +143,7 @@ class Lives:
                 state = _row(stretch.states, uid, tick)
                 if state is not None:
                     senses = self._config[life.species].get("actions")
-                    note += " It has not sensed yet." if senses else ""
+                    note += " It has not sensed anything yet." if senses else ""
                     return _state(state, _trace(stretch.states, uid, tick)) | {"detail": "full", "note": note}
         parts = self.recording.details[life.species]
         if not parts.rows:
@@ -156,30 +156,30 @@ class Lives:
         return _full(row, trace, "")
 
     def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
-        """Return the last state of a dead one: of its last tick where there are details, else of the last
-        snapshot that it was in."""
-        for tick in (died, died - 1):  # what dies between ticks has none of the next one
+        """Return the last state of a dead organism: in its last tick if details exist, otherwise in its last
+        snapshot."""
+        for tick in (died, died - 1):  # details of its last tick may be missing
             if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
-                note = f"As it was in its last tick, {tick:,}. {detail['note']}".rstrip()
+                note = f"State in its last tick, {tick:,}. {detail['note']}".rstrip()
                 return detail | {"as_of": tick, "note": note}
         trace = self._trace(life, died)
-        fill = "“Fill in” runs its last ticks again."
+        fill = "“Fill in” reruns its last ticks."
         if not life.seen["tick"].size:
             return {
                 "trace": trace,
                 "detail": "record",
-                "note": f"Nothing was recorded between its birth and its death. {fill}",
+                "note": f"The run recorded nothing between its birth and its death. {fill}",
             }
         row = {name: column[-1] for name, column in life.seen.items()}
         as_of = int(row["tick"])
         return _state(row, trace) | {
             "detail": "snapshot",
             "as_of": as_of,
-            "note": f"As of tick {as_of:,}, its last snapshot{self._without(life)}. {fill}",
+            "note": f"State at tick {as_of:,}, in its last snapshot{self._without(life)}. {fill}",
         }
 
     def _trace(self, life: Life, tick: int) -> dict[str, list[Any]]:
-        """Return what snapshots say of it up to a tick."""
+        """Return its trace up to a tick, from snapshots."""
         so_far = life.seen["tick"] <= tick
         trace = {n: [number(v) for v in life.seen[n][so_far]] for n in ("happiness", "energy")}
         if not self._config[life.species].get("happiness"):
@@ -187,9 +187,9 @@ class Lives:
         return {"tick": [int(t) for t in life.seen["tick"][so_far]], **trace}
 
     def _without(self, life: Life) -> str:
-        """Say what is in no snapshot."""
+        """Return a phrase for what snapshots lack."""
         thinks = self._config[life.species].get("actions")
-        return ", without nerves" if thinks else ""
+        return ", without its nervous system" if thinks else ""
 
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
         """Return the state in the nearest snapshot, or at birth."""
@@ -197,15 +197,15 @@ class Lives:
         out: dict[str, Any] = {"trace": self._trace(life, tick)}
         if not alive:
             return out | {"detail": "record", "note": "Not born yet."}
-        fill = "“Fill in” runs the stretch around this tick again."
+        fill = "“Fill in” reruns the ticks around this one."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
-        # nothing was recorded at this tick, or nearer to it than its birth
+        # nothing was recorded at this tick, nor closer to it than the birth
         if near < 0 or (seen["tick"][near] != tick and abs(seen["tick"][near] - tick) >= tick - life.born):
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
-            return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
+            return out | state | {"detail": "record", "note": f"State at birth, tick {life.born}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
-        when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
+        when = "" if row["tick"] == tick else f"State at tick {int(row['tick'])}. "
         return (
             out
             | _state(row, out["trace"])

@@ -1,4 +1,4 @@
-"""Organisms as a table, sorted and filtered, and as points of two of their values."""
+"""Organisms as a table, sorted and filtered, and as points with two of their values as coordinates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, short
 
 STATES = ("energy", "happiness", "age")
-ROWS, POINTS = 100, 500  # of a table; of each species
+ROWS, POINTS = 100, 500  # rows of a table; points per species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
     "<": np.less,
@@ -26,8 +26,8 @@ Columns = dict[str, np.ndarray]
 
 
 def table(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "table": rows of a species that fit `where`, in the order of a column; raises
-    ValueError for what is not known."""
+    """Return the message "table": rows of a species that match `where`, sorted by a column. Raises ValueError
+    for an unknown column or comparison."""
     name = one_of("species", request.get("species"), species)
     columns = of(name)
     sort = one_of("sort", request.get("sort", "uid"), list(columns))
@@ -38,7 +38,7 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
     order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
     first = request.get("from", 0)
     if isinstance(first, bool) or not isinstance(first, int) or first < 0:
-        raise ValueError(f"table: from = {short(first)}; allowed: a whole number from 0 on")
+        raise ValueError(f"table: from = {short(first)}; expected a whole number from 0")
     shown = order[first : first + ROWS]
     return {
         "kind": "table",
@@ -54,8 +54,8 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "scatter": two values of each species that has both, of at most `POINTS` organisms
-    at equal distances in the order of uids."""
+    """Return the message "scatter": two values of organisms of each species that has both, at most `POINTS`
+    per species, equally spaced in the order of uids."""
     points: dict[str, Any] = {}
     names: dict[str, None] = {}
     for name in species:
@@ -82,34 +82,34 @@ def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Messa
 
 
 def one_of(field: str, value: object, known: Sequence[str]) -> str:
-    """Return a value that is known; raises ValueError for another."""
+    """Return a value if it is known; otherwise raise ValueError."""
     if value not in known:
         raise ValueError(
-            f"{field} = {short(value)}; allowed: {', '.join(known)}; did you mean {nearest(value, known)!r}?"
+            f"{field} = {short(value)}; expected {', '.join(known)}; did you mean {nearest(value, known)!r}?"
         )
     return str(value)
 
 
 def kept(columns: Columns, where: object) -> np.ndarray:
-    """Return the rows i64[k] for which all comparisons hold: "energy < 0.3, age > 100"."""
+    """Return the rows i64[k] that satisfy all comparisons: "energy < 0.3, age > 100"."""
     keep = np.ones(columns["uid"].size, np.bool_)
     for term in re.split(r",|\band\b|&", where) if isinstance(where, str) and where.strip() else []:
         match = TERM.fullmatch(term)
         if match is None:
             raise ValueError(
-                f"where = {short(term.strip())}; allowed: comparisons such as energy < 0.3, age > 100"
+                f"where = {short(term.strip())}; expected comparisons such as energy < 0.3, age > 100"
             )
         column = columns[one_of("where", match[1], list(columns))]
         try:
             value = float(match[3])
         except ValueError:
-            raise ValueError(f"where = {short(term.strip())}: {match[3]!r} is no number") from None
+            raise ValueError(f"where = {short(term.strip())}: {match[3]!r} is not a number") from None
         keep &= HOLDS[match[2]](column, value)
     return np.flatnonzero(keep)
 
 
 def _plain(column: np.ndarray) -> list[float | int | None]:
-    """Return a column for JSON: whole numbers as they are, others short, None for what is not known."""
+    """Return a column for JSON: integers unchanged, other numbers shortened, None for unknown values."""
     if column.dtype.kind in "iu":
         return [int(value) for value in column]
     return [float(f"{value:.5g}") if np.isfinite(value) else None for value in column.tolist()]

@@ -32,10 +32,10 @@ FOLLOWED = 16  # organisms whose traces are kept
 
 
 class Live(Watched):
-    """A world that lives in this thread, to be watched; see `ecs_eco.view.source.Source`.
+    """A living world to be watched, run in this thread; see `ecs_eco.view.source.Source`.
 
-    `last` is the tick at which it ends, None for never. Watching changes nothing: pages act on the world by
-    interventions only, at the start of the next tick.
+    `last` is the tick at which the run ends, None for never. Watching changes nothing: pages act on the world
+    only through interventions, at the start of the next tick.
     """
 
     mode, ahead = "live", 1
@@ -51,7 +51,7 @@ class Live(Watched):
         self.foods, self.story = self.tally.foods, self.tally.story
         super().__init__(world.space.size)
         self.ring = Ring(world, self.journal, self.tally)
-        self._told = -1, 0  # how far the story has been told
+        self._told = -1, 0  # the latest story entry that was sent: its tick, number of entries
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
@@ -66,11 +66,11 @@ class Live(Watched):
 
     @property
     def done(self) -> bool:
-        """Whether the world has reached its end."""
+        """True if the world has reached its end."""
         return self.last is not None and self.world.tick >= self.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run the world, calling `turn()` before every tick and after the last, until it returns False."""
+        """Run the world. Call `turn()` before every tick and after the last, until it returns False."""
         world = self.world
         go, served = True, False
         self.ring.used = True
@@ -88,13 +88,13 @@ class Live(Watched):
         with listening(world.before_tick, look):
             while go:
                 if self.done:
-                    go = served = turn()  # at its end, until somebody goes back in time
+                    go = served = turn()  # stay at the end until a page goes back in time
                 else:
                     served = False
                 world.run(10**12 if self.last is None else max(0, self.last - world.tick))
 
     def hello(self) -> Message:
-        """Return what a page needs to know of the world."""
+        """Return the data about the world that a page needs."""
         genes = {name: dict.fromkeys(codes) for name, codes in self.genes.items()}
         return super().hello() | {
             "first": 0,
@@ -107,11 +107,11 @@ class Live(Watched):
         }
 
     def passed(self) -> None:
-        """Take note of a tick that has passed."""
+        """Update the story after a tick."""
         self.tally.passed()
 
     def news(self) -> list[Message]:
-        """Return the marks again after an intervention, and the story where it has gone on."""
+        """Return the marks again after an intervention, and the story if it has new entries."""
         done, entries = (len(self.world.intervened), uses_of(self.world)), self.story.entries
         marks = [] if self._announced == done else [self.marks()]
         told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
@@ -135,7 +135,7 @@ class Live(Watched):
         }
 
     def counts(self) -> dict[str, int]:
-        """Return the number of each kind."""
+        """Return the number of organisms or objects of each kind."""
         return {name: int(self.world.tables[name].n) for name in (*self.species, *self.objects)}
 
     @property
@@ -178,18 +178,18 @@ class Live(Watched):
         self.curves.add(self.tally.point())
 
     def series(self, after: int) -> Message | None:
-        """Return the points since a tick."""
+        """Return the points after a tick."""
         return self.curves.after(after)
 
     def state(self, uid: int) -> Message:
-        """Return one organism, living or dead; KeyError for an unknown one."""
+        """Return one organism, living or dead; raise KeyError for an unknown one."""
         state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         return state | {"trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return the trace;
-        those of the last few organisms selected are kept."""
+        """Add a point to an organism's trace and return the trace. Only the traces of the last few selected
+        organisms are kept."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:
@@ -203,7 +203,7 @@ class Live(Watched):
         }
 
     def answer(self, request: Message) -> list[Message]:
-        """Intervene, go back, explain, or list the values that may be changed."""
+        """Answer `act`, `seek`, `why` or `params`."""
         kind = request["kind"]
         if kind == "act":
             return [self._act(request.get("what"))]
@@ -213,10 +213,10 @@ class Live(Watched):
             return [of_world(self.world, self.journal)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
-        return [said("warning", f"{kind} is for recorded runs; this world is alive", kind)]
+        return [said("warning", f"{kind} needs a recorded run; this world is alive", kind)]
 
     def _seek(self, tick: object) -> Message:
-        """Go back to an earlier tick; what came after it is forgotten."""
+        """Go back to an earlier tick and forget what came after it."""
         tick = self.ring.back(tick_of(tick, f"a tick up to {self.tick}"))
         self.genealogy.go_back()
         self.families = Families(self.genealogy.lives)
@@ -224,15 +224,15 @@ class Live(Watched):
         for trace in self._traces.values():
             while trace and trace[-1][0] >= tick:
                 trace.pop()
-        text = f"Back at tick {tick:,}. It goes on as it did, unless you change something"
+        text = f"Back at tick {tick:,}. The world will repeat itself unless you change something"
         return said("info", text, "seek")
 
     def _act(self, request: object) -> Message:
         try:
             if not isinstance(request, dict):
-                raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
+                raise ValueError("act: `what` is not an intervention; see [[interventions]] of a world file")
             if self.done:
-                raise ValueError("act: the run is at its end")
+                raise ValueError("act: the run has ended")
             self.world.intervene(request)
             self.ring.acts.append((self.tick, request))
         except (ValueError, RuntimeError) as error:

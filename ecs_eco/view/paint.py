@@ -1,4 +1,4 @@
-"""Pictures of a recorded run without a browser: the world and the numbers of each species."""
+"""Pictures of a recorded run without a browser: the world and the population sizes of its species."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ecs_eco.engine import files
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.replay import Replay
 
-ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # of the end of a capsule
+ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # angles of the end of a capsule
 
 
 def outlines(
     shape: str, places: np.ndarray, heading: np.ndarray, size: Sequence[np.ndarray], side: bool = False
 ) -> np.ndarray:
-    """Return the corners of capsules or boxes f64[n, corners, 2] [m]: seen from above, or, with `side`, along
-    the y axis. `places` f64[n, 2] are their centres, `size` length, width and height f64[n]."""
+    """Return the corners of capsules or boxes f64[n, corners, 2] [m]: seen from above or, with `side`, along
+    the y axis. `places` f64[n, 2] are their centers; `size` has length, width and height f64[n]."""
     length, width, height = (np.asarray(s, float)[:, None] / 2 for s in size)
     cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    if side:  # what goes away from us looks short
+    if side:  # bodies that point toward or away from the viewer look shorter
         inner = width if shape == "capsule" else np.zeros_like(width)
         length = abs(cos) * (length - inner) + abs(sin) * (width - inner) + inner
         width, cos, sin = height, np.ones_like(cos), np.zeros_like(sin)
@@ -43,14 +43,14 @@ def outlines(
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
 NIGHT = (0.05, 0.07, 0.16)
 DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # of the sea without light, in full light
-# of length 1 ahead, as the page draws who moves
+# arrows of length 1 along the heading, as the page draws moving organisms
 DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])
-LEAST = {"moves": 5.5, "stays": 1.5}  # [px] of a picture 720 px high: smaller bodies are drawn as large
-LEVELS = 128  # of the light by depth
+LEAST = {"moves": 5.5, "stays": 1.5}  # [px] in a picture 720 px high; smaller bodies are drawn at this size
+LEVELS = 128  # of light by depth
 
 
 class Place(NamedTuple):
-    """Where something is in a picture, in shares of its width and height."""
+    """The place of an element in a picture, as fractions of the picture's width and height."""
 
     left: float
     bottom: float
@@ -59,8 +59,8 @@ class Place(NamedTuple):
 
 
 class Painter:
-    """Paints the ticks of a run, one after the other, as u8[height, width, 3];
-    what stays the same is drawn once."""
+    """Paints the ticks of a run, one after the other, as u8[height, width, 3]. Static elements are drawn
+    once."""
 
     def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -116,8 +116,8 @@ class Painter:
         return path
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Make the axes: the world at the left and a strip for each species at the right,
-        or below where the world is wide."""
+        """Create the axes: the world on the left and a strip for each species on the right, or below if the
+        world is wide."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
         room = (
@@ -129,7 +129,7 @@ class Painter:
         w, h = scale * self.extent[0], scale * self.extent[1]
         left, bottom = room[0] + (0 if beside else (room[2] - w) / 2), room[1] + (room[3] - h) / 2
         self.ax = self.figure.add_axes((left / wide, bottom / high, w / wide, h / high))
-        self.scale = scale * 100  # px of a picture 720 px high, a metre
+        self.scale = scale * 100  # px per meter in a picture 720 px high
         self._world()
         self.figure.text(
             0.35 / wide, 1 - 0.27 / high, hello["title"], size=13, weight="bold", color=INK, va="center"
@@ -202,7 +202,8 @@ class Painter:
     def _strip(
         self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray, labelled: bool
     ) -> None:
-        """The numbers of a species over time: all of them pale, those so far strong; its sign and name above."""
+        """Draw a species' numbers over time, all of them pale and those up to now strong, with its mark and
+        name above."""
         name, hue = kind["name"], self.hues[kind["name"]]
         ax = self.figure.add_axes(place[:4])
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)
@@ -224,7 +225,7 @@ class Painter:
             ax.tick_params(labelbottom=False)
         self.cursors.append(ax.axvline(ticks[0], color=INK, lw=0.9))
         y = place.bottom + place.height + 0.17 / (self.size[1] / self.unit / 100)
-        wide, high = self.size[0] / self.unit, self.size[1] / self.unit  # of a picture 720 px high
+        wide, high = self.size[0] / self.unit, self.size[1] / self.unit  # in units of a picture 720 px high
         sign = self.figure.add_axes((place.left, y - 8 / high, 16 / wide, 16 / high))
         sign.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3))
         sign.axis("off")
@@ -293,7 +294,7 @@ class Painter:
         return PolyCollection(corners, facecolor=hue, clip_on=True, **rim)
 
     def _land(self, tick: int) -> None:
-        """Draw roads, fences and areas anew where they differ from those shown."""
+        """Redraw roads, fences and areas if they differ from those shown."""
         land = self.replay.recording.land(tick)
         if self.volume or land == self.ground:
             return
@@ -313,7 +314,7 @@ class Painter:
             return
         size = max(kind["radius"] * self.scale, LEAST["moves"]) / self.scale
         cos, sin = np.cos(organisms.heading), np.sin(organisms.heading)
-        if self.volume:  # seen from the side: what goes away from us looks short
+        if self.volume:  # seen from the side: bodies that point toward or away from the viewer look shorter
             sin = np.zeros_like(sin)
             cos = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos)
             turned = np.stack(
@@ -333,7 +334,7 @@ class Painter:
         if self.shade is not None:
             self.shade.set_data(np.array([[[*NIGHT, 0.5 * (1 - light)]]]))
         if self.light is not None:
-            share = self._by_depth(tick)[:, None, None] ** 0.35  # the eye sees ratios
+            share = self._by_depth(tick)[:, None, None] ** 0.35  # the eye perceives ratios
             self.light.set_data(np.array(DEEP) + share * (np.array(BRIGHT) - np.array(DEEP)))
 
     def _by_depth(self, tick: int) -> np.ndarray:
@@ -365,13 +366,13 @@ class Painter:
             if kind["moves"]
         )
         self.hint.set_text(
-            f"places between snapshots (every {r.every} ticks) are on straight lines" if between else ""
+            f"places between snapshots (every {r.every} ticks) are interpolated linearly" if between else ""
         )
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Return how each kind is edged: every second one that moves in black,
-    so that not hue alone tells kinds apart."""
+    """Return the edge of each kind: black for every second kind that moves, so that kinds differ in more than
+    hue."""
     styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:
@@ -385,7 +386,7 @@ def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dic
 
 
 def clock(seconds: float, day: dict[str, float] | None = None) -> str:
-    """Return a time of a world in words: "1 h 5 min"; where it has a sun, the day and the hour."""
+    """Return a time of a world in words: "1 h 5 min", or day and hour if the world has a sun."""
     if day is not None:
         since = seconds / day["length"] + day.get("start", 0.0)
         return (

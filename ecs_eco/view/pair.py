@@ -1,8 +1,9 @@
-"""Two worlds as one source: a world, and beside it what would be if, or another world altogether; and what may be
-begun in its place.
+"""Two worlds as one source: the page's world and, next to it, a branch or another world; and the choice of a
+new world to start.
 
-The first is the one whose page it is: its clock, its charts, its organisms. The second follows that clock, in
-the same thread. Of it pages get the frame, behind that of the first, and messages "beside"."""
+The first world owns the page: its clock, charts and organisms. The second follows that clock, in the same
+thread. Pages receive its frame, after the frame of the first world, and messages "beside".
+"""
 
 from __future__ import annotations
 
@@ -19,14 +20,14 @@ from ecs_eco.view.player import Player
 from ecs_eco.view.second import Second, beside, choices, fork, forks
 from ecs_eco.view.source import Message, Source, said, short
 
-SEEDS = 2**53  # from here on numbers of a page are not exact
+SEEDS = 2**53  # numbers in a page are no longer exact from here on
 
 
 class Picker:
-    """Which worlds a page may begin: those that come with the package, and the one that is shown.
+    """The worlds that a page may start: those that come with the package, and the displayed one.
 
-    `build(world, seed)` makes the source of one, with its own seed where that is None, a `Pair`; it may raise
-    whatever building a world raises.
+    `build(world, seed)` returns the source of a world, a `Pair`; seed None means the world's own seed. It may
+    raise any error of building a world.
     """
 
     def __init__(self, world: str, title: str, build: Callable[[str, int | None], Any]) -> None:
@@ -35,63 +36,63 @@ class Picker:
         self.world = self.first = name if name in known else world
         self.titles = known if self.world in known else {world: title, **known}
         self.build = build
-        self.wanted: tuple[str, int | None] | None = None  # what is to be begun, as soon as the tick is over
-        self.begun = 0  # how often this server has begun anew
+        self.wanted: tuple[str, int | None] | None = None  # the world to start as soon as the tick is over
+        self.begun = 0  # number of worlds that this server has started so far
 
     def offered(self) -> Message:
-        """Return what a page needs to choose."""
+        """Return the data that a page needs for the choice."""
         worlds = [{"name": name, "title": title} for name, title in self.titles.items()]
         return {"worlds": worlds, "world": self.world, "begun": self.begun}
 
     def ask(self, request: Message) -> Message:
-        """Note what is to be begun: {"world", "seed"}; ValueError if it is none of those offered."""
+        """Note the world to start: {"world", "seed"}; raise ValueError if it is not offered."""
         world, seed = request.get("world", self.world), request.get("seed")
         if not isinstance(world, str) or world not in self.titles:
             raise ValueError(
-                f"begin: world = {short(world)}; allowed: {listed(self.titles)}; "
+                f"begin: world = {short(world)}; expected {listed(self.titles)}; "
                 f"did you mean {nearest(str(world), list(self.titles))!r}?"
             )
         whole = isinstance(seed, int) and not isinstance(seed, bool)
         if seed is not None and not (whole and 0 <= seed < SEEDS):
             raise ValueError(
-                f"begin: seed = {short(seed)}; allowed: a whole number from 0 to {SEEDS - 1}, "
-                "or null for that of the world"
+                f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
+                "or null for the world's own seed"
             )
         self.wanted = world, seed
-        words = f"beginning {self.titles[world] or world} …"
+        words = f"starting {self.titles[world] or world} …"
         return said("info", words, "begin")
 
     def begin(self) -> Any:
-        """Return the source of what is wanted, or a text: why it cannot be begun."""
+        """Return the source of the requested world, or a text that explains why it cannot be started."""
         assert self.wanted is not None
         (world, seed), self.wanted = self.wanted, None
         try:
             made = self.build(world, seed)
-        except Exception as error:  # whatever is wrong with it, the one that is shown goes on
-            return f"{world} cannot be begun: {error}"
+        except Exception as error:  # whatever fails, the displayed world continues
+            return f"{world} cannot be started: {error}"
         self.world, self.begun, made.picker = world, self.begun + 1, self
         return made
 
 
 def reason(first: Source, second: Source | None) -> str:
-    """Return why what is shown cannot be begun anew."""
+    """Return the reason why the displayed world cannot be replaced."""
     if second is not None:
-        return "Two worlds are shown beside each other."
+        return "Two worlds are shown side by side."
     if not isinstance(first, Live):
-        return "A recorded run is shown as it is."
-    return "The program that runs this world, and may record it, decides what it begins."
+        return "This is a recorded run."
+    return "The program that runs this world decides which world to start."
 
 
-SLICE = 0.05  # [s] that the second runs on end to come up with the first, before pages are served again
-ALONE = 0.2  # [s] the same, while time stands still for the first
-WORDS = 0.25  # [s] from one sentence to the next
+SLICE = 0.05  # [s] for which the second world runs to catch up with the first, before pages are served again
+ALONE = 0.2  # [s] the same, while the first world is paused
+WORDS = 0.25  # [s] between two sentences
 
 
 class Pair:
-    """A source, and beside it a second one where somebody wants it; see `ecs_eco.view.source.Source`.
+    """A source, and optionally a second one next to it; see `ecs_eco.view.source.Source`.
 
-    `start` says how a living world began, for the command that has a branch of it again; `picker` what may be
-    begun in its place. `attend(player)` is to be called before `run`.
+    `start` is the command that started a living world, for the command that reproduces its branches; `picker`
+    offers the worlds that may replace it. Call `attend(player)` before `run`.
     """
 
     def __init__(
@@ -110,22 +111,22 @@ class Pair:
         self._said_at, self._said_tick = -math.inf, -1
 
     def attend(self, player: Player) -> Player:
-        """Take note of the player, which serves pages while the second world comes up."""
+        """Store the player, which serves pages while the second world catches up."""
         self.player = player
         return player
 
     @property
     def tick(self) -> int:
-        """The tick that is shown."""
+        """The displayed tick."""
         return self.first.tick
 
     @property
     def done(self) -> bool:
-        """Whether this is the last tick."""
+        """True if this is the last tick."""
         return self.first.done
 
     def counts(self) -> dict[str, int]:
-        """Return the numbers in the first world."""
+        """Return the population sizes in the first world."""
         return self.first.counts()
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
@@ -137,24 +138,24 @@ class Pair:
         return self.first.field(name)
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the scales of colours, which both share."""
+        """Return the color scales, which both worlds share."""
         return self.first.scales(colour)
 
     def series(self, after: int) -> Message | None:
-        """Return points of the first world; those of the second are news."""
+        """Return points of the first world; those of the second come with `news`."""
         return self.first.series(after)
 
     def organism(self, uid: int) -> Message:
-        """Return an organism of the first world; beside a second one, with the name of its world."""
+        """Return an organism of the first world; if a second world is shown, with the name of its world."""
         state = self.first.organism(uid)
         return state if self.second is None else self.second.labelled(state, second=False)
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Let time pass in both."""
+        """Run both worlds."""
 
         def both() -> bool:
             go = turn()
-            while go and self._behind():  # the tick that is due waits for the second world
+            while go and self._behind():  # the next tick waits for the second world
                 self._come_up()
                 go = self.player is None or self.player.attend()
             return go
@@ -162,17 +163,18 @@ class Pair:
         self.first.run(both)
 
     def hello(self) -> Message:
-        """Return the first message, which says whether there can be a branch, and what may be begun anew."""
+        """Return the first message, including whether the world can be branched, and which worlds may replace
+        it."""
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
         return self.first.hello() | {"forks": forks(self.first), "begins": begins}
 
     def greeting(self) -> list[Message]:
-        """Return what a new page needs of both."""
+        """Return the messages that a new page needs about both worlds."""
         own = [self._marked(message) for message in self.first.greeting()]
         return own if self.second is None else [*own, *self.second.greeting(), self._sentence()]
 
     def news(self) -> list[Message]:
-        """Return what is new in either, and let the second come up while nothing else happens."""
+        """Return new messages of both worlds, and let the second catch up while it lags."""
         if self._behind():
             self._come_up(ALONE)
         out = [self._marked(message) for message in self.first.news()]
@@ -186,27 +188,27 @@ class Pair:
         return out
 
     def passed(self) -> None:
-        """Let the second world pass the tick that the first has passed."""
+        """Update both worlds after a tick."""
         self.first.passed()
         if self.second is not None:
             self._come_up()
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frames of both, one behind the other; of the first alone while the second has no state
-        of this tick."""
+        """Return the frames of both worlds, one after the other; only the first while the second has
+        no state of this tick."""
         frame = self.first.frame(number, colour)
         if self.second is None or not self.second.there:
             return frame
         return frame + self.second.frame(number, colour)
 
     def sample(self) -> None:
-        """Note a point of both."""
+        """Add a point to the curves of both worlds."""
         self.first.sample()
         if self.second is not None:
             self.second.sample()
 
     def handle(self, request: Message) -> list[Message]:
-        """Make or close a branch; let the first carry out all else, and the second come along."""
+        """Create or close a branch; pass all other requests to the first world, and let the second follow."""
         if request["kind"] == "whatif":
             return self._whatif(request)
         if request["kind"] == "begin":
@@ -222,16 +224,16 @@ class Pair:
         if request["kind"] == "act" and self.second.forked and self.tick < self.second.start:
             raise ValueError(
                 f"act: the worlds part at tick {self.second.start:,}; "
-                "go there, or close the other one, to change what comes before"
+                "to change an earlier tick, go to that tick, or close the second world first"
             )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
 
     def _whatif(self, request: Message) -> list[Message]:
         if request.get("close"):
-            return self._close("The worlds side by side are closed; the original goes on.")
+            return self._close("The second world is closed; the original continues.")
         tick, change = request.get("tick"), request.get("what")
         if tick is not None and (isinstance(tick, bool) or not isinstance(tick, int)):
-            raise ValueError(f"what if: tick = {str(tick)[:60]}; allowed: a whole number")
+            raise ValueError(f"what if: tick = {str(tick)[:60]}; expected a whole number")
         try:
             made = fork(self.first, tick, change, self.begun)
         except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:
@@ -241,7 +243,7 @@ class Pair:
         self._close("")
         self.second = made
         self._show([*made.greeting(), self._sentence(), *self._marks()])
-        return [said("info", f"forked at tick {made.start:,}: {made.told['change']}", "whatif")]
+        return [said("info", f"branched at tick {made.start:,}: {made.told['change']}", "whatif")]
 
     def _close(self, why: str, level: str = "info") -> list[Message]:
         if self.second is None:
@@ -251,13 +253,13 @@ class Pair:
         return [said(level, why, "whatif")] if why else []
 
     def _show(self, messages: list[Message]) -> None:
-        """Send messages to all pages, and the frame of this tick again."""
+        """Send messages to all pages, and this tick's frame again."""
         self._told += messages
         if self.player is not None:
             self.player.again()
 
     def _seek(self, request: Message) -> list[Message]:
-        """Go back in both, no further than both can."""
+        """Go back in both worlds, but no further than both can."""
         assert self.second is not None
         tick = request.get("tick")
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:
@@ -271,7 +273,7 @@ class Pair:
         return self.second is not None and not self.second.there and self.second.comes
 
     def _come_up(self, seconds: float = SLICE) -> None:
-        """Let the second world run on for a moment, up to the first; close it where it fails."""
+        """Run the second world for a moment, up to the tick of the first; close it if it fails."""
         second = self.second
         if second is None:
             return
@@ -282,9 +284,9 @@ class Pair:
             raise
         except Exception as error:
             self._close("")
-            self._told.append(said("error", f"the other world stopped: {error}", "whatif"))
+            self._told.append(said("error", f"the second world stopped: {error}", "whatif"))
             return
-        self._told += [said("warning", f"the other world: {text}", "act") for text in second.refusals()]
+        self._told += [said("warning", f"the second world: {text}", "act") for text in second.refusals()]
         if second.there and not was and self.player is not None:
             self.player.again()
 
@@ -297,7 +299,7 @@ class Pair:
         return [self._marked(message) for message in self.first.greeting() if message["kind"] == "marks"]
 
     def _marked(self, message: Message) -> Message:
-        """Return the marks with that of the branch: when it was made, and what was changed."""
+        """Return the marks, with the tick and change of the branch added."""
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}

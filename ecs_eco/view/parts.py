@@ -1,5 +1,5 @@
-"""The rows of one kind that a recording holds, read by block and column as they are needed: from the parts of a
-recorded run, or from memory."""
+"""The rows of one kind in a recording, read by block and column when needed: from the parts of a recorded
+run, or from memory."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Columns = dict[str, np.ndarray]
 
 
 class Group(NamedTuple):
-    """A row group of a part, or a block in memory: the ranges of its ticks and uids, inclusive."""
+    """A row group of a part, or a block in memory, with its inclusive ranges of ticks and uids."""
 
     path: Path | None
     number: int
     rows: int
     ticks: tuple[int, int]
-    uids: tuple[int, int] | None  # None where there is no column of this name
+    uids: tuple[int, int] | None  # None if there is no such column
     names: tuple[str, ...]
 
 
@@ -37,10 +37,10 @@ class Cache:
     def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
         self.budget, self.size = budget, 0
         self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
-        self.file = lru_cache(files)(open_part)  # open parts, after checking their seals
+        self.file = lru_cache(files)(open_part)  # open parts whose seals were checked
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
-        """Keep a column."""
+        """Add a column to the cache."""
         self.columns[key] = column
         self.size += column.nbytes
         while self.size > self.budget and len(self.columns) > 1:
@@ -54,21 +54,22 @@ class Blocks:
     groups: list[Group]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group; those that it lacks are zeros."""
+        """Return columns of one group, zeros for those that it lacks."""
         raise NotImplementedError
 
     @property
     def rows(self) -> int:
-        """Number of rows in all."""
+        """Total number of rows."""
         return sum(group.rows for group in self.groups)
 
     def ticks(self) -> tuple[int, int] | None:
-        """Return the first and the last tick, None where there is no row."""
+        """Return the first and the last tick, None if there are no rows."""
         spans = [group.ticks for group in self.groups if group.rows]
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
     def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
-        """Return these columns of all rows of the ticks from first to last, in the order of the recording."""
+        """Return these columns of all rows from tick `first` to tick `last`, in the order of the
+        recording."""
         blocks: list[Columns] = []
         for group in self.groups:
             if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:
@@ -84,13 +85,12 @@ class Blocks:
         return {name: np.concatenate([columns[name] for columns in blocks]) for name in ("tick", *names)}
 
     def each(self, names: Sequence[str]) -> Iterator[Columns]:
-        """Yield these columns, a row group at a time."""
+        """Yield these columns, one row group at a time."""
         for group in self.groups:
             yield self.read(group, names)
 
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
-        """Return the row of an organism as a dict: the first one at or after a tick;
-        None where there is none."""
+        """Return an organism's first row at or after a tick as a dict, None if there is none."""
         for group in self.groups:
             if (
                 group.rows
@@ -113,7 +113,7 @@ class Kept(Blocks):
         self._number = 0
 
     def add(self, columns: Columns) -> None:
-        """Add rows, one at least, that are later than all before."""
+        """Add at least one row; all must be later than the rows before."""
         if self.groups and self.groups[-1].rows < self.size:
             last = self._columns.pop(self.groups.pop().number)
             columns = {name: np.concatenate([last[name], column]) for name, column in columns.items()}
@@ -125,7 +125,7 @@ class Kept(Blocks):
             del self._columns[self.groups.pop(0).number]
 
     def keep(self, name: str, below: int) -> None:
-        """Forget the rows that do not have less than this in a column."""
+        """Keep only rows whose value in a column is below this."""
         held, self._columns, self.groups = list(self._columns.values()), {}, []
         for columns in held:
             rows = np.flatnonzero(columns[name] < below)
@@ -133,13 +133,13 @@ class Kept(Blocks):
                 self.add({n: column[rows] for n, column in columns.items()})
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group; those that it lacks are zeros."""
+        """Return columns of one group, zeros for those that it lacks."""
         columns = self._columns[group.number]
         return {name: columns.get(name, np.zeros(group.rows, np.uint64)) for name in names}
 
 
 class Parts(Blocks):
-    """All parts of one kind ("births", say); `words` are the columns of words, with the number of each word."""
+    """All parts of one kind ("births", say); `words` are the text columns, with the number of each word."""
 
     def __init__(
         self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
@@ -148,7 +148,7 @@ class Parts(Blocks):
         self.groups = [group for path in parts(run, kind) for group in _groups(path)]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one row group; those that it lacks are zeros."""
+        """Return columns of one row group, zeros for those that it lacks."""
         cache = self.cache
         assert group.path is not None
         missing = [
@@ -195,7 +195,7 @@ FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")
 
 
 def _groups(path: Path) -> Iterator[Group]:
-    """Yield the row groups of a part; RecordingError if its footer cannot be read."""
+    """Yield the row groups of a part; raise RecordingError if its footer cannot be read."""
     meta = read_metadata(path)
     names = tuple(meta.schema.to_arrow_schema().names)
     for number in range(meta.num_row_groups):

@@ -1,4 +1,4 @@
-"""What a recorded run's series say of its past: curves, and its story."""
+"""The curves and the story of a recorded run, from its series."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from ecs_eco.view.genealogy import LARGEST
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, foods_of
 
-LONGEST = 60_000_000  # values of the series beyond which births, deaths and the story are left out
+LONGEST = 60_000_000  # values of the series above which births, deaths and the story are left out
 SERIES = ("tick", "species", "births")
-STEPS = 100_000  # ticks that a story looks at, and those in which a species comes or goes
+STEPS = 100_000  # ticks that a story examines, in addition to those in which a species appears or disappears
 
 
 class Past:
-    """What the series of a recording say; read when it is first asked for.
+    """The history of a recorded run, from its series; each part is read on first use.
 
-    `causes` of death are those that occur; `shared`: it was not recorded what each food gave.
+    `causes` of death are those that occur. `shared` is true if the energy of each food was not recorded.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -34,8 +34,8 @@ class Past:
 
     @cached_property
     def _counts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes], births and deaths since the
-        first tick; None where they are too many."""
+        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes]; births and deaths are totals
+        since the first tick. None if there are too many."""
         r, causes = self._recording, self.causes
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
@@ -51,7 +51,7 @@ class Past:
 
     @cached_property
     def entries(self) -> list[dict[str, Any]]:
-        """The story of the whole run; [] of one that is too long."""
+        """The story of the whole run, empty if the run is too long."""
         r = self._recording
         if self._counts is None:
             return []
@@ -68,8 +68,8 @@ class Past:
 
     @cached_property
     def _first_young(self) -> np.ndarray:
-        """The tick in which the first of each species were born of parents, infinity for none: f64[s]. Of too many
-        births, that of the first birth after the first tick."""
+        """The tick in which each species first had young of parents, infinity if never: f64[s]. With too many
+        births, the tick of the first birth after the first tick."""
         r = self._recording
         first = np.full(len(r.species), np.inf)
         few = r.births.rows <= LARGEST
@@ -79,8 +79,8 @@ class Past:
         return first
 
     def levels(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
-        """Return numbers, mean happiness, what reporters said, and depths of these ticks, which are those of the
-        recording's curves; no depths of a run that is too long."""
+        """Return numbers, mean happiness, reports and depths at these ticks, which are the ticks of the
+        recording's curves. Depths are missing if the run is too long."""
         r, config = self._recording, self._recording.manifest["config"]["species"]
         out: dict[Key, np.ndarray] = {("n", name): n for name, n in r.curves["n"].items()}
         for name in (name for name in r.species if config[name].get("happiness")):
@@ -94,7 +94,7 @@ class Past:
         return out
 
     def sums(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
-        """Return births, deaths by cause and what flowed until these ticks; {} of a run that is too long."""
+        """Return births, deaths by cause and energy flows up to these ticks, or {} if the run is too long."""
         r = self._recording
         if self._counts is None:
             return {}

@@ -1,7 +1,7 @@
-"""The player: it lets time pass as the pages request, and sends them what they show.
+"""The player: it lets time pass at the pace that pages request, and sends them what they show.
 
-All of it runs in the thread of the world. Requests of pages arrive in `inbox`, from the server's thread, and
-are read between ticks. No frame is queued: the next one is made from the current state once the page has
+All of it runs in the thread of the world. Requests of pages arrive in `inbox` from the server's thread and
+are read between ticks. Frames are never queued: the next one is made from the current state once the page has
 acknowledged the last.
 """
 
@@ -18,17 +18,18 @@ from ecs_eco.view.families import asked
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
 from ecs_eco.view.source import Message, Source, said, short, text
 
-USUAL = 10.0  # ticks a second that are called 1×
-FASTEST_FRAMES = 0.05  # [s] from frame to frame
-BUSY_FRAMES = 0.125  # [s] of a world that runs as fast as it can: motion in between is drawn by the page
-PATIENCE = 0.25  # [s] from state to state, and longest wait
+USUAL = 10.0  # ticks per second, called 1×
+FASTEST_FRAMES = 0.05  # [s] between frames
+BUSY_FRAMES = 0.125  # [s] between frames of a world that runs at full speed; the page interpolates motion
+PATIENCE = 0.25  # [s] between states, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
 ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter", "whatif", "begin")
 
 
 class Player(Inbox):
-    """Plays a source at `speed` [ticks/s], None for the fastest, to any number of pages until `halted()`."""
+    """Plays a source at `speed` [ticks/s], or None for full speed, to any number of pages until
+    `halted()`."""
 
     def __init__(
         self,
@@ -43,10 +44,10 @@ class Player(Inbox):
         self._views: dict[Page, View] = {}
         self._steps = 0
         self._next = time.monotonic()  # when the next tick is due
-        self._looks = -math.inf, -math.inf  # when pages are served next: if the tick stays, if it changes
-        self._passed = -1  # the tick that the source has been told of
-        self._served = -1  # the tick when they were last served
-        # the last frame of each colour: tick, number, bytes
+        self._looks = -math.inf, -math.inf  # next time to serve: if the tick stays the same, if it changes
+        self._passed = -1  # the last tick that was passed on to the source
+        self._served = -1  # the tick at which pages were last served
+        # the last frame of each color: tick, number, bytes
         self._made: dict[str, tuple[int, int, bytes]] = {}
         self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
@@ -56,7 +57,7 @@ class Player(Inbox):
         self._log = Log(self._views, bool(hello.get("acts")))
 
     def turn(self) -> bool:
-        """Serve the pages until the next tick is due; False when it is time to end."""
+        """Serve the pages until the next tick is due; return False when it is time to end."""
         while True:
             self._wake.clear()
             due, wait = self.poll()
@@ -67,11 +68,11 @@ class Player(Inbox):
             self._wake.wait(wait)
 
     def poll(self) -> tuple[bool, float]:
-        """Serve the pages and return at once: whether a tick is due, else in how many seconds to ask again."""
+        """Serve the pages; return at once whether a tick is due, and if not, the time until the next call [s]."""
         if self.source.tick != self._passed:
             self._passed = self.source.tick
             self.source.passed()
-        for _ in range(len(self.inbox)):  # what arrives meanwhile is for the next time: ticks go on
+        for _ in range(len(self.inbox)):  # later messages wait for the next call, so ticks continue
             page, request = self.inbox.popleft()
             self._answer(page, request)
             soonest = -math.inf
@@ -89,12 +90,13 @@ class Player(Inbox):
         return False, max(0.0, min(due, self._looks[self.source.tick != self._served]) - now)
 
     def attend(self) -> bool:
-        """Serve the pages, whether or not a tick is due; False when it is time to end."""
+        """Serve the pages, whether or not a tick is due; return False when it is time to end."""
         self.poll()
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Make and send this tick's frame once more, if it was: another world stands beside it, or none."""
+        """Make and send this tick's frame again if it was sent, because a second world has appeared or
+        gone."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages can take it
         self._made.clear()
@@ -116,13 +118,13 @@ class Player(Inbox):
         self._serve(time.monotonic())
 
     def _due(self, now: float) -> float:
-        """Return when the next tick is due, and count it if that is now."""
+        """Return when the next tick is due, and count it if it is due now."""
         if self._steps and not self.source.done:
             self._steps -= 1
             return now
         if not self.playing or self.source.done:
             self._steps = 0
-            if self.playing:  # time is over; going back does not let it pass again
+            if self.playing:  # the end is reached; going back does not resume playing
                 self.playing = False
                 self._refresh_all()
             return math.inf
@@ -130,11 +132,11 @@ class Player(Inbox):
             return now
         due = self._next
         if due <= now:
-            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # lost time is caught up, within limits
+            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # lost time is made up, within limits
         return due
 
     def _serve(self, now: float) -> None:
-        """Send each page what is due, and note when to serve next."""
+        """Send each page what is due, and determine when to serve next."""
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick
@@ -143,19 +145,20 @@ class Player(Inbox):
         if state or any(view.news for view in self._views.values()):
             self._measure(now)
         news = [text(message) for message in self._log.told(tick, self.source.news())]
-        # a page is sent the points of curves with its next frame: waking the server's thread costs the most
+        # curve points are sent along with the next frame, because waking the server's thread is the largest
+        # cost
         ready = any(view.awaits is None for view in self._views.values())
         same, new = now + PATIENCE, now + PATIENCE if ready else min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
-            stood = not self.playing and view.sent_tick != tick  # a step was made
+            stood = not self.playing and view.sent_tick != tick  # the user made a single step
             due, shown = view.news or ((state or stood) and view.awaits is None), view.seen
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not view.whole(tick):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
-            # after the frame: a new colour's range follows from it
+            # after the frame, which determines the range of a new color
             if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:
                 view.news, view.sent_tick = False, tick
                 out.append(self._state(view))
@@ -164,7 +167,7 @@ class Player(Inbox):
         self._looks = (min(same, self._sample_at) if tick != self._sampled else same), new
 
     def _period(self) -> float:
-        """Return the time from frame to frame [s]: longer if frames cost a running world too much."""
+        """Return the time between frames [s], longer if frames take too much time from a running world."""
         busy = self.playing and self.speed is None
         return (
             max(BUSY_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
@@ -173,7 +176,8 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its usual time [s]: the first time, which includes loading, counts little."""
+        """Do some work and return its usual time [s]; the first call, which includes loading, counts
+        little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
@@ -183,7 +187,8 @@ class Player(Inbox):
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Make what a page lacks: points of the series, the panel, the frame; return whether any."""
+        """Add what a page lacks, that is points of the series, the panel and the frame; return whether there
+        was any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:
@@ -275,7 +280,7 @@ class Player(Inbox):
         self._refresh_all()
 
     def _go_back(self) -> None:
-        """Forget what was sent of ticks that a living world has yet to live again."""
+        """Forget what was sent of ticks that a living world will run again."""
         tick = self._passed = self.source.tick
         self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
         self._next = time.monotonic()
@@ -298,7 +303,7 @@ class Player(Inbox):
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
         if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
-            raise ValueError(f"step: ticks = {short(ticks)}; allowed: a whole number from 1 to 100000")
+            raise ValueError(f"step: ticks = {short(ticks)}; expected a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks
         self._refresh_all()
@@ -308,7 +313,7 @@ class Player(Inbox):
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
             raise ValueError(
-                f"speed: value = {short(value)}; allowed: "
+                f"speed: value = {short(value)}; expected "
                 f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null"
             )
         self.speed = None if value is None else float(value)
@@ -319,7 +324,7 @@ class Player(Inbox):
         by, known = request.get("by"), self._colours
         if by not in known and asked(by) is None:
             raise ValueError(
-                f"colour: by = {short(by)}; allowed: {', '.join(known)}; did you mean {nearest(by, known)!r}?"
+                f"colour: by = {short(by)}; expected {', '.join(known)}; did you mean {nearest(by, known)!r}?"
             )
         view.colour = str(by)
         view.news = True

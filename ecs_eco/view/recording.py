@@ -23,19 +23,20 @@ from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes
 
-CHAPTERS = 3  # that are kept
+CHAPTERS = 3  # chapters that are kept
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
 POINTS = 4000  # of a curve
 BINS = 400  # of births and deaths on the timeline
 
 
 class Recording:
-    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed,
-    by name.
+    """A folder written by `ecs-eco run`, read lazily. A damaged file raises an error with its name when it is
+    first needed.
 
-    `first` and `last` are the ticks that were recorded. `scene` is a world built like the recorded one,
-    without organisms: it holds what does not change, and is None if it cannot be built here (`why` gives the
-    reason). Raises FileNotFoundError for a folder without a run, RecordingError for one without a tick.
+    `first` and `last` are the recorded ticks. `scene` is a world built like the recorded one, without
+    organisms; it holds everything that does not change. It is None if it cannot be built here, and `why`
+    gives the reason. Raises FileNotFoundError for a folder without a run, RecordingError for one without a
+    tick.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -50,7 +51,7 @@ class Recording:
         )
         span = self.series.ticks()
         if span is None:
-            raise RecordingError(f"{self.path}: no tick of this run was recorded")
+            raise RecordingError(f"{self.path}: contains no recorded tick")
         self.first, self.last = span
         self.details = {name: self.parts(KIND + name) for name in self.species}
         space = self.manifest["config"]["space"]
@@ -66,7 +67,7 @@ class Recording:
             )
 
     def parts(self, kind: str, cache: Cache | None = None) -> Parts:
-        """Return the parts of one kind; another thread has a cache of its own."""
+        """Return the parts of one kind; each thread needs its own cache."""
         words = {"species": self.species, "cause": self.causes}
         return Parts(self.path, kind, words, self._cache if cache is None else cache, self._sealed)
 
@@ -77,11 +78,12 @@ class Recording:
                 config, seed=self.manifest["seed"], policies="random", populate=False, record=False
             ), ""
         except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:
-            # a missing file, say
+            # a missing file, for example
             return None, str(error)
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: from details, else between snapshots."""
+        """Return the living organisms of a species at the end of a tick: from details if they exist, else
+        interpolated between snapshots."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 
@@ -99,17 +101,17 @@ class Recording:
         )
 
     def details_at(self, tick: int, species: str, names: Sequence[str] = ("uid", *STATE)) -> Columns:
-        """Return columns of the details of a species at a tick, empty where none were recorded."""
+        """Return columns of the details of a species at a tick, empty if none were recorded."""
         return self.details[species].between(tick, tick, names)
 
     @property
     def objects(self) -> dict[str, np.ndarray]:
-        """Places f32[n, 3] [m] of permanent objects, by type, from the first checkpoint that is left."""
+        """Places f32[n, 3] [m] of permanent objects by type, from the first checkpoint that still exists."""
         return {name: columns[:, :3] for name, columns in self._lying.items()}
 
     def poses(self, name: str) -> np.ndarray:
         """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
-        sizes are 0 where they are spheres."""
+        sizes are 0 for spheres."""
         return self._lying[name][:, 3:]
 
     @cached_property
@@ -134,11 +136,11 @@ class Recording:
             with safe_open(str(kept[0]), framework="numpy") as file:
                 return {n: lying(file, n, declared[n]["body"].get("shape")) for n in names}
         except (SafetensorError, OSError) as error:
-            raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
+            raise CheckpointError(f"{kept[0]}: not a complete checkpoint: {error}") from None
 
     @cached_property
     def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
-        """The least uid of each run of uids that were born in one tick, ascending, and that tick."""
+        """The lowest uid of each series of uids born in one tick, ascending, and that tick."""
         uid, tick = [], []
         for columns in self.births.each(("uid", "tick")):
             order = np.argsort(columns["uid"], kind="stable")
@@ -161,7 +163,7 @@ class Recording:
         )
 
     def genomes(self, uid: np.ndarray) -> list[str]:
-        """Return the genomes of organisms (uids ascending) as text, "" where there is none."""
+        """Return the genomes of organisms (uids ascending) as text, "" if there is none."""
         out = [""] * uid.size
         for group in self.births.groups:
             if (
@@ -179,7 +181,7 @@ class Recording:
     @cached_property
     def curves(self) -> dict[str, Any]:
         """`tick` and, by species, `n` and `happiness`, at most POINTS of each, and `reports` by reporter;
-        `births` and `deaths` in BINS of all ticks."""
+        `births` and `deaths` in BINS over all ticks."""
         step = max(1, -(-(self.last + 1 - self.first) // POINTS))
         width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
         bins = -(-(self.last + 1 - self.first) // width)
@@ -206,14 +208,14 @@ class Recording:
         return out
 
     def numbers(self, tick: int) -> dict[str, int]:
-        """Return how many of each species live at the end of a tick."""
+        """Return the number of living organisms of each species at the end of a tick."""
         rows = self.series.between(tick, tick, ("species", "n"))
         return dict.fromkeys(self.species, 0) | {
             self.species[s]: int(n) for s, n in zip(rows["species"], rows["n"], strict=True)
         }
 
     def recorded(self, tick: int) -> Columns:
-        """Return the series of a tick, a row for each species, with which a rerun is compared."""
+        """Return the series of a tick, one row per species, for comparison with a rerun."""
         return self.series.between(tick, tick, COMPARED)
 
     def interventions(self) -> list[dict[str, Any]]:
@@ -221,14 +223,14 @@ class Recording:
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
     def land(self, tick: int) -> Land:
-        """Return the fences and roads that are there at the end of a tick, and the areas of land use."""
+        """Return the fences, roads and areas of land use at the end of a tick."""
         return land_at(
             self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick, self.path
         )
 
 
 def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return what a reporter said by species, or by "" where all have the same number, the world's."""
+    """Return a report by species, or under "" if it is one number for the whole world."""
     first, *others = said.values()
     if all(np.array_equal(first, other, equal_nan=True) for other in others):
         said = {"": first}
@@ -236,7 +238,7 @@ def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
-    """Replace the state of organisms by that in their details, where there are any; return them."""
+    """Replace the state of organisms by that in their details where these exist; return the organisms."""
     if not details["uid"].size or not organisms.uid.size:
         return organisms
     at = np.minimum(np.searchsorted(organisms.uid, details["uid"].astype(np.uint64)), organisms.uid.size - 1)
@@ -271,11 +273,11 @@ class GeneValues:
             {} if scene is None else {name: coloured_genes(scene.tables[name]) for name in recording.species}
         )
         self.codes = {name: genes for name, genes in codes.items() if genes}
-        # values by species, of the uids asked for lately
+        # values by species, of the uids requested recently
         self._kept: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
 
     def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
-        """Return a gene's values of organisms (uids ascending): f32[n]."""
+        """Return a gene's values in organisms (uids ascending): f32[n]."""
         kept, decoded = self._kept.get(name, (np.zeros(0, np.uint64), {}))
         if not np.isin(uid, kept).all():
             fresh = uid[~np.isin(uid, kept)]

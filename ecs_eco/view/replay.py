@@ -23,13 +23,13 @@ from ecs_eco.view.scene import describe, drawn, eyes_of, size_in, sized, sky
 from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
-STRETCHES = 3  # that are kept
-GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
-OBJECT_UID = 0x80000000  # objects are not recorded by uid: their uids in a frame start here
+STRETCHES = 3  # stretches that are kept
+GENOMES = 500_000  # births above which mean values of genes are not computed
+OBJECT_UID = 0x80000000  # objects are not recorded by uid; in a frame their uids start here
 
 
 class Replay(Watched):
-    """A folder written by `ecs-eco run`. Time is the tick shown; nothing of the recording changes."""
+    """A folder written by `ecs-eco run`. Time is the displayed tick; the recording never changes."""
 
     mode = "replay"
 
@@ -52,16 +52,16 @@ class Replay(Watched):
 
     @property
     def tick(self) -> int:
-        """The tick that is shown: the state at its end."""
+        """The displayed tick; pages show the state at its end."""
         return self._tick
 
     @property
     def done(self) -> bool:
-        """Whether this is the last tick."""
+        """True if this is the last tick."""
         return self._tick >= self.recording.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Show tick after tick."""
+        """Show one tick after another."""
         try:
             while turn():
                 self._tick = min(self._tick + 1, self.recording.last)
@@ -69,7 +69,7 @@ class Replay(Watched):
             self._rerun.halt()
 
     def hello(self) -> Message:
-        """Return what a page needs to know of the run."""
+        """Return the data about the run that a page needs."""
         if self._hello is None:
             r = self.recording
             self._hello = super().hello() | {
@@ -96,7 +96,7 @@ class Replay(Watched):
                 decides = policy["kind"] != "none" and r.manifest.get("policies") != "random"
                 kind["learns"] = decides and bool(learns)
                 kind["color"] = colors.get(kind["name"], kind["color"])
-            fields = [name for name in message["fields"] if name not in r.scene.fields]  # unrecorded
+            fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
             return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
         kinds = [
             {
@@ -141,14 +141,14 @@ class Replay(Watched):
         }
 
     def greeting(self) -> list[Message]:
-        """Return births and deaths along the time line, interventions, and the story."""
+        """Return births and deaths along the timeline, interventions, and the story."""
         both = super().greeting()
         if self.recording.scene is not None:
             return both
         return [*both, said("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def marks(self) -> Message:
-        """Return births and deaths along the time line, interventions, stretches, and the land."""
+        """Return births and deaths along the timeline, interventions, stretches, and the land."""
         r = self.recording
         return {
             "kind": "marks",
@@ -159,7 +159,7 @@ class Replay(Watched):
         } | drawn(self._land)
 
     def news(self) -> list[Message]:
-        """Return the marks if the land changed, and the result of a `fill` once it is done."""
+        """Return the marks if the land changed, and the result of a `fill` when it is ready."""
         before, self._land = self._land, self.recording.land(self._tick)
         return [*([] if self._land == before else [self.marks()]), *self._filled()]
 
@@ -171,13 +171,13 @@ class Replay(Watched):
             return [said("error", stretch, "fill")]
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
-        text = f"ticks {stretch.first} to {stretch.last} have been run again: all details are available there"
+        text = f"ticks {stretch.first} to {stretch.last} have been rerun: all details are available there"
         if stretch.wrong is None:
             message = said("info", text, "fill")
         else:
             differs = (
-                f"but it differs from the recording from tick {stretch.wrong} on: other versions, "
-                "or another machine?"
+                f"but the rerun differs from the recording from tick {stretch.wrong} on; "
+                "different versions or another machine may be the cause"
             )
             message = said("warning", f"{text}; {differs}", "fill")
         try:
@@ -186,13 +186,13 @@ class Replay(Watched):
             return [message, self.marks()]
 
     def counts(self) -> dict[str, int]:
-        """Return the number of each kind."""
+        """Return the number of organisms or objects of each kind."""
         return self.recording.numbers(self._tick) | {
             name: len(places) for name, places in self.recording.objects.items()
         }
 
     def organisms(self, species: str) -> Organisms:
-        """Return the living of a species at this tick, as exactly as possible."""
+        """Return the living organisms of a species at this tick, as exactly as possible."""
         r = self.recording
         organisms = r.organisms(self._tick, species)
         for stretch in self.stretches:
@@ -201,7 +201,8 @@ class Replay(Watched):
         return organisms
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species at this tick, in the order of uids, or the permanent objects of a type."""
+        """Return the living of a species at this tick, in the order of uids, or the permanent objects of a
+        type."""
         if name in self.objects:
             return self._lying(name)
         o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])
@@ -231,14 +232,14 @@ class Replay(Watched):
 
     @property
     def scene(self) -> World | None:
-        """A world without organisms, at this tick; None where it cannot be built here."""
+        """A world without organisms, at this tick; None if it cannot be built here."""
         scene: World | None = self.recording.scene
         if scene is not None:
             scene.tick = self._tick
         return scene
 
     def series(self, after: int) -> Message | None:
-        """Return the points after a tick: all of them for −1, those of the future too."""
+        """Return the points after a tick, including future ones; −1 returns all points."""
         if self._curves is None:
             self._curves = self._all()
         return self._curves if self._curves["tick"][-1] > after else None
@@ -259,11 +260,11 @@ class Replay(Watched):
         return sky(self.recording.scene)[0]
 
     def state(self, uid: int) -> Message:
-        """Return the state of one organism at this tick; KeyError for one that was never born."""
+        """Return the state of one organism at this tick; raise KeyError if it was never born."""
         return self.lives.organism(uid, self._tick)
 
     def answer(self, request: Message) -> list[Message]:
-        """Go to a tick, fill in what was not recorded, or say why; interventions are refused."""
+        """Answer `seek`, `fill` or `why`; refuse interventions."""
         kind = request["kind"]
         if kind == "seek":
             return self._seek(request.get("tick"))
@@ -274,7 +275,7 @@ class Replay(Watched):
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
-        return [said("warning", f"a recorded run does not change; fork it: {how}", kind)]
+        return [said("warning", f"a recorded run cannot be changed; branch it: {how}", kind)]
 
     def _seek(self, tick: object) -> list[Message]:
         r = self.recording
@@ -284,15 +285,15 @@ class Replay(Watched):
     def _fill(self, request: Message) -> list[Message]:
         uid = uid_of(request)
         if self._rerun.busy:
-            return [said("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
+            return [said("info", f"still running: {100 * self._rerun.share:.0f}%", "fill")]
         try:
             died = self.lives.died(uid, self._tick)
         except KeyError:
             raise ValueError(f"fill: no organism of this run has the uid {uid}") from None
-        tick = self._tick if died is None else died  # of a dead one its last ticks are wanted
+        tick = self._tick if died is None else died  # for a dead organism, the last ticks of its life
         if any(s.first <= tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
-        # its own files and cache: the recording's belong to this thread
+        # its own files and cache, because the recording's belong to this thread
         series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [said("info", f"running again from the last checkpoint before tick {tick + 1}", "fill")]
+        return [said("info", f"rerunning from the last checkpoint before tick {tick + 1}", "fill")]

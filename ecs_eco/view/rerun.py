@@ -1,4 +1,5 @@
-"""Reruns of stretches of a recorded run, in a thread of their own, and which stretches have details."""
+"""Reruns of stretches of a recorded run, in a separate thread, and the list of stretches that have
+details."""
 
 from __future__ import annotations
 
@@ -24,14 +25,14 @@ from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
 
-ROWS = 2_000_000  # organisms times ticks that a stretch may have
+ROWS = 2_000_000  # largest number of organisms times ticks in a stretch
 BEFORE, AFTER = 20, 60  # ticks around the requested one
 
 
 class Stretch:
     """The ticks from `first` to `last`: details by species, the state of all organisms, sexes by uid.
 
-    `wrong` is the first tick at which the numbers differ from the recorded ones, None if none does.
+    `wrong` is the first tick at which the numbers differ from the recorded ones, None if they never do.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Stretch:
         self.states = joined.get("snapshots", {})
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading,
+        """Return the state of all organisms of a species (by its number) at a tick: uid, x, y, z, heading,
         energy, happiness."""
         chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
         return {name: column[chosen] for name, column in self.states.items()}
@@ -68,11 +69,11 @@ def compute(
     progress: Callable[[int, int], None] | None = None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
-    """Rerun the recorded run around a tick with all details; `end` is its last tick,
-    `recorded(tick)` returns its series.
+    """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns
+    its series.
 
-    Called in the thread that will own the world. Raises CheckpointError, RecordingError, ConfigError for a
-    run that cannot be repeated here, InterruptedError once `halt()` is true.
+    Call this in the thread that is to own the world. Raises CheckpointError, RecordingError or ConfigError
+    for a run that cannot be repeated here, and InterruptedError once `halt()` is true.
     """
     with turn:
         world = near(path, manifest, tick)
@@ -115,12 +116,12 @@ def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
     if file is not None:
         return World.restore(file, record=False)
     if "forked" in manifest:
-        raise CheckpointError(f"{path}: no checkpoint at or before tick {tick} is left")
+        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}")
     return World.from_config(record=False, **start_of(path, manifest))
 
 
 def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
-    if "id" in manifest:  # older runs have none
+    if "id" in manifest:  # older runs have no id
         check_checkpoint(path, meta, manifest)
 
 
@@ -140,29 +141,29 @@ def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarr
 
 
 class Rerun:
-    """Reruns one stretch at a time, in a thread that owns its world; `answer` is polled."""
+    """Reruns one stretch at a time, in a thread that owns its world. The caller polls `answer`."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], end: int) -> None:
         self.path, self.manifest, self.end = path, manifest, end
-        self.share = 0.0  # done so far
-        self.uid = 0  # the organism requested
+        self.share = 0.0  # fraction completed
+        self.uid = 0  # the requested organism
         self._thread: threading.Thread | None = None
         self._result: Stretch | str | None = None
         self._halted = False
 
     @property
     def busy(self) -> bool:
-        """Whether a stretch is under way."""
+        """True while a stretch is being rerun."""
         return self._thread is not None
 
     def begin(self, uid: int, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
-        """Begin to run the stretch around a tick again."""
+        """Start to rerun the stretch around a tick."""
         self.uid, self.share, self._result, self._halted = uid, 0.0, None, False
         self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again")
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
-        """Return the stretch once it is done, or why it failed; None before."""
+        """Return the stretch when it is ready, or the reason why it failed; None before."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()
@@ -170,14 +171,14 @@ class Rerun:
         return result
 
     def halt(self, patience: float = 10.0) -> None:
-        """Give up what is under way."""
+        """Stop the rerun."""
         self._halted = True
         if self._thread is not None:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Whether the result is no longer needed: at exit Python waits for this thread,
-        and nothing else can stop it."""
+        """Return whether the result is no longer needed. At exit Python waits for this thread, and nothing
+        else can stop it."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
@@ -185,12 +186,12 @@ class Rerun:
             self.share = done / max(1, total)
 
         try:
-            with apart():  # no other thread uses its world, which takes turns with that of the main thread
+            with apart():  # no other thread uses this world, and the main thread's world has priority
                 self._result = compute(
                     self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
                 )
         except InterruptedError:
-            self._result = "given up"
+            self._result = "canceled"
         except (
             CheckpointError,
             RecordingError,
@@ -202,12 +203,12 @@ class Rerun:
         ) as error:
             self._result = str(error)
         except MemoryError:
-            self._result = "there is not enough memory to run it again"
+            self._result = "not enough memory for the rerun"
 
 
 def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, Any]]:
-    """Return the stretches of `marks`: kind ("full", "focal" or "filled"), first and last tick, species,
-    the number of focal organisms, and the first tick at which a filled one differs from the record."""
+    """Return the stretches of `marks`: kind ("full", "focal" or "filled"), first and last tick, species, the
+    number of focal organisms, and the first tick at which a filled one differs from the record."""
     record = str(recording.manifest.get("record") or "")
     kind, _, most = record.partition("=")
     out: list[dict[str, Any]] = []
@@ -241,7 +242,7 @@ def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, 
 
 
 def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
-    """Return first and last tick of each stretch in which details of a species were recorded."""
+    """Return the first and last tick of each stretch in which details of a species were recorded."""
     out: list[tuple[int, int]] = []
     for first, last in sorted(group.ticks for group in recording.details[species].groups if group.rows):
         first, last = max(first, recording.first), min(last, recording.last)
@@ -253,13 +254,13 @@ def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
 
 
 def note(recording: Recording) -> str:
-    """Say which data are exact, and which are interpolated."""
+    """Return a text about which data are exact and which are interpolated."""
     r = recording
     detailed = [name for name in r.species if r.details[name].rows]
     text = "Recorded in every tick."
     if r.every > 1:
         text = (
             f"Recorded every {r.every} ticks; in between, "
-            "births and deaths are exact and places are on straight lines."
+            "births and deaths are exact, and places are interpolated along straight lines."
         )
     return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")

@@ -1,4 +1,4 @@
-"""Going back in a living world: checkpoints in memory, from the nearest of which it lives again."""
+"""Going back in a living world: the world reruns from the nearest checkpoint in memory."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ecs_eco.record import rewinding
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.tally import Tally
 
-MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest goes
-SHARE = 1 / 120  # of the time that the world takes, for making checkpoints
-APART = 0.1  # [s] of that time between two at least: what lies between is lived again as soon
+MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest is dropped
+SHARE = 1 / 120  # of the world's run time, for making checkpoints
+APART = 0.1  # [s] of run time between two checkpoints at least; a shorter stretch is quickly rerun
 
 
 class Point(NamedTuple):
-    """A checkpoint in memory, with what the viewer knew then."""
+    """A checkpoint in memory, with the viewer's state at that tick."""
 
     tick: int
     meta: dict[str, Any]
@@ -37,25 +37,26 @@ class Point(NamedTuple):
 
 
 class Ring:
-    """Checkpoints of a world, made as it lives; those that pages do to it are noted, to be done again.
+    """Checkpoints of a world, made while it lives. Interventions from pages are stored, so that a rerun can
+    repeat them.
 
-    `why` says why this world cannot go back, "" where it can: a run that is recorded in files cannot.
+    `why` is the reason why this world cannot go back, "" if it can. A run that is recorded in files cannot.
     """
 
     def __init__(self, world: World, journal: Journal, tally: Tally) -> None:
         self.world, self.journal, self.tally = world, journal, tally
         self.points: deque[Point] = deque()
-        self.acts: list[tuple[int, Any]] = []  # (tick, what), in their order
+        self.acts: list[tuple[int, Any]] = []  # (tick, intervention), in order
         self.used = False  # whether checkpoints are made
-        self.busy = False  # whether the world lives again what it has lived already
+        self.busy = False  # whether the world is rerunning ticks
         self.why = ""
         self._cost, self._since = 0.0, time.thread_time()
         if world.recorder is not None and not rewinding.can_go_back(world.recorder):
-            self.why = "this run is recorded, and its records stand"
+            self.why = "this run is being recorded, and its records cannot be undone"
 
     @property
     def first(self) -> int | None:
-        """The first tick that can be gone back to; None where there is none."""
+        """The first tick to which the world can go back, or None."""
         return self.points[0].tick if self.points else None
 
     def look(self) -> None:
@@ -71,17 +72,17 @@ class Ring:
             self.why = f"no checkpoint can be made of this world: {error}"
             self.points.clear()
         self._since = time.thread_time()
-        if len(self.points) > 1:  # the first loads what makes checkpoints
+        if len(self.points) > 1:  # the first one is slow, because it loads modules
             spent = self._since - begin
             self._cost = min(spent, self._cost) if self._cost else spent
 
     def back(self, tick: int) -> int:
-        """Bring the world to an earlier tick, as it was; return that tick, the first possible one for those
-        before. Raises ValueError where it cannot."""
+        """Return the world to an earlier tick, or to the earliest possible one if that is later; return that
+        tick. Raises ValueError if the world cannot go back."""
         if self.why or not self.points:
             raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
         if tick > self.world.tick:
-            raise ValueError(f"seek: tick = {tick}; the world has not come there: it is at {self.world.tick}")
+            raise ValueError(f"seek: tick = {tick}; expected at most {self.world.tick}, the present tick")
         tick = max(tick, self.points[0].tick)
         while self.points[-1].tick > tick:
             self.points.pop()

@@ -1,4 +1,4 @@
-"""What a page needs to know of a world before it draws it: species, senses, ground, sky, maps of fields."""
+"""The data about a world that a page needs before it draws: species, senses, ground, sky, maps of fields."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ SEEING = ("nearest", "rays", "approach", "property")
 
 
 def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]:
-    """Return the sensors of a species that reach further than its body: name, kind, targets, reach [m], field
-    of view [rad] and, of rays, their number and direction; `sensors` as in a manifest."""
+    """Return the sensors of a species that reach beyond its body: name, kind, targets, reach [m], field of
+    view [rad] and, for rays, their number and direction. `sensors` have the form of a manifest."""
     out = []
     for number, sensor in enumerate(sensors or ()):
         if sensor["kind"] not in SEEING:
@@ -57,8 +57,8 @@ def _targets(sensor: Mapping[str, Any]) -> list[str]:
 
 
 def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
-    """Return how far the sensors of one organism reach now [m], by the number of the sensor, where that is
-    its own or depends on the light."""
+    """Return the present reach [m] of an organism's sensors by the number of the sensor, for those whose
+    reach is individual or depends on the light."""
     out = {}
     for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in SEEING:
@@ -77,24 +77,25 @@ def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
     return out
 
 
-SIDE = 160  # of a map along each side
-LAYERS = 64  # of depth, for what is no lattice
+SIDE = 160  # most cells of a map along each side
+LAYERS = 64  # of depth, for a map without a lattice
 GROWTH = "growth of the land"
 
 
 def names_of(world: World) -> list[str]:
-    """Return the names of what can be laid over the scene: fields, light where it varies in the water, and
-    the growth that real land allows."""
+    """Return the names of the maps that can be laid over the scene: fields, light if it varies in the water,
+    and the growth that real land allows."""
     land = getattr(world.terrain, "land", None)
     more = ["light"] if world.space.volume and "light" in world.environment else []
     return [*more, *world.fields, *([GROWTH] if getattr(land, "growth", None) is not None else [])]
 
 
 def map_of(world: World, name: str) -> dict[str, Any]:
-    """Return the message "field": values u8[ny, nx], from low to high, in base64; on land as seen from above,
-    from the south-west; in water as seen from the side, the mean from front to back, from the bottom.
+    """Return the message "field": values u8[ny, nx] from low to high, in base64. Land is seen from above,
+    starting in the south-west. Water is seen from the side, averaged from front to back, starting at the
+    bottom.
 
-    KeyError for a name that is not among `names_of`.
+    Raises KeyError for a name that is not in `names_of`.
     """
     values, unit = _values(world, name)
     ny, nx = values.shape
@@ -128,19 +129,19 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
             )
             return light[:, None].astype(np.float64), "of full light"
         if name == GROWTH and name not in world.fields:
-            return np.asarray(terrain.land.growth, np.float64), "times the usual"
+            return np.asarray(terrain.land.growth, np.float64), "times the usual growth"
         field = world.fields[name]
         lattice = field.value.astype(np.float64)
         flat = lattice.mean(axis=1) if world.space.volume else lattice[0]
-        return flat, "mol/L" if field.substance else "in each cell"
+        return flat, "mol/L" if field.substance else "per cell"
     raise KeyError(name)
 
 
 def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
-    """Return {"wiring": …} of a species with nerves, else {}.
+    """Return {"wiring": …} of a species with a nervous system, else {}.
 
-    `reflexes` are [rows of readings, row of the action, what it does]; `all` says of reflex, policy and
-    happiness whether every reading may lead to it, as where it is a function or a network.
+    `reflexes` are [rows of readings, row of the action, label]. `all` has a flag for reflex, policy and
+    happiness: whether every reading may affect it, as in a function or a network.
     """
     if config is None or species not in nervous_species(config):
         return {}
@@ -163,12 +164,12 @@ def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
     }
 
 
-CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
+CELLS = 65_536  # cells of the ground that are sent; larger grounds are sent at a coarser resolution
 
 
 def kinds_of(world: World) -> tuple[list[str], list[str]]:
-    """Return the names of the species and of the object types that have places;
-    landmarks of the ground are not among them."""
+    """Return the names of the species and of the object types that have places, without landmarks of the
+    ground."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in world.listed() if name in placed]
     declared = placed if world.config is None else world.config.objects
@@ -176,7 +177,7 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
 
 
 def coloured_genes(table: Table) -> dict[str, Any]:
-    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each."""
+    """Return the genes of a species that code for one number each, by name, as `ecs_eco.genomes` codes."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     return (
         {}
@@ -207,7 +208,7 @@ def describe(
 
 
 def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | None]]:
-    """Return whether each species breeds, and learns: None where it never does."""
+    """Return whether each species breeds, and whether it learns; None if it never can."""
     kinds = {name: world.tables[name].species for name in species}
     return {
         name: {
@@ -219,7 +220,8 @@ def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | Non
 
 
 def grows(world: World, name: str) -> bool:
-    """Whether one that does not move is a plant: it grows, breeds, or is eaten; else an animal at rest."""
+    """Return whether a species that does not move is a plant, which grows, breeds or is eaten, rather than a
+    resting animal."""
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)
@@ -250,12 +252,12 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
 
 
 def shape_of(body: Body) -> dict[str, Any]:
-    """Return shape and size [m] of a kind of bodies by its section of the world file; nothing of spheres."""
+    """Return shape and size [m] of bodies from their section of the world file; {} for spheres."""
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 
 
 def size_in(body: dict[str, Any]) -> dict[str, Any]:
-    """Return radius, shape and size [m] of a kind of bodies by its section in a manifest."""
+    """Return radius, shape and size [m] of bodies from their section of a manifest."""
     known = Body.model_validate(body)
     return {"radius": known.radius} | shape_of(known)
 
@@ -263,7 +265,7 @@ def size_in(body: dict[str, Any]) -> dict[str, Any]:
 def sized(
     kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
 ) -> list[dict[str, Any]]:
-    """Return object types with the sizes [m] of single capsules and boxes, by uid, which begin at `first`;
+    """Return object types with the sizes [m] of individual capsules and boxes by uid, counted from `first`.
     `poses` gives heading and size f32[n, 4] of the objects of a type."""
     out = []
     for kind in kinds:
@@ -275,7 +277,7 @@ def sized(
 
 
 def sizes_of(table: Table) -> dict[str, Any]:
-    """Return the sizes [m] of the objects of a type by uid where they differ from each other."""
+    """Return the sizes [m] of the objects of a type by uid if they differ from each other."""
     if Shape not in table or not table.species.is_object or not table.n:
         return {}
     rows = table.by_uid()
@@ -286,7 +288,7 @@ def sizes_of(table: Table) -> dict[str, Any]:
 
 
 def ground(world: World) -> dict[str, Any] | None:
-    """Return heights and landmarks, and the colours of real land; None where the world is flat and open."""
+    """Return heights and landmarks, and the colors of real land; None if the world is flat and open."""
     terrain, config = world.terrain, getattr(world.config, "terrain", None)
     if terrain is None:
         return None
@@ -296,7 +298,7 @@ def ground(world: World) -> dict[str, Any] | None:
     marks: dict[str, Any] = {
         kind: [p.model_dump() for p in getattr(config, kind, ())] for kind in ("rocks", "lakes")
     }
-    if terrain.land is not None:  # real land stands on its lowest ground, and is painted as on maps
+    if terrain.land is not None:  # heights are relative to the lowest point, colors as on maps
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
@@ -310,12 +312,12 @@ def ground(world: World) -> dict[str, Any] | None:
 
 
 def _coarser(cells: np.ndarray, every: int) -> np.ndarray:
-    """Return one of so many cells along each side."""
+    """Return every `every`-th cell along each side."""
     return np.ascontiguousarray(cells[every // 2 :: every, every // 2 :: every])
 
 
 def uses_of(world: World) -> list[dict[str, Any]]:
-    """Return the uses of land, seasons aside, that are in force in a tick, as a world file has them."""
+    """Return the land uses in force at this tick, without seasons, in the form of a world file."""
     uses = () if world.config is None else world.config.land_use
     return [
         use.model_dump()
@@ -325,7 +327,7 @@ def uses_of(world: World) -> list[dict[str, Any]]:
 
 
 def land_of(world: World) -> Land:
-    """Return the fences and roads of a living world, and its areas of land use."""
+    """Return the fences, roads and land-use areas of a living world."""
     terrain = world.terrain
     there = (
         {}
@@ -339,8 +341,8 @@ def land_of(world: World) -> Land:
 
 
 def drawn(land: Land) -> dict[str, Any]:
-    """Return the land as pages draw it: the corners [m] of fences, the middle lines and widths of roads, kind
-    and border of areas."""
+    """Return the land in the form that pages draw: the corners [m] of fences, the center lines and widths of
+    roads, kind and border of areas."""
 
     def corners(shape: dict[str, Any]) -> list[list[float]]:
         line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
@@ -355,8 +357,8 @@ def drawn(land: Land) -> dict[str, Any]:
 
 
 def day(world: World) -> dict[str, float] | None:
-    """Return the length of a day [s] and the time of the day at tick 0, a share since midnight;
-    None where there are no days."""
+    """Return the length of a day [s] and the time of day at tick 0 as a fraction since midnight; None if
+    there are no days."""
     sun = _moving(world)
     return (
         None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
@@ -372,8 +374,8 @@ def _shift(sun: Sun) -> float:
 
 
 def sky(world: World) -> tuple[float, float]:
-    """Return the light at the surface, 0 to 1, and the sun's elevation [rad];
-    without days it stands where it would give this light."""
+    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]. Without days, the elevation is
+    the one that would give this light."""
     sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)

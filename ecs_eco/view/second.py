@@ -1,4 +1,5 @@
-"""The second of two worlds, a branch of the first or another one: it follows the clock of the first."""
+"""The second of two worlds, a branch of the first or an unrelated world, which follows the clock of the
+first."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ class Shown:
 
     @property
     def tick(self) -> int:
-        """The tick that is shown."""
+        """The displayed tick."""
         return self.replay.tick
 
     def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
@@ -44,8 +45,8 @@ class Shown:
 
 
 class Second:
-    """A source beside the `first` one. `told` is what pages have to know of it: names, tick of the fork and
-    change, and how to have it again; `ticks` are the first one's, all of them."""
+    """A source next to the `first` one. `told` is the data about it that pages need: names, tick and change
+    of the branch, and the command that reproduces it. All ticks count on the first world's clock."""
 
     def __init__(self, first: Source, source: Source, follower: Branch | Shown, told: Message) -> None:
         self.of, self.source, self.follower, self.told = first, source, follower, told
@@ -53,45 +54,45 @@ class Second:
         self.shift = _ahead(source) - _ahead(first)
         self._sent, self._fated = -1, -1
         if isinstance(first, Watched) and isinstance(source, Watched):
-            source.ranges = first.ranges  # a colour means the same in both
+            source.ranges = first.ranges  # a color has the same meaning in both
 
     @property
     def start(self) -> int:
-        """The first tick of the first world's clock that it has."""
+        """Its first tick on the first world's clock."""
         return self.follower.start - self.shift
 
     @property
     def first(self) -> int:
-        """The first tick of that clock to which it can go back."""
+        """The earliest tick on that clock to which it can go back."""
         return self.follower.first - self.shift
 
     @property
     def tick(self) -> int:
-        """Where it is on that clock."""
+        """Its present tick on that clock."""
         return self.follower.tick - self.shift
 
     @property
     def forked(self) -> bool:
-        """Whether it is a branch of the first."""
+        """True if it is a branch of the first world."""
         return self.told["at"] is not None
 
     @property
     def mark(self) -> Message | None:
-        """The entry in the log of interventions: when it was forked, and what was changed."""
+        """The entry in the log of interventions: the tick of the branch and its change."""
         if not self.forked:
             return None
         return {"tick": self.start, "text": f"what if: {self.told['change']}"}
 
     @property
     def comes(self) -> bool:
-        """Whether it has to go on, or back, to come to where the first is, and can."""
+        """True if it is not at the tick of the first world, but can get there."""
         target = self._target()
         back = self.follower.first <= target < self.follower.tick
         return self.of.tick >= self.start and (self.follower.tick < target or back)
 
     @property
     def there(self) -> bool:
-        """Whether it has a state of the tick at which the first is."""
+        """True if it has a state at the present tick of the first world."""
         return self.follower.tick == self._target() and self.of.tick >= self.start
 
     def _target(self) -> int:
@@ -99,20 +100,20 @@ class Second:
         return min(tick, self.source.recording.last) if isinstance(self.source, Replay) else tick
 
     def follow(self, seconds: float) -> None:
-        """Go on to where the first is, for about so many seconds at most; or back."""
+        """Run toward the tick of the first world for at most about `seconds`, or go back to it."""
         if self.comes and self.follower.tick > self._target():
             self.back()
         elif self.comes:
             self.follower.follow(self._target(), seconds, self._sampled)
 
     def back(self) -> None:
-        """Go back to where the first is, as far as there is anything."""
+        """Go back to the tick of the first world, as far as possible."""
         self.follower.back(max(self._target(), self.follower.start))
         self._sent = min(self._sent, self.follower.tick - 1)
         self._fated = -1
 
     def _sampled(self, tick: int) -> bool:
-        """Whether the first has a point of its curves at a tick of this one."""
+        """Return whether the first world's curves have a point at this tick of the second."""
         if isinstance(self.of, Live):
             return tick in self.of.curves.ticks
         return isinstance(self.of, Replay) and tick - self.shift in self.of.recording.curves["tick"]
@@ -124,12 +125,12 @@ class Second:
         return self.source.frame(number, colour if shown else "species")
 
     def sample(self) -> None:
-        """Note a point of its curves, where the first notes one."""
+        """Add a point to its curves if the two worlds are at the same tick."""
         if self.there:
             self.follower.sample()
 
     def greeting(self) -> list[Message]:
-        """Return what a new page needs to know."""
+        """Return the messages that a new page needs."""
         hello = self.source.hello()
         marks = [message for message in self.source.greeting() if message["kind"] == "marks"]
         return [{"kind": "beside", "hello": hello, **self.told}, *self._points(-1), *map(_wrapped, marks)]
@@ -158,34 +159,34 @@ class Second:
         return [{"kind": "beside", "series": series | {"tick": ticks}}]
 
     def organism(self, uid: int) -> Message:
-        """Return one of its organisms, living or dead; KeyError for an unknown one."""
+        """Return one of its organisms, living or dead; raise KeyError for an unknown one."""
         return self.labelled(self.source.organism(uid), second=True)
 
     def tell(self, request: Message) -> list[Message]:
-        """Let it fill in what was not recorded around the tick that it shows, or tell a family tree."""
+        """Answer a request: `fill` at its displayed tick, or `tree`."""
         return [self.passed_on(message) for message in self.source.handle(request)]
 
     def passed_on(self, message: Message) -> Message:
-        """Return a message of its own as one for pages."""
+        """Return one of its messages in the form that pages expect."""
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
         """Return a message about an organism with the name of its world, whether that is the second one, and
-        whether both have the organism, as it was born before they parted."""
+        whether both worlds have the organism because it was born before they parted."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 
     def shares(self, uid: int) -> bool:
-        """Whether an organism was born before the worlds parted."""
+        """Return whether an organism was born before the worlds parted."""
         return self.forked and uid < self.follower.common
 
     def refusals(self) -> list[str]:
-        """Return what it would not do that was done to the first, since the last call."""
+        """Return the interventions of the first world that it has refused since the last call."""
         out, self.follower.refused = self.follower.refused, []
         return out
 
     def sentence(self) -> Message:
-        """Return numbers, and what differs by now."""
+        """Return population sizes and a sentence on the present differences."""
         tick = self.of.tick
         n = self.source.counts()
         if self.there:
@@ -197,15 +198,17 @@ class Second:
         elif tick < self.start:
             told = {"text": f"It parts from the original at tick {self.start:,}.", "clauses": {}}
         elif self.comes:
-            told = {"text": f"It comes up: tick {self.tick:,} of {tick:,}.", "clauses": {}}
+            told = {"text": f"Catching up: tick {self.tick:,} of {tick:,}.", "clauses": {}}
         else:
-            told = {"text": f"It is kept from tick {self.first:,} on.", "clauses": {}}
+            told = {
+                "text": f"It starts at tick {self.first:,}; earlier ticks are no longer stored.",
+                "clauses": {},
+            }
         return {"kind": "beside", "state": {"tick": self.tick, "there": self.there, "n": n, **told}}
 
 
 def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
-    """Return another world beside the first; what is done to a living first one is done to a living second
-    one, too."""
+    """Return another world next to the first. If both are living, interventions apply to both."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Live):
         ask = partial(as_done_to, first) if isinstance(first, Live) else lambda _: None
@@ -228,15 +231,15 @@ def _wrapped(message: Message) -> Message:
     return {"kind": "beside", "marks": message}
 
 
-NAMES = ("as it was", "what if")
+NAMES = ("original", "what if")
 
 
 def fork(first: Source, tick: int | None, change: Message | None, start: Start | None = None) -> Second:
-    """Return a branch of what pages show, from a tick (None: the one that is shown) and with a change, an
-    intervention as in a world file (None: nothing is changed).
+    """Return a branch of the displayed world, from a tick (None: the displayed one) and with a change, an
+    intervention in the form of a world file (None: no change).
 
-    A recorded run is branched at the end of the tick that it shows. Raises ValueError or ConfigError for a
-    tick that is not kept and for a change that does not fit, CheckpointError or RecordingError for a world
+    A recorded run is branched at the end of the displayed tick. Raises ValueError or ConfigError for a tick
+    that is no longer stored and for a change that does not fit, CheckpointError or RecordingError for a world
     that cannot be copied or run here.
     """
     change = change or None
@@ -248,29 +251,30 @@ def fork(first: Source, tick: int | None, change: Message | None, start: Start |
     elif isinstance(first, Replay):
         if tick is not None and tick != first.tick:
             raise ValueError(
-                f"what if: tick = {tick}; a recorded run is forked at the tick that it shows, "
-                f"{first.tick:,}: go there first"
+                f"what if: tick = {tick}; expected {first.tick:,}, the displayed tick "
+                f"of this recorded run: go to tick {tick} first"
             )
         branch = of_recorded(first, change)
         code = bool(first.recording.manifest["config"].get("code"))
         again = branches.of_run(str(first.recording.path), code, branch.start, change)
     else:
-        raise ValueError("what if: nothing that can be forked is shown")
+        raise ValueError("what if: this page shows nothing that can be branched")
     words = "nothing changed" if change is None else describe(change)
     told = {"at": branch.start - 1 + _ahead(first), "change": words, "names": list(NAMES), "recipe": again}
     return Second(first, branch.live, branch, told)
 
 
 def forks(first: Source) -> bool:
-    """Whether what pages show can be forked: not a world that was made by hand, nor a recorded one that
-    cannot be built here."""
+    """Return whether the displayed world can be branched. A world built in Python cannot, nor can a recorded
+    run whose world cannot be built here."""
     if isinstance(first, Live):
         return first.world.config is not None
     return isinstance(first, Replay) and first.recording.scene is not None
 
 
 def choices(first: Source) -> Message:
-    """Return the values that a change may set, and the first and last tick of a fork: "params"."""
+    """Return the message "params": the values that a change may set, and the first and last tick at which a
+    branch may start."""
     if isinstance(first, Live):
         config, ticks = first.world.config, (kept(first), first.tick)
     elif isinstance(first, Replay):

@@ -1,17 +1,18 @@
-"""One sentence about an organism: who it is, how it fares, what it saw and did in its last tick."""
+"""One sentence about an organism: its kind, its condition, and what it saw and did in its last tick."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # shares of the energy that it can hold
-SEEN = 0.02  # a reading of nearness below this is nothing
+STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # fractions of the energy that it can hold
+SEEN = 0.02  # readings of nearness below this count as nothing
 IDLE = {"none", "still", "rest"}
 
 
 def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Sequence[str] = ()) -> str:
-    """Return a sentence about a message "organism"; `foods` are what it eats, `enemies` what eats it."""
+    """Return a sentence about a message "organism"; `foods` are the species that it eats, `enemies` those
+    that eat it."""
     name = str(state["species"]).capitalize()
     died = state.get("died")
     if not state["alive"] and died:
@@ -25,7 +26,7 @@ def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Seque
 
 
 def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[str]) -> list[str]:
-    """Say what it saw and did in its last tick, as far as it is known."""
+    """Return phrases on what it saw and did in its last tick, as far as known."""
     nerves = state.get("nerves")
     if not nerves:
         return []
@@ -52,7 +53,7 @@ def _fed(state: Mapping[str, Any]) -> str:
 
 
 def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
-    """Say which of its kinds of targets is nearest, and where."""
+    """Return a phrase on its nearest targets and their direction."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
@@ -60,7 +61,7 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
     who = {
         target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
         for target in near
-    }  # what rays of a sensor "far" hit is called "far_deer"
+    }  # targets of rays have the sensor's name in front, as "far_deer"
     lines = []
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
@@ -79,7 +80,7 @@ def _where(value: Mapping[str, float], target: str) -> str:
 
 
 def _does(actions: Sequence[Mapping[str, Any]]) -> str:
-    """Say what it does, and whether reflex or policy decided."""
+    """Return a phrase on what it did, and whether reflex or policy decided."""
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
         return "did nothing" if actions and not actions[0].get("continuous") else ""
@@ -94,11 +95,11 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
             "its policy chose to " + " and ".join(f"{_act(a)} ({a['probability']:.0%})" for a in chosen)
         )
     if other:
-        parts.append(f"{' and '.join(other)} came by {'itself' if len(other) == 1 else 'themselves'}")
+        parts.append(f"automatic: {' and '.join(other)}")
     return "; ".join(parts)
 
 
 def _act(action: Mapping[str, Any]) -> str:
-    """An action in words: "turn left", "walk", "eat"."""
+    """Return an action in words: "turn left", "walk", "eat"."""
     group, name = action["group"], action["name"]
     return f"{group} {name}" if group in ("turn", "climb") else str(name)

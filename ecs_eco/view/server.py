@@ -1,4 +1,5 @@
-"""The viewer's server, in a thread of its own: the page's files, and a WebSocket from each page to the player."""
+"""The viewer's server, in a separate thread: the page's files, and a WebSocket from each page to the
+player."""
 
 from __future__ import annotations
 
@@ -25,13 +26,13 @@ from ecs_eco.view.shown import Inbox
 
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
-PAGES = 32  # at a time
-STRANGERS = 64  # connections that have not shown the credential; one more ends the oldest
-BACKLOG = 32  # connections that are accepted at once
-PATIENCE = 10.0  # [s] for the head of a first request
-UNREAD = 1 << 18  # [bytes] that the system keeps for a page that does not read
+PAGES = 32  # open at the same time
+STRANGERS = 64  # connections that have not shown the credential; one more closes the oldest
+BACKLOG = 32  # connections that wait to be accepted
+PATIENCE = 10.0  # [s] for the header of a first request
+UNREAD = 1 << 18  # [bytes] that the operating system buffers for a page that does not read
 WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
-ASKED = 16  # requests of a page that may be pending
+ASKED = 16  # pending requests of a page
 LARGEST = 1 << 18  # [bytes] of one message from a page
 TYPES = {
     ".js": "text/javascript",
@@ -43,7 +44,8 @@ TYPES = {
 
 
 class Client:
-    """One page: its outgoing messages. `send` is for the world's thread, the rest for the server's."""
+    """One page and its outgoing messages. The world's thread may call only `send`; the server's thread calls
+    all other methods."""
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket, self.loop = socket, asyncio.get_running_loop()
@@ -51,7 +53,7 @@ class Client:
         self._some, self.behind = asyncio.Event(), asyncio.Event()
 
     def send(self, messages: list[str | bytes]) -> None:
-        """Queue messages; returns at once."""
+        """Queue messages and return immediately."""
         if not self.loop.is_closed():
             self.loop.call_soon_threadsafe(self._take, messages)
 
@@ -63,7 +65,7 @@ class Client:
         self._some.set()
 
     async def pour(self) -> None:
-        """Send queued messages, as fast as the page reads."""
+        """Send queued messages as fast as the page reads."""
         while True:
             await self._some.wait()
             self._some.clear()
@@ -77,17 +79,18 @@ class Client:
 
 
 class Strangers(dict[object, asyncio.Transport]):
-    """Connections without the credential, by address, oldest first: they must not use up this process's handles."""
+    """Connections without the credential, by address, oldest first. Their number is limited, so that they
+    cannot use up this process's file handles."""
 
     def add(self, address: object, transport: asyncio.Transport) -> None:
-        """Add a connection; end the oldest where there are too many."""
+        """Add a connection; close the oldest if there are too many."""
         self.pop(address, None)
         self[address] = transport
         if len(self) > STRANGERS:
             self.pop(next(iter(self))).abort()
 
     def protocol(self) -> type[H11Protocol]:
-        """Return the protocol that connections begin with."""
+        """Return the protocol class of new connections."""
         strangers = self
 
         class Arriving(H11Protocol):
@@ -97,7 +100,7 @@ class Strangers(dict[object, asyncio.Transport]):
                 self.loop.call_later(PATIENCE, self.lose_patience)
 
             def lose_patience(self) -> None:
-                if self.scope is None:  # it has asked for nothing yet
+                if self.scope is None:  # no request has arrived yet
                     self.transport.abort()
 
             def connection_lost(self, exc: Exception | None) -> None:
@@ -108,11 +111,12 @@ class Strangers(dict[object, asyncio.Transport]):
 
 
 class Server:
-    """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; 0: any free one.
+    """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; port 0 is any
+    free one.
 
-    `frames` are the origins of pages that may hold its page in a frame: none, unless it is for a notebook.
-    `page` is the file that it shows first. `came` is called with each code that was presented, and whether it
-    was accepted; in the server's thread.
+    `frames` are the origins of pages that may show the viewer in a frame: none, except for a notebook. `page`
+    is the file that is shown first. `came` is called in the server's thread with each code that was
+    presented, and whether it was accepted.
     """
 
     def __init__(
@@ -153,19 +157,19 @@ class Server:
         )
 
     def start(self) -> Server:
-        """Listen; returns when pages can come."""
+        """Start to listen; return when pages can connect."""
         self._thread.start()
         while not self._uvicorn.started and self._thread.is_alive():
             threading.Event().wait(0.01)
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes: its code is in the fragment,
-        which browsers do not send."""
+        """Return an address that admits one page within these minutes. Its code is in the fragment, which
+        browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
-        """Speak for another player from now on: all pages join it."""
+        """Replace the player by another one; all pages join it."""
 
         def swap() -> None:
             self.player = player
@@ -174,7 +178,7 @@ class Server:
 
         loops = {client.loop for client in list(self.clients)}
         if loops:
-            loops.pop().call_soon_threadsafe(swap)  # where pages come and go
+            loops.pop().call_soon_threadsafe(swap)  # in the thread where pages join and leave
         else:
             swap()
 
@@ -192,7 +196,7 @@ class Server:
         self.stop()
 
     def _pages(self) -> Starlette:
-        # the machine's list of types may differ, and browsers then refuse scripts
+        # the machine's table of media types may differ, and browsers then refuse scripts
         for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
@@ -204,8 +208,8 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the credential that it has;
-        403 for an invalid one."""
+        """Exchange a page's code for the credential, or confirm the page's credential; 403 for an invalid
+        one."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":
@@ -215,7 +219,7 @@ class Server:
             handed = self.credentials.credential
         if handed is None:
             return PlainTextResponse(
-                "403: a code works once, and not for long: open the address that ecs-eco prints now\n", 403
+                "403: this code was used or has expired; open the address that ecs-eco printed last\n", 403
             )
         return JSONResponse({"credential": handed}, headers={"cache-control": "no-store"})
 
@@ -243,7 +247,8 @@ class Server:
             await asyncio.gather(*tasks, return_exceptions=True)
         if client.behind.is_set():
             if transport is not None:
-                client.loop.call_later(1.0, transport.abort)  # if it does not read, its end does not reach it
+                # a page that does not read never receives the closing message
+                client.loop.call_later(1.0, transport.abort)
             await websocket.close(1013, "too far behind")
 
     async def _listen(self, client: Client) -> None:
@@ -258,8 +263,9 @@ class Server:
             except (ValueError, RecursionError):
                 request = None
             if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
-                request = {"kind": "what is no request"}
-            # a page that asks faster than it is answered waits, and no other page waits for it
+                request = {"kind": "not a request"}
+            # a page that sends requests faster than they are answered must wait; other pages do not wait for
+            # it
             while sum(page is client for page, _ in self.player.inbox.copy()) >= ASKED:
                 await asyncio.sleep(0.005)
             self.player.say(client, request)

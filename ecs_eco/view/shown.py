@@ -1,4 +1,4 @@
-"""What pages are shown: the view of each page, its panel, and one log of what all of them did."""
+"""The state of each page, its panel, and one log of the actions of all pages."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Known, Message, Source, said, short, text
 
-FIELDS = 0.5  # [s] from one map of a field to the next
+FIELDS = 0.5  # [s] between two maps of a field
 
 
 class Page(Protocol):
     """The server's end of one page."""
 
     def send(self, messages: list[str | bytes]) -> None:
-        """Queue messages; returns at once."""
+        """Queue messages and return immediately."""
 
 
 class Chosen(NamedTuple):
-    """A selected organism: its uid, and whether it is one of the second world."""
+    """A selected organism: its uid, and whether it belongs to the second world."""
 
     uid: int
     second: bool = False
 
 
 class View:
-    """What one page shows, and what it has been sent."""
+    """The choices of one page, and what it has been sent."""
 
     def __init__(self) -> None:
-        self.number = 0  # of the page, in the order of coming
+        self.number = 0  # pages are numbered as they join
         self.colour = "species"
         self.selected: Chosen | None = None
         self.awaits: int | None = None  # the frame that it has not acknowledged yet
-        self.seen: tuple[Any, ...] | None = None  # what its last frame showed
+        self.seen: tuple[Any, ...] | None = None  # contents of its last frame
         self.frame_at = self.panel_at = self.field_at = -math.inf
         self.series = -1  # last tick of the series that it has
-        self.panel: tuple[Any, ...] | None = None  # what its last panel showed
-        self.news, self.sent_tick = True, -1  # whether the state is to be sent; the tick that was sent last
-        self.fated = -1  # the tick up to which it knows who has died
-        self.field: str | None = None  # that lies over its scene
-        self.mapped: tuple[Any, ...] | None = None  # what its last map showed
+        self.panel: tuple[Any, ...] | None = None  # contents of its last panel
+        self.news, self.sent_tick = True, -1  # whether to send the state; the tick that was sent last
+        self.fated = -1  # the last tick whose deaths it has received
+        self.field: str | None = None  # laid over its scene
+        self.mapped: tuple[Any, ...] | None = None  # contents of its last map
 
     def back(self, tick: int) -> None:
         """Forget what was sent of ticks from this one on."""
@@ -52,7 +52,7 @@ class View:
         self.fated, self.mapped = min(self.fated, tick - 1), None
 
     def whole(self, tick: int) -> bool:
-        """Whether the page has all of a tick."""
+        """Return whether the page has everything for a tick."""
         return (
             self.seen == (tick, self.colour)
             and (self.selected is None or self.panel == (tick, self.selected))
@@ -60,18 +60,18 @@ class View:
         )
 
     def lay(self, source: Source, request: Message) -> None:
-        """Choose the field that lies over the scene, None for none."""
+        """Choose the field that is laid over the scene, None for none."""
         name, known = request.get("name"), source.hello().get("fields", [])
         if name is not None and name not in known:
             raise ValueError(
-                f"field: name = {short(name)}; allowed: {', '.join(known) or 'null alone'}"
+                f"field: name = {short(name)}; expected {', '.join(known) or 'null'}"
                 + (f"; did you mean {nearest(name, known)!r}?" if known else "")
             )
         self.field, self.mapped, self.field_at = name, None, -math.inf
 
 
 def beside(source: Source, view: View, now: float, out: list[str | bytes]) -> None:
-    """Add what a page lacks beside its frame: deaths since the last one, and the map of a field."""
+    """Add messages that accompany a frame: deaths since the last one, and the map of a field."""
     tick = source.tick
     if view.fated != tick and view.seen is not None and view.seen[0] == tick:
         fates = source.fates(view.fated if view.fated < tick else -1)
@@ -84,7 +84,7 @@ def beside(source: Source, view: View, now: float, out: list[str | bytes]) -> No
 
 
 class Inbox:
-    """Messages of pages that wait for an answer; `say` and `close` may be called from any thread."""
+    """A queue of messages from pages; `say` and `close` may be called from any thread."""
 
     def __init__(self) -> None:
         self.inbox: deque[tuple[Page, Message]] = deque()
@@ -97,30 +97,30 @@ class Inbox:
         self._wake.set()
 
     def close(self) -> None:
-        """End what serves the pages."""
+        """Stop serving the pages."""
         self.closing = True
         self._wake.set()
 
 
 def choose(source: Source, view: View, request: Message) -> None:
-    """Select an organism by its uid, None for none; one of the second world with `second`."""
+    """Select an organism by its uid, None for none; with `second`, an organism of the second world."""
     uid, second = request.get("uid"), request.get("second", False)
     if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
-        raise ValueError(f"select: uid = {short(uid)}; allowed: the uid of an organism, or null")
+        raise ValueError(f"select: uid = {short(uid)}; expected the uid of an organism, or null")
     if not isinstance(second, bool):
-        raise ValueError(f"select: second = {short(second)}; allowed: true or false")
+        raise ValueError(f"select: second = {short(second)}; expected true or false")
     if second and uid is not None and _second(source) is None:
-        raise ValueError(f"select: #{uid} is asked for of a second world, but there is none beside this one")
+        raise ValueError(f"select: #{uid} belongs to a second world, but no second world is shown")
     view.selected, view.panel, view.panel_at = None if uid is None else Chosen(uid, second), None, -math.inf
 
 
 def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> None:
-    """Add the state of the selected organism, or that there is none."""
+    """Add the state of the selected organism, or an error if it is unknown."""
     assert view.selected is not None
     view.panel_at, view.panel = now, (source.tick, view.selected)
     uid, second = view.selected
     known = _second(source) if second else source
-    if known is None:  # pages have been told that the other world is closed
+    if known is None:  # pages already know that the second world is closed
         view.selected = None
         return
     try:
@@ -128,7 +128,7 @@ def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> Non
     except KeyError:
         out.append(text(said("error", f"no organism {uid} is known here", "select")))
         view.selected = None
-    except Exception as error:  # a panel that cannot be made must not end the run
+    except Exception as error:  # an error in a panel must not end the run
         out.append(text(said("error", f"organism {uid}: {type(error).__name__}: {error}", "select")))
         view.selected = None
 
@@ -137,15 +137,15 @@ def _second(source: Source) -> Known | None:
     return getattr(source, "second", None)
 
 
-KEPT = 200  # entries; older ones are forgotten
-LONGEST = 400  # letters of one
-DOES = ("act", "seek", "whatif", "begin")  # requests that are noted
+KEPT = 200  # entries; older ones are dropped
+LONGEST = 400  # characters of an entry
+DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 
 class Log:
-    """What pages did and were told, the last KEPT entries; each page has a number, in the order of coming.
+    """The last KEPT actions of pages, with their answers. Pages are numbered in the order in which they join.
 
-    `views` are the pages that there are. Not `used`, for a recorded run, it numbers pages and notes nothing.
+    `views` are the pages that are present. With `used` false, for a recorded run, the log only numbers pages.
     """
 
     def __init__(self, views: Mapping[Page, View], used: bool) -> None:
@@ -154,23 +154,23 @@ class Log:
         self._came = 0
 
     def came(self, view: View) -> list[Message]:
-        """Give a new page its number; return all that was noted so far."""
+        """Give a new page its number; return all entries so far."""
         self._came += 1
         view.number = self._came
         return [{"kind": "log", "page": view.number, "entries": list(self.entries)}] if self.used else []
 
     def answered(self, tick: int, view: View, request: Message, answers: Sequence[Message]) -> None:
-        """Note what a page asked for at a tick and was told, and tell all pages."""
+        """Log a request of a page at a tick with its answers, and send the entries to all pages."""
         if request.get("kind") in DOES:
             for answer in answers:
                 self._note(tick, answer, {"page": view.number, **_of(request)})
 
     def refused(self, tick: int, view: View, request: Message, words: str) -> None:
-        """Note that a page was refused what it asked for."""
+        """Log that a page's request was refused."""
         self.answered(tick, view, request, [said("error", words)])
 
     def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
-        """Note what all pages are told; return all that they are to be sent."""
+        """Log messages to all pages; return them as a list."""
         for message in messages:
             self._note(tick, message, {"page": None})
         return list(messages)
@@ -186,11 +186,11 @@ class Log:
 
 
 def _of(request: Message) -> dict[str, Any]:
-    """Return what was asked for, in words, and whether it takes something back."""
+    """Return a request in words, and whether it undoes another one."""
     what, way = request.get("what"), request.get("as")
     try:
         words = describe(what) if isinstance(what, dict) else ""
-    except (KeyError, TypeError, ValueError, AttributeError):  # it is no intervention
+    except (KeyError, TypeError, ValueError, AttributeError):  # not an intervention
         words = ""
     return {"asked": request["kind"], "what": _cut(words)} | ({"as": way} if way in ("undo", "reset") else {})
 

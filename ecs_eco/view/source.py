@@ -1,4 +1,4 @@
-"""The interface between the viewer and what it shows, a living world or a recorded run, and its messages."""
+"""The interface between the viewer and a living world or a recorded run, and its messages."""
 
 from __future__ import annotations
 
@@ -10,33 +10,34 @@ Message = dict[str, Any]
 
 
 class Known(Protocol):
-    """A world of which single organisms are known."""
+    """A world that can report on single organisms."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …};
-        KeyError if it never existed."""
+        """Return everything known about one organism now: {"kind": "organism", …}; raise KeyError if it never
+        existed."""
 
 
 class Source(Protocol):
     """A source for the viewer.
 
-    All methods are called in the thread that made it; messages are those of docs/how-to/watching.md. `tick`
-    is the one shown now, `done` whether it is the last.
+    All methods are called in the thread that created it. Messages are described in docs/how-to/watching.md.
+    `tick` is the displayed tick, `done` whether it is the last.
     """
 
     @property
     def tick(self) -> int:
-        """The tick that is shown."""
+        """The displayed tick."""
 
     @property
     def done(self) -> bool:
-        """Whether this is the last tick."""
+        """True if this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Let time pass: call `turn()` before every tick and after the last, and end when it returns False.
+        """Run or show the world: call `turn()` before every tick and after the last, and return when it returns
+        False.
 
-        `turn` serves the pages and returns when the next tick is due; while `done` it returns only when it
-        has to end or when a request (as `seek`) made `done` false.
+        `turn` serves the pages and returns when the next tick is due. While `done`, it returns only at the
+        end, or when a request such as `seek` has made `done` false.
         """
 
     def hello(self) -> Message:
@@ -46,43 +47,43 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return messages for all pages since the last call, such as `marks` of a new intervention;
-        cheap if there are none."""
+        """Return messages for all pages since the last call, such as `marks` after an intervention; cheap if
+        there are none."""
 
     def passed(self) -> None:
-        """Take note of a tick that has passed; called before every tick, and cheap."""
+        """Update the source after a tick; called before every tick, and cheap."""
 
     def counts(self) -> dict[str, int]:
         """Return the number of each species and object type, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the binary message of this tick: all organisms, coloured by one of `colours` of hello."""
+        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello."""
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
-        """Return the deaths of animals after a tick, of the last five ticks at the most: tick, number of the
+        """Return the deaths of animals after a tick, at most of the last five ticks: tick, number of the
         species, uid, place [m], uid of the killer or 0."""
 
     def field(self, name: str) -> Message:
-        """Return the map of one of `fields` of hello: {"kind": "field", …}."""
+        """Return the map of one of the `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values that 1 and 255 stand for in the last frame of this colour,
-        for each species that has it."""
+        """Return the values that 1 and 255 represent in the last frame of this color, for each species that
+        has it."""
 
     def sample(self) -> None:
-        """Add a point to the series, if they are not known beforehand; the player decides how often."""
+        """Add a point to the series, unless the series is recorded; the player decides how often."""
 
     def series(self, after: int) -> Message | None:
-        """Return the points of later ticks than `after` (−1: all): {"kind": "series", …};
-        None where there are none."""
+        """Return the points of ticks later than `after` (−1: all): {"kind": "series", …}; None if there are
+        none."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …};
-        KeyError if it never existed."""
+        """Return everything known about one organism now: {"kind": "organism", …}; raise KeyError if it never
+        existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why`, `tree` and return the answers to the page that
-        asked; refusals are `said`."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers to the page that
+        sent it; refusals are `said`."""
 
 
 def text(message: Message) -> str:
@@ -91,19 +92,20 @@ def text(message: Message) -> str:
 
 
 def said(level: str, words: str, field: str | None = None) -> Message:
-    """Return a message in words: "info", "warning" or "error"; `field`: the request that it is about."""
+    """Return a text message at level "info", "warning" or "error"; `field` is the request that it is
+    about."""
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 
 def uid_of(request: Message) -> int:
-    """Return the uid of a request; ValueError where it has none."""
+    """Return the uid of a request; raise ValueError if it has none."""
     uid = request.get("uid")
     if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
-        raise ValueError(f"{request['kind']}: uid = {short(uid)}; allowed: the uid of an organism")
+        raise ValueError(f"{request['kind']}: uid = {short(uid)}; expected the uid of an organism")
     return uid
 
 
 def short(value: object) -> str:
-    """Return a value as JSON, cut where it is long."""
+    """Return a value as JSON, shortened if it is long."""
     words = json.dumps(value)
     return words if len(words) <= 60 else words[:59] + "…"

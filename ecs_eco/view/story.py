@@ -8,17 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-FACTOR = 2.0  # who has doubled since its last low booms, who has halved since its last high crashes
-LEAST = 20  # organisms at the high end of a boom or crash; smaller numbers double by chance
-NAMED = 0.15  # share of the deaths that a cause needs to be named
-SOON = 5  # ticks from the beginning in which the first births, of plants mostly, are no news
+FACTOR = 2.0  # growth from the last low that counts as a boom, or decline from the last high that counts as a crash
+LEAST = 20  # organisms at the high end of a boom or crash; smaller numbers often double at random
+NAMED = 0.15  # smallest share of deaths for which a cause is named
+SOON = 5  # ticks from the beginning in which first births, mostly of plants, are not reported
 KEPT = 500  # entries
-EVERY = 5  # ticks from one look at the numbers to the next; those that come or go are seen at once
+EVERY = 5  # ticks between two checks of the numbers; appearances and extinctions are noticed at once
 STATE = ("entries", "_low", "_high", "_began", "_peak", "_way", "_gone", "_bred")
 
 
 class Turn(NamedTuple):
-    """A high or a low of a species, and the sums at that tick."""
+    """A high or low of a species, with the sums at that tick."""
 
     tick: int
     n: int
@@ -30,7 +30,8 @@ class Turn(NamedTuple):
 class Story:
     """Entries {tick, kind, species, text, cause}, oldest first; kinds: birth, boom, crash, extinct, return.
 
-    `foods` gives what each species eats; `cause` names the cause of death of a column of the sums.
+    `foods` gives what each species eats; `cause(column)` returns the cause of death that a column of the sums
+    counts.
     """
 
     def __init__(
@@ -41,24 +42,25 @@ class Story:
         self._low: list[Turn | None] = [None] * len(self.species)
         self._high: list[Turn | None] = [None] * len(self.species)
         self._began = -1
-        self._peak: list[Turn | None] = [None] * len(self.species)  # from which the last crash came
+        self._peak: list[Turn | None] = [None] * len(self.species)  # the high before the last crash
         self._way = [0] * len(self.species)  # of the last entry: +1 a boom, −1 a crash
         self._gone, self._bred = [False] * len(self.species), [False] * len(self.species)
 
     def mark(self) -> dict[str, Any]:
-        """Return what has been told so far, and what the next entries follow from."""
+        """Return the entries so far, and the state from which the next ones follow."""
         return {name: copy(getattr(self, name)) for name in STATE}
 
     def go_back(self, mark: dict[str, Any]) -> None:
-        """Tell on from a mark."""
+        """Return to a mark."""
         for name in STATE:
             setattr(self, name, copy(mark[name]))
 
     def note(
         self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
     ) -> None:
-        """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning, deaths
-        i64[s, causes], asked for where they matter; `bred` bool[s] says who has had young of parents."""
+        """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning; `deaths()`
+        i64[s, causes], called only when needed; `bred` bool[s], true once a species has had young of
+        parents."""
         for s, count in enumerate(n.tolist()):
             low, high = self._low[s], self._high[s]
             if low is not None and low.n < count < (high or low).n and not bred[s] > self._bred[s]:
@@ -67,7 +69,7 @@ class Story:
             self._follow(s, Turn(tick, count, int(births[s]), deaths()[s].copy(), n.copy()), bool(bred[s]))
 
     def _ordinary(self, s: int, n: int, low: Turn, high: Turn) -> bool:
-        """Whether a number is between its last low and high, and neither doubled nor halved since."""
+        """Return whether a number is neither a boom nor a crash since its last low and high."""
         rises = n >= LEAST and n >= FACTOR * low.n and self._way[s] <= 0
         falls = high.n >= LEAST and n * FACTOR <= high.n and self._way[s] >= 0
         return not rises and not falls
@@ -77,7 +79,7 @@ class Story:
         if bred and not self._bred[s]:
             self._bred[s] = True
             if now.tick - self._began > SOON:
-                self._tell(now, s, "birth", f"The first {self.species[s]} of parents here are born", "")
+                self._tell(now, s, "birth", f"First {self.species[s]} born of parents", "")
         low, high = self._low[s], self._high[s]
         if low is None or high is None:
             self._low[s] = self._high[s] = now
@@ -92,12 +94,12 @@ class Story:
             return
         if self._gone[s]:
             self._gone[s], self._way[s], self._low[s], self._high[s] = False, 0, now, now
-            self._tell(now, s, "return", f"{self.species[s]} are back, {now.n:,} of them", "")
+            self._tell(now, s, "return", f"{self.species[s]} have returned: {now.n:,}", "")
             return
         self._swing(s, now, low, high)
 
     def _swing(self, s: int, now: Turn, low: Turn, high: Turn) -> None:
-        """Tell a boom or a crash; remember a new high or low."""
+        """Add a boom or a crash; remember a new high or low."""
         if now.n >= max(LEAST, FACTOR * low.n) and self._way[s] <= 0:
             times = now.n / max(low.n, 1)
             self._tell(
@@ -143,7 +145,8 @@ class Story:
         del self.entries[:-KEPT]
 
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
-        """Say what its members died of since its high, and what befell its food and its enemies meanwhile."""
+        """Return a text on the causes of death since a high, and on changes in its foods and enemies
+        meanwhile."""
         died = now.deaths - high.deaths
         total, born = int(died.sum()), now.births - high.births
         if not total:
@@ -182,7 +185,7 @@ class Story:
 
 
 def foods_of(config: Mapping[str, Any] | None) -> dict[str, list[str]]:
-    """Return what each species of a configuration, a mapping, eats without loss."""
+    """Return the species that each species eats without loss, according to a configuration, a mapping."""
     species = (config or {}).get("species") or {}
     return {
         name: list(

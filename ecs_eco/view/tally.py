@@ -1,4 +1,4 @@
-"""What is counted in a watched world, as points of curves, and its story."""
+"""The points of curves and the story of a watched living world."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from ecs_eco.view.story import EVERY, Story, foods_of
 
 
 class Tally:
-    """The curves and the story of a world, from its tables, its recorder and the journal of births and deaths.
+    """The curves and the story of a world, from its tables, its recorder and the journal of births and
+    deaths.
 
-    `genes` are those of each species that have curves. It changes nothing.
+    `genes` are the genes of each species that have curves. The tally changes nothing in the world.
     """
 
     def __init__(self, world: World, journal: Journal, genes: dict[str, list[str]]) -> None:
@@ -28,16 +29,16 @@ class Tally:
         config = None if world.config is None else world.config.model_dump(include={"species"})
         self.foods = foods_of(config)
         self.story = Story(self.species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
-        self._gone: list[bool] = []  # who was not there when last looked at
+        self._gone: list[bool] = []  # species without organisms at the last check
 
     def passed(self) -> None:
-        """Take note of a tick that has passed."""
+        """Update the story after a tick."""
         n, over = [self.world.tables[name].n for name in self.species], self.world.tick - 1
         gone = [count == 0 for count in n]
         if gone != self._gone or over % EVERY == 0:
             self._gone, k = gone, len(n)
             births, bred = self.journal.born[:k], self.journal.bred[:k]
-            # as in the records: the last tick that is over
+            # as in the records: the last completed tick
             self.story.note(max(0, over), np.array(n, np.int64), births, lambda: self.journal.died[:k], bred)
 
     def point(self) -> Point:
@@ -45,9 +46,9 @@ class Tally:
         return Point(self.world.tick, self._levels(), self._sums())
 
     def _levels(self) -> dict[Key, float]:
-        """Return numbers, mean happiness (before the first tick nobody has felt any), mean values of genes,
-        depths, the light, what reporters said last, and of a world that is not recorded the energy that the
-        living took in and burnt in the last tick."""
+        """Return numbers, mean happiness (undefined before the first tick), mean values of genes, depths,
+        light, and the latest reports. Without a recorder, also return the energy that the living took in and
+        burned in the last tick."""
         out: dict[Key, float] = {("light", ""): sky(self.world)[0]}
         for name in self.species:
             table = self.world.tables[name]
@@ -78,14 +79,14 @@ class Tally:
         return out
 
     def _reports(self) -> dict[str, float | dict[str, float]]:
-        """Return what reporters said last; of a world that is not recorded, what they say now."""
+        """Return the latest reports of the recorder, or without a recorder the present ones."""
         recorder = self.world.recorder
         if recorder is not None:
             return {} if recorder.reports is None else recorder.reports.latest
         return {name: self.world.report(name) for name in self.world.reporters}
 
     def _sums(self) -> dict[Key, float]:
-        """Return births, deaths by cause, and flows of energy, until now."""
+        """Return births, deaths by cause, and energy flows up to now."""
         out, words = flows.of_world(self.world.recorder), ["unknown", *self.world.causes]
         for s, name in enumerate(self.species):
             of = self.journal.died[s]
@@ -94,10 +95,10 @@ class Tally:
         return out
 
     def mark(self) -> dict[str, Any]:
-        """Return what has been told so far."""
+        """Return the state of the story so far."""
         return {"gone": self._gone, "story": self.story.mark()}
 
     def go_back(self, mark: dict[str, Any]) -> None:
-        """Tell on from a mark."""
+        """Return to a mark."""
         self._gone = mark["gone"]
         self.story.go_back(mark["story"])

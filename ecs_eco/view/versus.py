@@ -1,15 +1,15 @@
-"""What differs by now between two worlds that are shown side by side, in a sentence."""
+"""A sentence on the present differences between two worlds that are shown side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-MOST = 4  # species of which the sentence speaks; the others are counted
+MOST = 4  # species in the sentence; the rest are counted
 
 
 class Side(NamedTuple):
-    """One of the two worlds: numbers by species, and the ticks at which species died out."""
+    """One of the two worlds: population sizes by species, and the ticks of extinctions."""
 
     n: Mapping[str, int]
     extinct: Mapping[str, int]
@@ -28,10 +28,10 @@ def side(counts: Mapping[str, int], entries: Sequence[Mapping[str, Any]], tick: 
 def differences(
     species: Sequence[str], one: Side, other: Side, since: int | None, tick: int
 ) -> dict[str, Any]:
-    """Return the sentence, and of which species it speaks with the clause for each: {"text", "clauses"}.
+    """Return the sentence and, by species, its clauses: {"text", "clauses"}.
 
-    `other` branched from `one` at tick `since`; None: they are two worlds that have nothing in common.
-    Those that live in one alone come first, then those whose numbers are farthest apart.
+    `other` branched from `one` at tick `since`; None means that the worlds are unrelated. Species that live
+    in only one world come first, then those with the largest differences.
     """
     shared = [name for name in species if name in one.n and name in other.n]
     told = sorted(((_weight(one, other, name), name) for name in shared), key=lambda pair: -pair[0])
@@ -45,9 +45,9 @@ def differences(
 
 
 def _alone(which: str, mine: Side, theirs: Side) -> list[str]:
-    """Return what one of two worlds has that the other does not know."""
+    """Return a clause on the species that only one of the two worlds has."""
     own = [f"{n:,} {name}" for name, n in mine.n.items() if name not in theirs.n]
-    return [f"the {which} alone has {', '.join(own)}"] if own else []
+    return [f"only the {which} has {', '.join(own)}"] if own else []
 
 
 def _when(since: int | None, tick: int) -> str:
@@ -58,7 +58,7 @@ def _when(since: int | None, tick: int) -> str:
 
 
 def _weight(one: Side, other: Side, name: str) -> float:
-    """Return how much a species differs: 0 for equal numbers, above 1 where it lives in one alone."""
+    """Return how much a species differs: 0 for equal numbers, above 1 if it lives in only one world."""
     a, b = one.n[name], other.n[name]
     if a == b:
         return 0.01 if one.extinct.get(name) != other.extinct.get(name) else 0.0
@@ -67,7 +67,7 @@ def _weight(one: Side, other: Side, name: str) -> float:
 
 def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
     a, b = one.n[name], other.n[name]
-    here, there = ("here", "as it was") if forked else ("in the second", "in the first")
+    here, there = ("here", "in the original") if forked else ("in the second", "in the first")
     if not a and not b:
         ends = [
             f"at {ends.extinct[name]:,} {place}"
@@ -77,7 +77,9 @@ def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
         return f"{name} died out {' and '.join(ends)}"
     if not a or not b:
         (gone, place), (n, other_place) = ((other, here), (a, there)) if not b else ((one, there), (b, here))
-        lost = f"died out at {gone.extinct[name]:,} {place}" if name in gone.extinct else f"are not {place}"
+        lost = (
+            f"died out at {gone.extinct[name]:,} {place}" if name in gone.extinct else f"do not exist {place}"
+        )
         return f"{name} {lost}, {n:,} {'lives' if n == 1 else 'live'} {other_place}"
     if forked:
         return f"{name} {b:,} instead of {a:,}"

@@ -30,8 +30,8 @@ def watch(
     playing: bool = True,
     browser: bool = False,
 ) -> None:
-    """Serve a source until Ctrl-C, in the thread that made it, and what pages begin in its place; `announce`
-    gets an address, and another one after each use.
+    """Serve a source, and any world that pages start in its place, until Ctrl-C, in the thread that created
+    it. `announce` receives an address, and a new one after each use.
 
     Raises OSError if the port is taken.
     """
@@ -53,7 +53,7 @@ def watch(
 
 
 def served(source: Source, *how: Any, **more: Any) -> Player:
-    """Return a player of a source that lets pages ask what would be if; arguments as of `Player`."""
+    """Return a player of a source that lets pages create branches; arguments as for `Player`."""
     pair = source if isinstance(source, Pair) else Pair(source)
     if pair.picker is not None:
         more = {"halted": lambda: pair.picker.wanted is not None, **more}
@@ -61,8 +61,8 @@ def served(source: Source, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of what pages want to begin, the same one where that cannot be; None where they want
-    nothing."""
+    """Return the player of the world that pages want to start, the same player if that fails, or None if
+    pages want no other world."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
@@ -76,7 +76,8 @@ def _begun(player: Player) -> Player | None:
 class Window:
     """A view of a world that other code runs: `open` it before the first tick, `close` it after the last.
 
-    The world waits between ticks while a page has paused it; it runs at full speed unless a page slows it down.
+    The world waits between ticks while a page has paused it; it runs at full speed unless a page slows it
+    down.
     """
 
     def __init__(
@@ -87,10 +88,10 @@ class Window:
         self._ends = ExitStack()
 
     def open(self, world: World) -> None:
-        """Begin to serve this world; OSError if the port is taken."""
+        """Start to serve this world; raise OSError if the port is taken."""
         player = self.player = served(Live(world, self.ticks), None, halted=lambda: world.stopping)
         server = self._ends.enter_context(Server(player, self.port))
-        self._ends.callback(time.sleep, 0.2)  # time for the last messages, which the server's thread sends
+        self._ends.callback(time.sleep, 0.2)  # time for the server's thread to send the last messages
         self._ends.callback(player.show)
         self._ends.enter_context(listening(world.before_tick, player.turn))
         entrance = self._ends.enter_context(closing(Entrance(server, self.announce)))
@@ -108,12 +109,12 @@ class Window:
         self.close()
 
 
-SLICE = 0.04  # [s] that ticks may take before the notebook has its turn
-FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # who may hold the page: notebooks on this machine
+SLICE = 0.04  # [s] for ticks before control returns to the notebook
+FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # notebooks on this machine may frame the page
 
 
 class Panel:
-    """A page in an output cell. The world stands still until somebody presses play, and while a cell runs.
+    """A page in an output cell. The world stands still until you press play, and while a cell runs.
 
     `close()` ends it; a second `world.view()` of the same world ends the first.
     """
@@ -128,7 +129,7 @@ class Panel:
         self._next = self._loop.call_soon(self._pump)
 
     def close(self) -> None:
-        """Stop serving the page; the world stays as it is."""
+        """Stop serving the page; the world does not change."""
         self._next.cancel()
         server, self.server = self.server, None
         if _PANELS.get(self.world) is self:
@@ -137,7 +138,7 @@ class Panel:
             server.stop()
 
     def _pump(self) -> None:
-        """Let ticks pass that are due, for a moment; then the notebook has its turn."""
+        """Run the ticks that are due for a moment, then return control to the notebook."""
         until, wait = time.monotonic() + SLICE, 0.0
         while time.monotonic() < until:
             due, wait = self.player.poll()
@@ -152,7 +153,7 @@ class Panel:
 
     def _repr_html_(self) -> str:
         if self.server is None:
-            return "<p>This view is closed: <code>world.view()</code> opens another.</p>"
+            return "<p>This view is closed: <code>world.view()</code> opens a new one.</p>"
         style = "width: 100%; border: 1px solid #ccd; border-radius: 6px"
         return (
             f'<iframe src="{escape(self.server.address())}" title="{escape(self.world.name)}" '
@@ -163,7 +164,7 @@ class Panel:
         return f"<view of {self.world!r}{'' if self.server else ', closed'}>"
 
 
-_PANELS: dict[Any, Panel] = {}  # those that are open, by their world
+_PANELS: dict[Any, Panel] = {}  # open panels, by their world
 
 
 def view(
@@ -177,8 +178,8 @@ def view(
 ) -> Panel | None:
     """Show a living world: in a notebook in the output cell, elsewhere in the browser until Ctrl-C.
 
-    `ticks` from now on, or without end; `speed` [ticks/s], None for as fast as possible; `height` [px].
-    The notebook must run on this machine: the page comes from 127.0.0.1.
+    The world runs for `ticks` more ticks, or without end. `speed` is in ticks/s, None for full speed;
+    `height` is in px. The notebook must run on this machine, because the page comes from 127.0.0.1.
     """
     try:
         asyncio.get_running_loop()

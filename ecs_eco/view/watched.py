@@ -1,4 +1,4 @@
-"""What pages are shown of a world, living or recorded: the part of a source that is the same for both."""
+"""The part of a viewer source that living worlds and recorded runs share."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message
 from ecs_eco.view.story import Story
 
-NARROWER = 0.02  # share by which the range of a colour comes nearer to the values that there are, a frame
+NARROWER = 0.02  # fraction per frame by which the range of a color contracts toward the present values
 Genes = dict[str, dict[str, Any]]
-"""The genes of each species that have colours, by name: codes of `ecs_eco.genomes`."""
+"""The genes of each species that have colors, by name: codes of `ecs_eco.genomes`."""
 
 
 class Crowd(NamedTuple):
-    """The members of a species, or objects of a type, at the tick that is shown.
+    """The members of a species, or the objects of a type, at the displayed tick.
 
-    `value` gives "energy", "happiness", "age", "born" or "gene:NAME" of each, f32[n], NaN where it is not known;
-    None where there is no such thing. `full` is the most energy that one can hold.
+    `value(name)` returns "energy", "happiness", "age", "born" or "gene:NAME" of each, f32[n], NaN if unknown,
+    or None if the kind has no such value. `full` is the most energy that a member can hold.
     """
 
     uid: np.ndarray  # u64[n]
@@ -39,23 +39,23 @@ class Crowd(NamedTuple):
     heading: np.ndarray  # f32[n] [rad]
     value: Callable[[str], np.ndarray | None] = lambda what: None
     full: float | None = None
-    alive: np.ndarray | None = None  # bool[n], the rows that are in use; None: all
+    alive: np.ndarray | None = None  # bool[n], the rows in use; None: all
 
     @property
     def rows(self) -> np.ndarray:
-        """The rows that are in use: i64[k]."""
+        """The rows in use: i64[k]."""
         return np.arange(self.uid.size) if self.alive is None else np.flatnonzero(self.alive)
 
 
 class Watched:
     """A world as pages see it; see `ecs_eco.view.source.Source`.
 
-    `species` are those that are shown, `animals` the numbers of those that move, `objects` the types of objects,
-    `genes` those that have colours, and `foods` what each species eats.
+    `species` are the displayed species, `animals` the numbers of those that move, `objects` the types of
+    objects, `genes` the genes that have colors, and `foods` what each species eats.
     """
 
     mode = ""
-    ahead = 0  # ticks from the one whose end is shown to the one of the clock
+    ahead = 0  # the clock's tick minus the tick whose end is shown
     species: list[str]
     animals: list[int]
     objects: list[str]
@@ -68,10 +68,11 @@ class Watched:
         self.size, self.families = size, Families(self.genealogy.lives)
         self.ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(size, len(self.species) + len(self.objects))
-        self.frame(0, "happiness")  # compiles kernels before anybody waits
+        self.frame(0, "happiness")  # compiles kernels before the first page connects
         self.ranges.clear()
 
-    # --- what a living world and a recorded run know each -----------------------------------------------------
+    # --- methods that living worlds and recorded runs implement
+    # --------------------------------------------------
 
     @property
     def tick(self) -> int:
@@ -80,7 +81,7 @@ class Watched:
 
     @property
     def scene(self) -> World | None:
-        """A world at this tick, in which light and fields are as they are here; None where there is none."""
+        """A world at this tick with the displayed light and fields; None if there is none."""
         raise NotImplementedError
 
     def crowd(self, name: str) -> Crowd:
@@ -88,14 +89,15 @@ class Watched:
         raise NotImplementedError
 
     def state(self, uid: int) -> Message:
-        """Return all that is known of an organism: the message "organism" without its sentence."""
+        """Return everything known about an organism: the message "organism" without its sentence."""
         raise NotImplementedError
 
     def answer(self, request: Message) -> list[Message]:
-        """Carry out a request that is not the same for both."""
+        """Carry out a request that differs between living worlds and recorded runs."""
         raise NotImplementedError
 
-    # --- what follows from it ---------------------------------------------------------------------------------
+    # --- methods that build on them
+    # ------------------------------------------------------------------------------
 
     def hello(self) -> Message:
         """Return the part of hello that follows from the genes and foods."""
@@ -113,8 +115,8 @@ class Watched:
         return map_of(self.scene, name)
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for organisms without one or where it is unknown, 1 to 255 from
-        the low to the high of `scales`."""
+        """Return the frame of this tick. Values 1 to 255 span the range in `scales`; 0 means that the
+        organism has no value or that it is unknown."""
         self._encoder.begin(number, self.tick, *self.sky())
         for name in (*self.species, *self.objects):
             c = self.crowd(name)
@@ -122,7 +124,7 @@ class Watched:
         return self._encoder.bytes()
 
     def _graded(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:
-        """Return the value of each for a colour: u8[n]."""
+        """Return the value of each organism for a color: u8[n]."""
         out, of = np.zeros(crowd.uid.size, np.uint8), asked(colour)
         if of is not None or colour == "family":
             rows = crowd.rows
@@ -137,8 +139,8 @@ class Watched:
         return out
 
     def _range(self, name: str, crowd: Crowd, colour: str, least: float, most: float) -> tuple[float, float]:
-        """Return the range of a colour: as far as it is known beforehand, else wide enough for all now, and
-        only slowly narrower, so that colours do not jump."""
+        """Return the range of a color: fixed if it is known in advance, else wide enough for all present
+        values. It contracts slowly, so that colors do not jump."""
         if colour.startswith("gene:"):
             code = self.genes[name][colour[5:]]
             return float(code.low), float(code.high)
@@ -152,7 +154,7 @@ class Watched:
         )
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return low and high of a colour, by kind."""
+        """Return the low and high values of a color, by kind."""
         return {
             name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
             for (c, name), (low, high) in self.ranges.items()
@@ -177,25 +179,25 @@ class Watched:
         )
 
     def organism(self, uid: int) -> Message:
-        """Return one organism, living or dead, at the tick that is shown; KeyError for one that never was."""
+        """Return one organism, living or dead, at the displayed tick; raise KeyError if it never existed."""
         state = self.state(uid)
         name = state["species"]
         eaters = [eater for eater, eaten in self.foods.items() if name in eaten]
         return state | {"kind": "organism", "sentence": sentence(state, self.foods.get(name, []), eaters)}
 
     def greeting(self) -> list[Message]:
-        """Return further messages that a new page needs: the marks along the time line, and the story."""
+        """Return further messages that a new page needs: the marks along the timeline, and the story."""
         return [self.marks(), {"kind": "story", "entries": self.story.entries}]
 
     def marks(self) -> Message:
-        """Return the marks along the time line, and the land: the message "marks"."""
+        """Return the message "marks": the marks along the timeline, and the land."""
         raise NotImplementedError
 
     def passed(self) -> None:
-        """Take note of a tick that has passed; what was recorded is noted already."""
+        """Update after a tick; a recorded run needs no update."""
 
     def sample(self) -> None:
-        """Add a point to the curves; those of a recorded run are known beforehand."""
+        """Add a point to the curves; a recorded run has its curves already."""
 
     def handle(self, request: Message) -> list[Message]:
         """Carry out a request of a page; refusals are `said`."""
@@ -208,7 +210,7 @@ class Watched:
 
 
 def tick_of(value: object, allowed: str) -> int:
-    """Return the tick of a request to go there; ValueError for no number."""
+    """Return the tick of a `seek` request; raise ValueError if it is not a number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"seek: tick = {str(value)[:60]}; allowed: {allowed}")
+        raise ValueError(f"seek: tick = {str(value)[:60]}; expected {allowed}")
     return round(value)

@@ -108,8 +108,8 @@ def test_a_run_that_ends_early_or_falls_below_zero_is_refused(tmp_path):
     outside = read_outside(tmp_path / "pelts.csv", ["deer", "lynx"], {"hare": "deer"})
     n = np.stack([waves(100, 30.0), waves(100, 30.0)], 1)
     n[15:, 1] = 0
-    with pytest.raises(ConfigError, match="5 ticks are left before a species died out"):
+    with pytest.raises(ConfigError, match="5 ticks remain before the first extinction"):
         compare(Series(np.arange(100), ("deer", "lynx"), {"n": n}), outside)
     below = Series(np.arange(100), ("wolf",), {"n": n[:, :1], "lynx": n[:, :1] - 1000})
-    with pytest.raises(ConfigError, match="is below 0, or no number"):
+    with pytest.raises(ConfigError, match="is negative or not a number"):
         compare(below, read_outside(tmp_path / "pelts.csv", ["lynx"]))

@@ -85,7 +85,7 @@ def test_misuse_is_refused() -> None:
     with pytest.raises(ValueError, match="'empty' has no runs"):
         compare({"empty": []})
     few = {"deer": np.ones(5), "wolf": np.ones(5)}
-    with pytest.raises(ValueError, match="'b' has a run of deer, the first arm of deer, wolf"):
+    with pytest.raises(ValueError, match="'b' has a run with deer, but the first arm has deer, wolf"):
         compare({"a": [few], "b": [{"deer": np.ones(5)}]})
 
 

@@ -95,7 +95,7 @@ def test_page_and_figures_are_written_and_tables_have_every_arm(arms, tmp_path):
     parts = "".join(blocks(tmp_path, genes, summary(genes, ROWS, "world"), "world"))
     assert {p.name for p in (tmp_path / "figures").iterdir()} == {"alleles-0.svg", "genes-0.svg"}
     assert parts.count(">neutral</td>") == 4
-    assert "Against world" in parts
+    assert "Differences from world" in parts
 
 
 def test_runs_without_genomes_or_folders_have_no_genes(arms):

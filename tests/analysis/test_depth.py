@@ -158,7 +158,7 @@ def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_
         small, seed=4, ticks=2 * DAY + 10, out=tmp_path / "run", policies="untrained", record="full"
     )
     text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    for words in ("Depth and the day", "r with light", "approaches of krill to 1.5 m"):
+    for words in ("Depth by time of day", "r with light", "approaches of krill to 1.5 m"):
         assert words in text
     assert {"depth.svg", "depths.svg", "hours.svg", "escape-1-2.svg"} <= {
         p.name for p in (tmp_path / "run" / "figures").iterdir()

@@ -47,20 +47,20 @@ def test_an_end_is_told_from_the_last_tick_with_half_of_the_greatest_number(lost
 def test_a_report_opens_with_who_persisted(lost: Series) -> None:
     assert opening(lost) == [
         "1 of 2 species died out; wolf persisted to tick 6.",
-        "deer died out at tick 4. From tick 1, when there were 8, 9 deaths against 1 birth: starved 67%, "
+        "deer died out at tick 4. Since tick 1, when there were 8, 9 deaths against 1 birth: starved 67%, "
         "eaten by wolf 33%.",
     ]
     alive = run([5] * 4, [2] * 4, [0] * 4, [0] * 4, [0] * 4)
     assert opening(alive) == ["All 2 species persisted to tick 4."]
     assert lifetime(alive) == (4.0, False)
     nobody = run([1, 0], [1, 0], [0, 1], [0, 0], [0, 0])
-    assert opening(nobody)[0] == "All 2 species died out; at the end, tick 2, nobody lives."
+    assert opening(nobody)[0] == "All 2 species died out; at the end, tick 2, no organism is alive."
 
 
 def test_an_end_that_was_to_be_expected_is_called_so() -> None:
     config = {"species": {"deer": {"reproduction": None}, "wolf": {"reproduction": {"kind": "simplified"}}}}
     barren = run([1, 0], [2, 2], [0, 1], [0, 0], [0, 0], config=config)
-    assert opening(barren)[-1] == "deer does not multiply in this world: its end was to be expected."
+    assert opening(barren)[-1] == "deer cannot reproduce in this world, so its extinction was expected."
     assert (multiplies(barren, "deer"), multiplies(barren, "wolf")) == (False, True)
     born = run([2, 0], [2, 2], [0, 2], [0, 0], [1, 0], config=config)  # by a system of the world's own
     assert multiplies(born, "deer")
@@ -71,7 +71,7 @@ def test_a_species_that_dies_within_the_first_tick_is_not_hidden() -> None:
     gone = run([0, 0], [2, 2], [7, 0], [0, 0], [0, 0])
     assert not gone.persisted
     assert (
-        opening(gone)[1] == "deer died out at tick 0. From tick 0, when there were 7, "
+        opening(gone)[1] == "deer died out at tick 0. Since tick 0, when there were 7, "
         "7 deaths against 0 births: starved 100%."
     )
 

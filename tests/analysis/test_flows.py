@@ -73,7 +73,7 @@ def test_bands_are_as_wide_as_energy_and_what_harms_is_dashed():
     harmed = MEALS | {"ate_deer": [[0, 0, -1], [0, 0, 0]]}
     svg = ElementTree.fromstring(draw(run(**harmed), flows(run(**harmed))))
     paths = {path[0].text.split(":")[0]: path for path in svg.iter("path")}
-    grass, deer = paths["deer eats 6 grass a tick"], paths["wolf eats 0.5 deer a tick"]
+    grass, deer = paths["deer eats 6 grass per tick"], paths["wolf eats 0.5 deer per tick"]
     assert float(grass.get("stroke-width")) == pytest.approx(6 * float(deer.get("stroke-width")), rel=0.01)
     assert grass.get("stroke-dasharray") is None
     assert (deer.get("stroke-dasharray"), deer.get("class")) == ("3 3", "harm")

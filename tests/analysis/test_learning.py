@@ -68,9 +68,9 @@ def test_a_report_has_learning_where_there_was_some(menagerie, tmp_path):
     run_to_folder(menagerie(), seed=7, ticks=40, out=tmp_path / "run", policies="untrained", learn=True)
     page = (tmp_path / "run" / "report.html").read_text()
     assert "<h2>Learning</h2>" in page
-    assert "<h2>What they do</h2>" in page
+    assert "<h2>Actions</h2>" in page
     assert (tmp_path / "run" / "figures" / "learning.svg").is_file()
     run_to_folder(menagerie(), seed=7, ticks=20, out=tmp_path / "still", policies="untrained", learn=False)
     page = write_report(tmp_path / "still").read_text()
     assert "<h2>Learning</h2>" not in page
-    assert "<h2>What they do</h2>" in page
+    assert "<h2>Actions</h2>" in page

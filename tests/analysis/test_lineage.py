@@ -101,11 +101,11 @@ def test_one_species_is_a_lineage_of_its_own():
     [
         (
             (10, 10, 0, 9, ALIVE, "A"),
-            "the organism 10 has the parent 10; allowed are 0 and the uids of those born before it: no loops",
+            "the organism 10 has the parent 10; expected 0 or the uid of an earlier organism: no loops",
         ),
-        ((10, 1, 12, 9, ALIVE, "A"), "the organism 10 has the parent 12; allowed .* no loops"),
-        ((19, 0, 11, 9, ALIVE, "A"), "the organism 19 has the parent 11, of whom no birth is recorded"),
-        ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is there twice or out of order"),
+        ((10, 1, 12, 9, ALIVE, "A"), "the organism 10 has the parent 12; expected .* no loops"),
+        ((19, 0, 11, 9, ALIVE, "A"), "the organism 19 has the parent 11, whose birth is not recorded"),
+        ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is duplicate or out of order"),
     ],
 )
 def test_loops_unknown_parents_and_twins_are_refused(row, message):
@@ -119,7 +119,7 @@ def test_the_death_of_one_who_was_not_born_is_refused(tmp_path):
         pa.table({"tick": [3], "species": ["finch"], "uid": pa.array([77], pa.uint64()), "cause": ["old"]}),
         folder / "deaths" / "part-00002.parquet",
     )
-    with pytest.raises(ValueError, match="lineage: 77 died, of whom no birth is recorded"):
+    with pytest.raises(ValueError, match="lineage: 77 died, but its birth was not recorded"):
         Lineage.read(folder)
 
 

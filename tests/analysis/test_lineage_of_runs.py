@@ -166,7 +166,7 @@ def test_the_command_says_what_does_not_fit_in_a_folder(tmp_path):
         app, ["lineage", str(write_folder(tmp_path / "run", [*FAMILY, (12, 11, 0, 9, ALIVE, "AA")]))]
     )
     assert result.exit_code == 2
-    assert "the organism 12 has the parent 11, of whom no birth is recorded" in result.output
+    assert "the organism 12 has the parent 11, whose birth is not recorded" in result.output
 
 
 @pytest.mark.slow

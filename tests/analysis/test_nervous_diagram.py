@@ -51,7 +51,7 @@ def test_a_lamb_has_a_sucking_and_a_diving_reflex() -> None:
     ]
     assert [s.kind for s in d.sensors] == ["interoception"] * 2 + ["touch"] * 2 + ["smell"] * 4
     assert [s.first for s in d.sensors] == [6, 7, 4, 5, 0, 1, 2, 3]
-    assert [s.text for s in d.sensors][2:4] == ["anything, −29° to 29°", "wall, all round"]
+    assert [s.text for s in d.sensors][2:4] == ["anything, −29° to 29°", "wall, all around"]
     assert [a.name for a in d.actions] == ["suck", "inhale", "still", "walk"]
     assert [a.row for a in d.actions] == [2, 3, 0, 1]
     assert d.happiness is not None
@@ -96,7 +96,7 @@ def test_senses_of_bodies_around_say_what_of_whom_how_far_and_where() -> None:
         ("vision", "3 rays of 5 m over 180° around −90°, 1 ahead: lamb", (1, 0)),
         ("vision", "1 ray of 5 m over 57°: lamb", None),
         ("bodies around", "mass of lamb within 6 m, falling linearly, 1 ahead, 0.5 right", (1, -0.5)),
-        ("bodies around", "mean glucose of all bodies within 6 m, by inverse square, at the centre", (0, 0)),
+        ("bodies around", "mean glucose of all bodies within 6 m, by inverse square, at the center", (0, 0)),
     ]
     assert d.sensors[0].sector == pytest.approx((-math.pi, 0))
     assert d.happiness is not None

@@ -171,5 +171,5 @@ def test_a_species_without_nerves_is_refused_and_those_with_nerves_are_listed() 
 def test_values_of_unknown_name_or_another_length_are_refused() -> None:
     with pytest.raises(KeyError, match='did you mean "readings"'):
         draw_nervous_system(lamb(), "lamb", {"reading": [0] * 8})
-    with pytest.raises(ValueError, match=r"values\['y'\] of lamb has 3 numbers; allowed: 4"):
+    with pytest.raises(ValueError, match=r"values\['y'\] of lamb has 3 numbers; expected 4"):
         draw_nervous_system(lamb(), "lamb", {"y": [0, 1, 0]})

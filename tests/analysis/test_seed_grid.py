@@ -148,7 +148,7 @@ def test_a_grid_with_a_gap_or_a_run_twice_is_refused() -> None:
     members, training, worlds = runs({})
     with pytest.raises(ValueError, match="training seed 9, world seed 2 has no run"):
         Grid.of(members[:-1], training[:-1], worlds[:-1])
-    with pytest.raises(ValueError, match="training seed 7, world seed 1 is there twice"):
+    with pytest.raises(ValueError, match="training seed 7, world seed 1 occurs twice"):
         Grid.of([*members, members[0]], [*training, 7], [*worlds, 1])
     with pytest.raises(ValueError, match="at least 2 training seeds"):
         variance_shares(np.ones((1, 5)))

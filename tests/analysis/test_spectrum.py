@@ -154,7 +154,7 @@ def test_smoothing_averages_what_there_is_at_the_ends() -> None:
 
 
 def test_an_unknown_transform_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(ValueError, match='"log", "sqrt" and "none"'):
+    with pytest.raises(ValueError, match='"log", "sqrt" or "none"'):
         transform(np.ones(3), "logg")
     with pytest.raises(ValueError, match="'ar1', 'relaxation'"):
         spectral_peak(np.random.default_rng(0).standard_normal(200), how="none", null="white")

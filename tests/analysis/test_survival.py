@@ -79,11 +79,11 @@ def test_pairing_removes_what_pairs_share() -> None:
 
 
 def test_misuse_names_the_value() -> None:
-    with pytest.raises(ValueError, match=r"0 … 3, got 4"):
+    with pytest.raises(ValueError, match=r"successes = 4; expected 0 to 3"):
         wilson(4, 3)
     with pytest.raises(ValueError, match="got -1"):
         kaplan_meier([1, -1], [True, True])
     with pytest.raises(ValueError, match="equally long, got 2 and 3"):
         bootstrap_difference([1, 2], [1, 2, 3], paired=True)
-    with pytest.raises(ValueError, match=r"equally long and flat, got shapes \(2,\) and \(1,\)"):
+    with pytest.raises(ValueError, match=r"one-dimensional and equally long, got shapes \(2,\) and \(1,\)"):
         kaplan_meier([1, 2], [True])

@@ -115,5 +115,5 @@ def test_why_says_of_what_a_species_died_out_in_the_first_tick(tmp_path):
     config = {"format": 1, "name": "bog", "ticks": 4, "space": {"size": [9.0, 9.0]}, "species": species}
     run_to_folder(config, 1, out=tmp_path / "run", report=False)
     happened = write_why(tmp_path / "run")["sentences"]["What happened"]
-    assert happened[0] == "Nothing died out after the first tick in 4 ticks."
+    assert happened[0] == "No species died out after the first tick in 4 ticks."
     assert "moss died out in the first tick: starved 100%." in happened

@@ -52,7 +52,10 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--species", "grass"], "neither sensors nor actions; allowed: a species with nerves: deer, wolf"),
+        (
+            ["--species", "grass"],
+            "neither sensors nor actions; allowed: a species with a nervous system: deer, wolf",
+        ),
         (["--species", "wulf"], 'did you mean "wolf"?'),
         (["--out", "nerves.jpg"], 'allowed: a file ending in .png, .svg, .pdf; did you mean "nerves.png"?'),
         (["--out", "folder.png"], "is a folder"),

@@ -30,8 +30,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_says_what_happened_and_writes_the_page(run: Path) -> None:
     output = invoke(str(run))
-    assert "Nothing died out in 12 ticks." in output
-    assert "What limited whom" in output
+    assert "No species died out in 12 ticks." in output
+    assert "What limited each species" in output
     assert f"written: {run / 'why.html'}" in output
     assert all((run / name).is_file() for name in ("why.html", "why.json", "figures/why.svg"))
 

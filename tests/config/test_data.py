@@ -67,7 +67,7 @@ def test_a_run_keeps_the_series_and_its_report_shows_it_wherever_it_is(world, tm
     world.unlink()
     (tmp_path / "pelts.csv").unlink()
     moved = shutil.move(tmp_path / "run", tmp_path / "elsewhere")
-    assert "Beside the outside series" in write_report(moved).read_text()
+    assert "Comparison with the outside series" in write_report(moved).read_text()
     assert json.loads((tmp_path / "elsewhere" / "manifest.json").read_text())["config"]["data"]
     assert repeat(moved)["same"]
 

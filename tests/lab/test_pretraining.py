@@ -56,7 +56,7 @@ def test_trained_policies_are_measured_beside_random_ones_and_shown(trained, men
         assert of["difference"][0] == pytest.approx(of["trained"][0] - of["random"][0])
         assert of["difference"][1] <= of["difference"][0] <= of["difference"][2]
     page = write_training({**result, "against_random": found}, tmp_path).read_text()
-    assert "Beside random policies" in page
+    assert "Comparison with random policies" in page
     assert {p.name for p in (tmp_path / "figures").iterdir()} == {
         "learning.svg",
         "actions-0.svg",

@@ -41,7 +41,7 @@ def test_the_last_tick_of_one_that_is_watched_is_kept_as_full_details_have_it(li
         "starved",
     )
     assert (dead["species"], dead["sex"], dead["genome"]) == ("deer", before["sex"], before["genome"])
-    assert dead["note"] == "As it was in its last tick, 3."
+    assert dead["note"] == "State in its last tick, 3."
     rows = [
         {n: column[k] for n, column in columns.items()}
         for kind, columns in details

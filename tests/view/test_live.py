@@ -223,7 +223,7 @@ def test_a_watched_world_tells_births_and_deaths_and_why():
     assert by_cause == deaths
     (why,) = live.handle({"kind": "why"})
     assert "What happened" in why["sections"]
-    assert why["sections"]["What limited whom"]
+    assert why["sections"]["What limited each species"]
     assert {"key", "value", "turn", "effect"} == set(why["turns"][0])
     json.dumps([why, live.hello(), live.greeting()], allow_nan=False)
 

@@ -197,7 +197,7 @@ def test_the_dead_are_not_followed(page):
     uid = select(page, "deer")
     assert page.locator("[data-eye=follow]").is_enabled()
     page.locator("#tab-act").click()
-    page.get_by_role("button", name="Remove the selected one").click()
+    page.get_by_role("button", name="Remove the selected organism").click()
     page.locator("#step").click()
     until(page, f"ecs.still && !ecs.place({uid}) && document.querySelector('[data-eye=follow]').disabled")
     page.locator("#tab-organism").click()

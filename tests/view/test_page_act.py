@@ -20,7 +20,7 @@ def test_a_fence_goes_around_two_clicked_corners_and_is_taken_away(act):
     page = act
     page.locator("[data-eye=top]").click()
     until(page, "ecs.still")
-    button = page.get_by_role("button", name="Click two corners into the scene")
+    button = page.get_by_role("button", name="Click two corners in the scene")
     button.click()
     corners = page.evaluate("ecs.corners()")
     middle = [sum(axis) / len(corners) for axis in zip(*corners, strict=True)]
@@ -37,7 +37,7 @@ def test_a_fence_goes_around_two_clicked_corners_and_is_taken_away(act):
 
 def test_escape_takes_a_half_made_fence_back(act):
     page = act
-    page.get_by_role("button", name="Click two corners into the scene").click()
+    page.get_by_role("button", name="Click two corners in the scene").click()
     page.locator("#canvas").focus()
     page.keyboard.press("Escape")
     assert "aim" not in (page.locator("#canvas").get_attribute("class") or "")
@@ -68,7 +68,7 @@ def test_a_changed_value_is_taken_back_and_all_of_them(act):
 def test_a_value_is_chosen_by_sliding_between_its_bounds(act):
     page = act
     page.get_by_label("Parameter").fill("species.deer.diet.0.chance")
-    slider = page.get_by_label("Slide to another value")
+    slider = page.get_by_label("Slide to a new value")
     assert (slider.get_attribute("min"), slider.get_attribute("max")) == ("0", "1")
     slider.focus()
     page.keyboard.press("Home")

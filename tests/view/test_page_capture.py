@@ -62,7 +62,7 @@ def test_figures_are_saved_as_drawings(page, title):
     toggle = page.locator("#charts .tools .toggle", has_text=title)
     toggle.click()
     if title == "Distribution":
-        page.get_by_label("Value whose distribution is shown").select_option("energy")
+        page.get_by_label("Value of the distribution").select_option("energy")
     page.locator("#charts svg.figure-axes").wait_for()
     _, data = saved(page, page.get_by_label(f"Save the drawing: {title}").click)
     assert ElementTree.fromstring(data.decode()).tag.endswith("svg")

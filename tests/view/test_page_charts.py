@@ -29,8 +29,8 @@ def curves(page):
 def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(curves):
     rows = curves.locator(".legend-line").all_inner_texts()
     assert [row.split()[0] for row in rows] == ["grass", "deer", "wolf"]
-    assert all("a tick" in row and any(arrow in row for arrow in "→↗↘") for row in rows)
-    assert "+0 −0 a tick" in rows[2]  # in this park no wolf is born or dies
+    assert all("per tick" in row and any(arrow in row for arrow in "→↗↘") for row in rows)
+    assert "+0 −0 per tick" in rows[2]  # in this park no wolf is born or dies
 
 
 def test_the_arrow_says_where_it_went_of_late(page):
@@ -63,7 +63,7 @@ def test_deaths_a_tick_are_means_over_ticks_and_a_cause_counts_for_nothing_befor
 
 def test_one_kind_is_shown_alone_and_all_again(curves):
     page = curves
-    alone = page.get_by_label("Only deer, or all again")
+    alone = page.get_by_label("Show only deer, or all kinds again")
     alone.click()
     pressed = "[...document.querySelectorAll('.legend-row')].map(row => row.ariaPressed).join()"
     until(page, f"{pressed} === 'false,true,false' && !{KEYS}.includes('wolf')")
@@ -73,7 +73,7 @@ def test_one_kind_is_shown_alone_and_all_again(curves):
 
 def test_one_of_a_kind_is_found(curves):
     page = curves
-    page.get_by_label("Find one: wolf").click()
+    page.get_by_label("Select one: wolf").click()
     until(page, "ecs.uids('wolf').includes(ecs.selected) && ecs.still")
     at, box = page.evaluate("ecs.screen(ecs.selected)"), page.locator("#canvas").bounding_box()
     assert abs(at["x"] - box["x"] - box["width"] / 2) < 0.2 * box["width"]
@@ -127,7 +127,7 @@ def test_the_phase_plane_shows_two_species_against_each_other_and_is_kept(curves
     counts = page.evaluate("ecs.counts")
     now = page.locator("[data-now]")
     assert now.get_attribute("data-now") == f"{counts['deer']},{counts['wolf']}"
-    page.get_by_label("Species upwards").select_option("grass")
+    page.get_by_label("Species on the vertical axis").select_option("grass")
     assert now.get_attribute("data-now").startswith(f"{counts['deer']},")
     assert page.evaluate("localStorage.getItem('ecs-eco-plane')") == '["deer","grass"]'
     assert "plane" not in page.evaluate("localStorage.getItem('ecs-eco-charts-2')")
@@ -138,7 +138,7 @@ def test_the_phase_plane_shows_two_species_against_each_other_and_is_kept(curves
 def test_the_distribution_of_a_value_counts_those_who_have_it(curves):
     page = curves
     page.get_by_role("button", name="Distribution", exact=True).click()
-    page.get_by_label("Value whose distribution is shown").select_option("energy")
+    page.get_by_label("Value of the distribution").select_option("energy")
     assert page.locator("#colour").input_value() == "energy"
     until(page, "document.querySelector('[data-kind=wolf]')?.dataset.n === '12'")
     until(page, "document.querySelector('[data-kind=deer]')?.dataset.n === '80'")
@@ -186,7 +186,7 @@ def test_energy_taken_in_and_burnt_is_a_chart(curves):
 def test_two_values_of_organisms_are_points_and_a_click_selects_one(curves):
     page = curves
     shown(page, "Organisms")
-    page.get_by_label("Value upwards").select_option("x")
+    page.get_by_label("Value on the vertical axis").select_option("x")
     place = "#charts svg[aria-label^='x against age'] g[data-kind=deer]"
     until(page, f'document.querySelector("{place} circle")')
     points = page.locator(place)

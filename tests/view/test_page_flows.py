@@ -87,7 +87,7 @@ def eating(page):
     pause(page)
     page.wait_for_timeout(600)  # the drawing keeps a pace
     yield page
-    page.get_by_label("Bands are as wide as").select_option("energy")
+    page.get_by_label("Width of bands").select_option("energy")
 
 
 def test_deer_eat_grass_and_wolves_that_eat_nobody_have_a_dashed_line(eating):
@@ -98,7 +98,7 @@ def test_deer_eat_grass_and_wolves_that_eat_nobody_have_a_dashed_line(eating):
     assert deer.get_attribute("stroke-dasharray")
     assert deer.get_attribute("data-size") == "0"
     label = page.locator(PICTURE).get_attribute("aria-label")
-    assert re.search(r"deer eats [\d.]+ grass and gains [\d.]+ a tick", label)
+    assert re.search(r"deer eats [\d.]+ grass and gains [\d.]+ per tick", label)
     assert "wolf" not in label  # who ate nobody, in words
 
 
@@ -106,7 +106,7 @@ def test_bands_are_energy_or_numbers_and_the_choice_is_kept(eating):
     page = eating
     band = page.locator(f"{PICTURE} [data-meal='grass deer']")
     energy = float(band.get_attribute("data-size"))
-    page.get_by_label("Bands are as wide as").select_option("meals")
+    page.get_by_label("Width of bands").select_option("meals")
     assert float(band.get_attribute("data-size")) > 2 * energy  # a tuft gives less than one
     assert page.evaluate("localStorage.getItem('ecs-eco-flows')") == "meals"
 
@@ -141,7 +141,7 @@ def test_it_is_saved_as_numbers_and_as_a_drawing(eating):
     with page.expect_download() as waiting:
         page.get_by_label("Save the numbers: Who eats whom").click()
     head, *rows = waiting.value.path().read_text().splitlines()
-    assert head == "from,to,energy a tick,organisms a tick"
+    assert head == "from,to,energy per tick,organisms per tick"
     assert any(row.startswith("grass,deer,") for row in rows)
     with page.expect_download() as waiting:
         page.get_by_label("Save the drawing: Who eats whom").click()
@@ -153,9 +153,9 @@ def test_it_is_saved_as_numbers_and_as_a_drawing(eating):
 
 def test_who_is_hidden_is_not_in_it_and_it_is_hidden_itself_on_wish(eating):
     page = eating
-    page.get_by_label("Only deer, or all again").click()
+    page.get_by_label("Show only deer, or all kinds again").click()
     until(page, f"!document.querySelector('{PICTURE} [data-node=wolf]')")
-    page.get_by_label("Only deer, or all again").click()
+    page.get_by_label("Show only deer, or all kinds again").click()
     until(page, f"document.querySelector('{PICTURE} [data-node=wolf]')")
     button = page.locator("#charts .tools .toggle", has_text="Who eats whom")
     button.click()

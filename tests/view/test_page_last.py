@@ -18,7 +18,7 @@ def test_one_that_dies_keeps_what_it_felt_and_did_in_its_last_tick(page):
     panel.locator(".nerves").wait_for()
     assert "past" not in panel.get_attribute("class").split()
     page.locator("#tab-act").click()
-    page.get_by_role("button", name="Remove the selected one").click()
+    page.get_by_role("button", name="Remove the selected organism").click()
     until(page, "document.querySelectorAll('#act .log li').length > 0")
     tick = page.evaluate("ecs.tick")
     page.locator("#step").click()

@@ -60,7 +60,7 @@ def test_a_click_in_either_world_selects_one_of_it_and_the_panel_says_of_which(b
     until(page, f"ecs.second.ring === {uid} && !document.querySelector('.ring:not(#ring)').hidden")
     until(page, "!document.querySelector('#ring').hidden")  # there as well
     wolf = click(page, "wolf", second=False)
-    until(page, f"{WORLD}.includes('as it was')")
+    until(page, f"{WORLD}.includes('original')")
     assert page.locator("#organism .who strong").inner_text() == f"wolf #{wolf}"
     page.keyboard.press("Escape")
     until(page, "ecs.selected === null && ecs.second.ring === null && document.querySelector('#ring').hidden")
@@ -73,13 +73,13 @@ def test_the_same_deer_is_another_one_in_each_world(both):
     steps(page, 2)
     until(page, "document.querySelector('#organism .state').innerText === 'alive'")
     page.locator("#tab-act").click()
-    remove = page.get_by_role("button", name="Remove the selected one")
+    remove = page.get_by_role("button", name="Remove the selected organism")
     assert remove.is_disabled()  # what is done is done to the first world
     page.locator("#tab-organism").click()
     page.locator("#tab-all").click()
     assert page.locator("#all tr.chosen").count() == 0
     click(page, "deer", second=False)
-    until(page, f"!ecs.second.chosen && {WORLD}.includes('as it was')")
+    until(page, f"!ecs.second.chosen && {WORLD}.includes('original')")
     page.locator("#tab-act").click()
     assert remove.is_enabled()
 

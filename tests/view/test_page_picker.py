@@ -10,9 +10,9 @@ pytestmark = IN_A_BROWSER
 
 def begin(page, world, seed):
     page.locator("#tab-world").click()
-    page.get_by_label("World to begin").select_option(world)
+    page.get_by_label("World to start").select_option(world)
     page.get_by_label("Seed").fill(seed)
-    page.get_by_role("button", name="Begin", exact=True).click()
+    page.get_by_role("button", name="Start", exact=True).click()
 
 
 def shown(page, title, seed):
@@ -36,7 +36,7 @@ def test_a_world_is_begun_anew_with_another_seed_and_then_another_one(browser):
         assert page.url == address
         until(page, "ecs.playing && ecs.tick > 2")
         page.locator("#tab-world").click()
-        assert page.get_by_label("World to begin").input_value() == "reflexes"
+        assert page.get_by_label("World to start").input_value() == "reflexes"
 
 
 def test_a_recorded_run_says_why_there_is_nothing_to_choose(browser, tmp_path):
@@ -47,5 +47,5 @@ def test_a_recorded_run_says_why_there_is_nothing_to_choose(browser, tmp_path):
     run_to_folder(load("predator-prey", small), 5, 4, tmp_path / "run", "random", report=False)
     with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
         page.locator("#tab-world").click()
-        page.get_by_text("A recorded run is shown as it is.").wait_for()
-        assert page.get_by_label("World to begin").count() == 0
+        page.get_by_text("This is a recorded run.").wait_for()
+        assert page.get_by_label("World to start").count() == 0

@@ -52,8 +52,8 @@ def test_a_page_goes_on_with_another_address_after_the_server_was_started_again(
     with served("watch", "predator-prey", *SMALL, "--port", port) as run:
         address = run.address()
         until(page, "ecs.refused")
-        assert "started again" in page.locator("#notice").inner_text()
-        page.get_by_label("Address that the terminal shows now").fill(address)
+        assert "has restarted" in page.locator("#notice").inner_text()
+        page.get_by_label("Address shown in the terminal").fill(address)
         page.get_by_role("button", name="Open").click()
         until(page, "ecs.connected && ecs.frames > 0")
         context.close()
@@ -125,7 +125,7 @@ def _clicked(page):
     tick = step(page, 30)
     removed = select(page, "deer")
     page.locator("#tab-act").click()
-    page.get_by_role("button", name="Remove the selected one").click()
+    page.get_by_role("button", name="Remove the selected organism").click()
     until(page, "document.querySelectorAll('#act .log li').length === 1")
     page.locator("#step").click()
     until(
@@ -136,7 +136,7 @@ def _clicked(page):
     assert removed not in page.evaluate("ecs.uids('deer', 10000)")
     page.get_by_label("Kind to place").select_option("wolf")
     page.get_by_label("How many").fill("7")
-    page.get_by_role("button", name="Click into the scene").click()
+    page.get_by_role("button", name="Click in the scene").click()
     page.mouse.click(*np.mean(page.evaluate("ecs.corners()"), axis=0))  # the middle of the world
     page.get_by_label("Kind to cull").select_option("deer")
     page.get_by_role("button", name="Cull").click()

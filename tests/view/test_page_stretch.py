@@ -91,12 +91,12 @@ def test_a_stretch_is_shown_by_keys_buttons_and_wheel_and_the_whole_time_again(r
     first, last = shown(page)
     assert first < 100 < last
     assert last - first == pytest.approx((TICKS - 1) / 2, abs=1)
-    page.get_by_role("button", name="A shorter stretch of time").click()
+    page.get_by_role("button", name="A shorter period").click()
     assert shown(page)[1] - shown(page)[0] == pytest.approx((TICKS - 1) / 4, abs=1)
     assert page.evaluate("ecs.tick") == 100
     page.keyboard.press("Shift+Z")
     assert shown(page)[1] - shown(page)[0] == pytest.approx((TICKS - 1) / 2, abs=2)
-    page.get_by_role("button", name="The whole time").click()
+    page.get_by_role("button", name="The whole period").click()
     assert shown(page) == [0, TICKS - 1]
     box = page.locator("#timeline").bounding_box()
     page.mouse.move(box["x"] + box["width"] - 6, box["y"] + 30)
@@ -165,7 +165,7 @@ def test_a_recorded_run_begins_anew_at_its_end_however_fast_it_plays(replay):
 def test_what_was_recorded_in_detail_and_what_was_filled_in_is_told(replay):
     page, panel = replay, replay.locator("#organism")
     about = page.locator("#timelineAbout")
-    recorded = f"Details of 5 focal organisms each of deer, wolf: ticks 0 to {TICKS - 1}."
+    recorded = f"Details of 5 focal organisms per species of deer, wolf: ticks 0 to {TICKS - 1}."
     assert about.inner_text() == recorded
     assert slider(page).get_attribute("aria-describedby") == "timelineAbout"
     focal = page.locator("#timeline canvas").evaluate(PIXELS)
@@ -205,7 +205,7 @@ def test_a_run_that_is_recorded_cannot_be_played_again_and_says_why(browser, tmp
     words = ["run", "predator-prey", *SMALL, "--ticks", "100000", "--no-report", "--watch"]
     with served(*words, "--out", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
         assert page.locator("#loop").is_disabled()
-        assert "its records stand" in page.locator("#loop").get_attribute("title")
+        assert "its records cannot be undone" in page.locator("#loop").get_attribute("title")
         page.locator("#canvas").focus()
         page.keyboard.press("r")
         assert page.locator("#loop").get_attribute("aria-pressed") == "false"

@@ -210,7 +210,7 @@ def test_an_open_tree_of_a_living_world_goes_on_with_time(alive):
     show(alive, young)
     count = alive.evaluate("ecs.messages.tree")
     alive.locator("#tab-act").click()
-    alive.get_by_role("button", name="Remove the selected one").click()
+    alive.get_by_role("button", name="Remove the selected organism").click()
     until(alive, "document.querySelectorAll('#act .log li').length > 0")
     alive.locator("#tab-organism").click()
     alive.locator("#step").click()

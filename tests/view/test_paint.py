@@ -252,7 +252,7 @@ def test_the_nerves_of_one_organism_at_a_tick(folder, tmp_path):
     uid = int(Replay(folder).recording.organisms(7, "ram").uid[0])
     done = _picture(folder, tmp_path / "ram.svg", "--tick", 7, "--organism", uid, "-q")
     assert done.exit_code == 0, done.output
-    assert "Run again from a checkpoint" in done.output
+    assert "Rerun from a checkpoint" in done.output
     drawn = (tmp_path / "ram.svg").read_text()
     assert drawn.startswith("<svg")
     assert "prefers-color-scheme:dark" in drawn

@@ -174,9 +174,9 @@ def test_what_does_not_fit_is_said_and_nothing_is_opened():
         said,
         (
             'did you mean "basal"',
-            "has not come there: it is at 5",
-            "allowed: a whole number",
-            "no intervention",
+            "expected at most 5, the present tick",
+            "expected a whole number",
+            "not an intervention",
         ),
         strict=True,
     ):
@@ -194,7 +194,7 @@ def test_the_second_world_stops_alone(monkeypatch):
     pair.first.world.run(1)
     pair.passed()
     assert pair.second is None
-    assert [m["text"] for m in pair.news() if m["kind"] == "said"] == ["the other world stopped: lost"]
+    assert [m["text"] for m in pair.news() if m["kind"] == "said"] == ["the second world stopped: lost"]
 
 
 def test_lines_and_command_give_the_fork_again():
@@ -236,7 +236,7 @@ def test_a_recorded_run_is_forked_at_the_tick_that_it_shows(tmp_path):
     assert (same.second.tick, same.second.there) == (10, True)
     assert same.first.counts() == same.second.source.counts()
     (said,) = pair.handle(asks("whatif", tick=3))
-    assert "forked at the tick that it shows, 19" in said["text"]
+    assert "expected 19, the displayed tick" in said["text"]
 
 
 def test_a_run_that_is_recorded_can_be_forked_while_it_is_watched(tmp_path):

@@ -67,7 +67,7 @@ def uids(source, species):
 def test_an_organism_of_either_world_is_shown_with_the_name_of_its_world():
     pair, page = forked()
     uid = min(set(uids(pair.first, "deer")) & set(uids(pair.second.source, "deer")))
-    for second, name, source in ((False, "as it was", pair.first), (True, "what if", pair.second.source)):
+    for second, name, source in ((False, "original", pair.first), (True, "what if", pair.second.source)):
         page.asks("select", uid=uid, second=second)
         (shown,) = page.sees("organism")
         assert (shown["uid"], shown["world"], shown["second"], shown["both"]) == (uid, name, second, True)
@@ -145,8 +145,8 @@ def test_what_is_asked_of_a_second_world_that_is_not_there_is_refused():
     page.asks("select", uid=310)
     said = page.sees("said")
     assert [(one["level"], one["field"]) for one in said] == [("error", "select")] * 2
-    assert "there is none beside this one" in said[0]["text"]
-    assert "allowed: true or false" in said[1]["text"]
+    assert "no second world is shown" in said[0]["text"]
+    assert "expected true or false" in said[1]["text"]
     (shown,) = [m for m in page.messages if m["kind"] == "organism"]
     assert "world" not in shown
 
@@ -166,7 +166,7 @@ def test_the_panel_of_the_first_says_at_once_that_there_are_two_worlds():
     page.asks("select", uid=310)
     assert "world" not in page.sees("organism")[0]
     page.asks("whatif", what=None)
-    assert page.sees("organism")[0]["world"] == "as it was"
+    assert page.sees("organism")[0]["world"] == "original"
 
 
 def test_of_two_recorded_runs_either_is_filled_in(tmp_path):
@@ -179,7 +179,7 @@ def test_of_two_recorded_runs_either_is_filled_in(tmp_path):
     (shown,) = page.sees("organism")
     assert (shown["world"], shown["detail"]) == ("b", "snapshot")
     page.asks("fill", uid=310, second=True)
-    assert "running again" in page.sees("said")[0]["text"]
+    assert "rerunning" in page.sees("said")[0]["text"]
     pair.second.source._rerun._thread.join(60)
     filled = page.sees("organism")
     assert {(one["world"], one["detail"]) for one in filled} == {("b", "full")}

@@ -150,7 +150,7 @@ def test_a_run_in_which_all_die_out_is_shown_to_its_end(menagerie, tmp_path):
 
 def test_a_run_of_no_tick_is_refused(menagerie, tmp_path):
     run_to_folder(menagerie(), ticks=0, out=tmp_path / "run", policies="random", report=False)
-    with pytest.raises(RecordingError, match="no tick of this run was recorded"):
+    with pytest.raises(RecordingError, match="contains no recorded tick"):
         Recording(tmp_path / "run")
 
 

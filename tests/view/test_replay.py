@@ -86,7 +86,7 @@ def test_time_goes_on_to_the_last_tick_and_back(plain):
         assert plain.handle({"kind": "seek", "tick": asked}) == []
         assert plain.tick == tick
     for wrong in ("x", None, True, float("nan")):
-        with pytest.raises(ValueError, match="allowed: a tick from 0 to 47"):
+        with pytest.raises(ValueError, match="expected a tick from 0 to 47"):
             plain.handle({"kind": "seek", "tick": wrong})
 
 
@@ -102,7 +102,7 @@ def test_of_full_details_the_panel_says_all(full, folders):
         full.handle({"kind": "seek", "tick": row["tick"]})
         shown = full.organism(row["uid"])
         json.dumps(shown, allow_nan=False)
-        note = "" if shown["alive"] else f"As it was in its last tick, {row['tick']}."
+        note = "" if shown["alive"] else f"State in its last tick, {row['tick']}."
         assert (shown["detail"], shown["note"], shown["species"]) == ("full", note, "ram")
         assert shown["nerves"]["sensors"][0] == {
             "name": "energy",
@@ -125,7 +125,9 @@ def test_without_details_the_panel_says_so(plain):
     plain.handle({"kind": "seek", "tick": 32})
     shown = plain.organism(uid)
     assert (shown["detail"], shown["nerves"]) == ("snapshot", None)
-    assert shown["note"].startswith("As of tick 30. Recorded every 6 ticks, without nerves. “Fill in”")
+    assert shown["note"].startswith(
+        "State at tick 30. Recorded every 6 ticks, without its nervous system. “Fill in”"
+    )
     assert shown["trace"]["tick"] == [0, 6, 12, 18, 24, 30]
     plain.handle({"kind": "seek", "tick": 30})
     assert plain.organism(uid)["note"].startswith("Recorded every 6 ticks")

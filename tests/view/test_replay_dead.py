@@ -36,7 +36,7 @@ def test_of_full_details_the_last_tick_stays_with_the_cause_of_death(full):
         shown = seen(full, uid, tick + 9)
         assert (shown["alive"], shown["as_of"], shown["detail"]) == (False, rows[-1]["tick"], "full")
         assert (shown["died"]["cause"], shown["died"]["tick"]) == (death["cause"], tick)
-        assert shown["note"] == f"As it was in its last tick, {tick}."
+        assert shown["note"] == f"State in its last tick, {tick}."
         assert {s["name"]: s["value"] for s in shown["nerves"]["sensors"]} == {
             name.removeprefix("sensor: "): pytest.approx(value, rel=1e-5, abs=1e-6)
             for name, value in rows[-1].items()
@@ -69,7 +69,9 @@ def test_without_details_the_last_snapshot_stays_and_says_of_which_tick_it_is(pl
     assert [shown[k] for k in ("place", "energy", "heading", "trace")] == [
         before[k] for k in ("place", "energy", "heading", "trace")
     ]
-    assert shown["note"].startswith(f"As of tick {last}, its last snapshot, without nerves. “Fill in”")
+    assert shown["note"].startswith(
+        f"State at tick {last}, in its last snapshot, without its nervous system. “Fill in”"
+    )
 
 
 def test_of_one_that_no_snapshot_shows_birth_and_death_are_known(plain):
@@ -82,7 +84,7 @@ def test_of_one_that_no_snapshot_shows_birth_and_death_are_known(plain):
     shown = seen(plain, short["uid"], 47)
     assert (shown["detail"], shown["place"], shown["died"]["cause"]) == ("record", None, short["cause"])
     assert "as_of" not in shown
-    assert shown["note"].startswith("Nothing was recorded between its birth and its death. “Fill in”")
+    assert shown["note"].startswith("The run recorded nothing between its birth and its death. “Fill in”")
 
 
 def test_what_is_filled_in_of_a_dead_one_is_what_full_details_say(plain, full):
@@ -93,7 +95,7 @@ def test_what_is_filled_in_of_a_dead_one_is_what_full_details_say(plain, full):
     assert said["text"].endswith(f"before tick {tick + 1}")
     _, panel, _ = answered(plain)
     theirs = seen(full, uid, 47)
-    assert panel["note"].startswith(f"As it was in its last tick, {tick}. Run again from a checkpoint")
+    assert panel["note"].startswith(f"State in its last tick, {tick}. Rerun from a checkpoint")
     assert panel["sex"] in ("female", "male")
     for key in ("alive", "as_of", "nerves", "place", "energy", "heading", "died", "sentence"):
         assert panel[key] == theirs[key], key

@@ -114,7 +114,7 @@ def test_a_world_that_is_changed_goes_another_way(live):
 
 def test_where_it_cannot_go_it_says_so(live):
     lived(live, 12)
-    with pytest.raises(ValueError, match="it is at 12"):
+    with pytest.raises(ValueError, match="expected at most 12"):
         live.handle({"kind": "seek", "tick": 13})
     with pytest.raises(ValueError, match="a tick up to 12"):
         live.handle({"kind": "seek", "tick": None})

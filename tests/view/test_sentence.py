@@ -40,7 +40,7 @@ def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
     }
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
     assert "saw wolf (an enemy) behind to the right and grass (food) ahead" in said
-    assert said.endswith("its reflex made it run; eat came by itself.")
+    assert said.endswith("its reflex made it run; automatic: eat.")
 
 
 def test_the_dead_are_told_by_their_cause():

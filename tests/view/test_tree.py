@@ -147,10 +147,10 @@ def test_each_has_the_value_of_its_clade_where_the_colour_is_one_by_descent():
 @pytest.mark.parametrize(
     ("uid", "why"),
     [
-        (None, "allowed: the uid"),
-        (True, "allowed"),
-        (-1, "allowed"),
-        ("3", "allowed"),
+        (None, "expected the uid"),
+        (True, "expected"),
+        (-1, "expected"),
+        ("3", "expected"),
         (77, "no organism 77 is known"),
     ],
 )

@@ -23,17 +23,17 @@ def test_other_numbers_are_said_and_equal_ones_are_not():
 def test_who_lives_in_one_world_alone_comes_first_with_its_end():
     told = said((228, 0, 9), (310, 12, 9), ends=([("wolf", 180)], []))
     assert told["text"] == (
-        "After 420 ticks: wolf died out at 180 as it was, 12 live here; deer 310 instead of 228."
+        "After 420 ticks: wolf died out at 180 in the original, 12 live here; deer 310 instead of 228."
     )
     told = said((228, 1, 9), (228, 0, 9), ends=([], [("wolf", 180)]))
-    assert told["text"] == "After 420 ticks: wolf died out at 180 here, 1 lives as it was."
+    assert told["text"] == "After 420 ticks: wolf died out at 180 here, 1 lives in the original."
 
 
 def test_ends_at_other_ticks_differ_and_ends_that_are_to_come_are_not_told():
     told = said((5, 0, 9), (5, 0, 9), ends=([("wolf", 180)], [("wolf", 300)]))
-    assert told["text"] == "After 420 ticks: wolf died out at 300 here and at 180 as it was."
+    assert told["text"] == "After 420 ticks: wolf died out at 300 here and at 180 in the original."
     told = said((5, 7, 9), (5, 0, 9), ends=([("wolf", 900)], [("wolf", 520)]))
-    assert told["clauses"]["wolf"] == "wolf died out at 520 here, 7 live as it was"
+    assert told["clauses"]["wolf"] == "wolf died out at 520 here, 7 live in the original"
 
 
 def test_equal_numbers_and_one_tick():
@@ -43,7 +43,7 @@ def test_equal_numbers_and_one_tick():
 def test_two_worlds_that_have_nothing_in_common_are_called_first_and_second():
     told = said((228, 0, 9), (310, 12, 9), since=None)
     assert told["text"] == (
-        "At tick 520: wolf are not in the first, 12 live in the second; "
+        "At tick 520: wolf do not exist in the first, 12 live in the second; "
         "deer 228 in the first, 310 in the second."
     )
 
@@ -59,9 +59,9 @@ def test_of_many_species_the_farthest_apart_are_named_and_the_others_counted():
 def test_species_that_one_of_them_alone_has_are_counted():
     one, other = side({"deer": 5, "wolf": 2}, [], 9), side({"deer": 7, "lamb": 1000, "ewe": 3}, [], 9)
     assert differences(["deer", "wolf"], one, other, None, 9)["text"] == (
-        "At tick 9: deer 5 in the first, 7 in the second; the first alone has 2 wolf; "
-        "the second alone has 1,000 lamb, 3 ewe."
+        "At tick 9: deer 5 in the first, 7 in the second; only the first has 2 wolf; "
+        "only the second has 1,000 lamb, 3 ewe."
     )
     assert differences(["wolf"], side({"wolf": 2}, [], 9), side({"ewe": 3}, [], 9), None, 9)["text"] == (
-        "At tick 9: the first alone has 2 wolf; the second alone has 3 ewe."
+        "At tick 9: only the first has 2 wolf; only the second has 3 ewe."
     )

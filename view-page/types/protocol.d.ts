@@ -1,4 +1,4 @@
-// What server and page say to each other as JSON; binary frames are read in frame.js. The modules import these as types only.
+// JSON messages between server and page; frame.js reads binary frames. The modules import only types from here.
 
 export interface Kind {
   name: string;
@@ -7,32 +7,32 @@ export interface Kind {
   moves?: boolean;
   sessile?: boolean;
   inanimate?: boolean;
-  rests?: boolean; // an animal that stays where it is; worked out by the page
-  hunts?: boolean; // eats what moves; worked out by the page
-  build?: string; // its silhouette, as its diet and where it lives say; worked out by the page
-  variant?: number; // among those of the same
-  opaque?: boolean; // false: hides nothing that is behind it
-  sees?: SeeingEye[]; // what reaches further than its body
+  rests?: boolean; // an animal that does not move; computed by the page
+  hunts?: boolean; // eats animals; computed by the page
+  build?: string; // its silhouette, from diet and habitat; computed by the page
+  variant?: number; // index among kinds with the same silhouette
+  opaque?: boolean; // false: does not hide what is behind it
+  sees?: SeeingEye[]; // sensors that reach beyond its body
   solid?: boolean;
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
   shape?: "capsule" | "box"; // absent: a sphere
   size?: number[]; // of a capsule or box: length, width, height [m]
-  sizes?: Record<string, number[]>; // of single objects, by uid, where they differ
+  sizes?: Record<string, number[]>; // of individual objects, by uid, if they differ
 }
 
-/** How a nervous system is wired; rows are those of its readings and actions. */
+/** The connections of a nervous system; rows number its readings and actions. */
 export interface Wiring {
-  reflexes: [number[], number, string][]; // readings, action, and what it does
-  function: string; // that is the reflex network; "" without
+  reflexes: [number[], number, string][]; // readings, action, label
+  function: string; // name of the reflex function, "" without one
   policy: string; // its layers, or "none"
   happiness: string | null; // its formula
   felt: number[]; // readings in the formula
-  all: { reflex: boolean; policy: boolean; happiness: boolean }; // whether every reading may lead there
+  all: { reflex: boolean; policy: boolean; happiness: boolean }; // whether every reading may affect it
 }
 
-/** A sensor that reaches further than the body. */
+/** A sensor that reaches beyond the body. */
 export interface SeeingEye {
   number: number; // among the sensors of the species
   name: string;
@@ -68,7 +68,7 @@ export interface Hello {
   mode: "live" | "replay";
   world: string;
   title: string;
-  about?: string; // its description, paragraphs parted by empty lines
+  about?: string; // its description, paragraphs separated by empty lines
   seed?: number;
   dt: number;
   tick: number;
@@ -84,34 +84,34 @@ export interface Hello {
   acts: boolean;
   rewinds?: boolean; // whether a living world can go back in time
   stays?: string; // why it cannot
-  foods?: Record<string, string[]>; // what each species eats and gains by
+  foods?: Record<string, string[]>; // the foods of each species that it gains from
   snapshot_every?: number | null;
-  fields?: string[]; // that may be laid over the scene
+  fields?: string[]; // maps that may be laid over the scene
   begins?: Begins;
-  forks?: boolean; // whether there can be a second world beside it that parts from it
+  forks?: boolean; // whether the world can be branched
 }
 
-/** Which worlds may be begun in the place of the one that is shown, or why none. */
+/** The worlds that may replace the displayed one, or the reason why there are none. */
 export interface Begins {
   why?: string;
   worlds?: { name: string; title: string }[];
-  world?: string; // that is shown
-  begun?: number; // how often this server has begun anew
+  world?: string; // the displayed world
+  begun?: number; // number of worlds that this server has started so far
 }
 
-/** Of a second world beside this one: what it is, its curves, what differs; or that it is closed. */
+/** Data about a second world: its description, curves and differences; or the message that it is closed. */
 export interface Beside {
   kind: "beside";
   hello?: Hello;
-  at?: number | null; // the tick at which it parted from this one; null: it is another world
+  at?: number | null; // the tick at which it branched from this one; null: an unrelated world
   change?: string;
-  names?: string[]; // of both
+  names?: string[]; // of both worlds
   recipe?: { toml: string; command: string } | null;
   series?: Series;
   marks?: Marks;
   fates?: number[][];
   state?: { tick: number; there: boolean; n: Record<string, number>; text: string; clauses: Record<string, string> };
-  closed?: string; // why
+  closed?: string; // the reason
 }
 
 /** Deaths of animals: tick, number of the species, uid, x, y, z [m], uid of the killer or 0. */
@@ -120,7 +120,7 @@ export interface Fates {
   list: number[][];
 }
 
-/** Organisms of a species, sorted and filtered: at most a hundred rows from one on. */
+/** Organisms of a species, sorted and filtered: at most a hundred rows. */
 export interface TableMessage {
   kind: "table";
   species: string;
@@ -129,11 +129,11 @@ export interface TableMessage {
   where: string;
   from: number;
   n: number; // of the species
-  found: number; // for which `where` holds
+  found: number; // rows that satisfy `where`
   columns: Record<string, (number | null)[]>;
 }
 
-/** One of a family tree; what is not known is null. */
+/** An organism of a family tree; unknown values are null. */
 export interface Relative {
   uid: number;
   species: string | null;
@@ -142,17 +142,17 @@ export interface Relative {
   age: number | null; // at death [s]
   parents: number[];
   young: number | null; // all its children
-  clade: number | null; // its value, 0 to 255, where the colour is one by descent
+  clade: number | null; // its value, 0 to 255, if the color shows descent
 }
 
 /** The family tree of an organism, which is the first of `lives`; then its ancestors, the nearest first. */
 export interface TreeMessage {
   kind: "tree";
   uid: number;
-  siblings: number; // all, half-siblings too
+  siblings: number; // including half-siblings
   lives: Relative[];
   second?: boolean; // of the second world
-  tick?: number; // when the page had it
+  tick?: number; // when the page received it
 }
 
 /** Two values of organisms, by species. */
@@ -160,7 +160,7 @@ export interface ScatterMessage {
   kind: "scatter";
   x: string;
   y: string;
-  names: string[]; // of values that there are
+  names: string[]; // of the available values
   points: Record<string, { x: number[]; y: number[]; uid: number[] }>;
 }
 
@@ -195,15 +195,15 @@ export interface Series {
   n: Record<string, (number | null)[]>;
   happiness?: Record<string, (number | null)[]>;
   genes?: Record<string, (number | null)[]>;
-  /** By reporter, then by species, or "" for a number of the world. */
+  /** By reporter, then by species, or "" for a number of the whole world. */
   reports?: Record<string, Record<string, (number | null)[]>>;
   light?: (number | null)[];
-  energy?: Record<string, Record<string, (number | null)[]>>; // taken in and burnt in a tick, by species
-  flows?: Record<string, Record<string, (number | null)[]>>; // energy a tick since the point before, by species: taken in, burnt, given, lost, and "eaten: FOOD"
-  shared?: boolean; // whether what was eaten of each food is not known, but shared by numbers
-  births?: Record<string, (number | null)[]>; // a tick
+  energy?: Record<string, Record<string, (number | null)[]>>; // taken in and burned per tick, by species
+  flows?: Record<string, Record<string, (number | null)[]>>; // energy per tick since the previous point, by species: taken in, burnt, given, lost, and "eaten: FOOD"
+  shared?: boolean; // whether the energy of each food is estimated from numbers eaten
+  births?: Record<string, (number | null)[]>; // per tick
   deaths?: Record<string, (number | null)[]>;
-  causes?: Record<string, Record<string, (number | null)[]>>; // deaths a tick, by species and cause
+  causes?: Record<string, Record<string, (number | null)[]>>; // deaths per tick, by species and cause
 }
 
 export interface Mark {
@@ -223,7 +223,7 @@ export interface Marks {
   stretches?: Detailed[]; // of a recorded run
 }
 
-/** Ticks of which details of organisms were recorded, of all or of a focal sample, or which were run again. */
+/** Ticks with recorded details of organisms, of all or of a focal sample, or ticks that were rerun. */
 export interface Detailed {
   kind: "full" | "focal" | "filled";
   first: number;
@@ -233,19 +233,19 @@ export interface Detailed {
   wrong: number | null; // the first tick at which a filled one differs from the record
 }
 
-/** A road: its middle line and its width [m]. */
+/** A road: its center line and its width [m]. */
 export interface Strip {
   line: number[][];
   width: number;
 }
 
-/** An area in which land or sea is used, and its border [m]. */
+/** An area of land or sea use, and its border [m]. */
 export interface Area {
   kind: "harvest" | "plant";
   border: number[][];
 }
 
-/** What happened to a species, or what people did. */
+/** An event in a species' history, or an intervention. */
 export interface Entry {
   tick: number;
   kind: "birth" | "boom" | "crash" | "extinct" | "return" | "act";
@@ -253,7 +253,7 @@ export interface Entry {
   n: number;
   text: string;
   cause: string;
-  before?: number; // the number that it boomed, crashed or died out from
+  before?: number; // the number before the boom, crash or extinction
 }
 
 export interface StoryMessage {
@@ -268,7 +268,7 @@ export interface TurnTo {
   effect: string;
 }
 
-/** The account that `ecs-eco why` gives, of the ticks from first to tick. */
+/** The diagnosis of `ecs-eco why` for the ticks from `first` to `tick`. */
 export interface Why {
   kind: "why";
   tick: number;
@@ -338,13 +338,13 @@ export interface Organism {
   nerves: Nerves | null;
   trace: { tick: number[]; happiness?: (number | null)[]; energy?: (number | null)[] } | null;
   detail: "full" | "snapshot" | "record";
-  as_of?: number; // of a dead one: the tick whose state this is, the last one that is known of its life
-  reach?: Record<string, number>; // how far its sensors reach [m], by number, where that is not the species'
+  as_of?: number; // of a dead organism: the tick of this state, its last known one
+  reach?: Record<string, number>; // present reach of its sensors [m], by number, if it differs from the species'
   note?: string | null;
   sentence?: string;
-  world?: string; // the name of its world, where there are two
-  second?: boolean; // whether that is the second one
-  both?: boolean; // whether it was born before they parted, so that both have it; absent where they never were one
+  world?: string; // the name of its world, if there are two
+  second?: boolean; // whether that is the second world
+  both?: boolean; // whether it was born before the worlds parted, so that both have it; absent for unrelated worlds
 }
 
 export interface Said {
@@ -355,18 +355,18 @@ export interface Said {
   at?: string; // the part of a change that does not fit
 }
 
-/** What a page did, or the world told all pages. */
+/** An action of a page, or a message of the world to all pages. */
 export interface LogEntry {
   tick: number;
-  page: number | null; // who did it; null: what all pages were told
+  page: number | null; // number of the page; null: a message to all pages
   level: "info" | "warning" | "error"; // error: refused
-  text: string; // what was answered
+  text: string; // the answer
   asked?: "act" | "seek" | "whatif" | "begin";
-  what?: string; // the intervention that was asked for, in words
-  as?: "undo" | "reset"; // it takes something back
+  what?: string; // the requested intervention as text
+  as?: "undo" | "reset"; // whether it undoes a change
 }
 
-/** New entries of the log that all pages share; with `page`, the number of this one, all that there are. */
+/** New entries of the log that all pages share; with `page`, the number of this page, all entries so far. */
 export interface LogMessage {
   kind: "log";
   page?: number;
@@ -376,14 +376,14 @@ export interface LogMessage {
 export interface Parameter {
   key: string;
   value: unknown;
-  whole?: boolean; // whether it is a whole number
+  whole?: boolean; // whether it is an integer
   unit?: string | null;
   low?: number | null;
   high?: number | null;
   about?: string | null;
 }
 
-/** A parameter that the world names as a knob: ends of its slider, which the present value may lie beyond. */
+/** A parameter that the world offers as a knob, with the ends of its slider. The present value may lie outside. */
 export interface Knob {
   key: string;
   label: string;
@@ -396,7 +396,7 @@ export interface Params {
   kind: "params";
   list: Parameter[];
   knobs: Knob[];
-  forks?: number[]; // first and last tick from which there can be a second world
+  forks?: number[]; // first and last tick at which a branch may start
 }
 
 /** The map of an archipelago: numbers n[island][species][point], moves [point, species, from, to, number]. */
@@ -417,7 +417,7 @@ export interface Islands {
   moves: [number, number, number, number, number][];
 }
 
-/** An island that was asked for is open at this address. */
+/** A requested island is open at this address. */
 export interface OpenedIsland {
   kind: "opened";
   island: string;
@@ -426,7 +426,7 @@ export interface OpenedIsland {
 
 export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside;
 
-/** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
+/** Data about the page that tests read, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {
   frames: number;
   tick: number;
@@ -445,7 +445,7 @@ export interface Counters {
   acts: number;
   second: { tick: number; frames: number; still: boolean; counts: Record<string, number>; camera: number[]; chosen: boolean; ring: number | null;
     uids(kind: string, most?: number): number[]; screen(uid: number): { x: number; y: number } | null } | null; // of a second world
-  camera: number[]; // where it is [m]
+  camera: number[]; // its position [m]
   uids(kind: string, most?: number): number[];
   place(uid: number): number[] | null;
   screen(uid: number): { x: number; y: number } | null;

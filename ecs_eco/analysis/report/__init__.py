@@ -1,6 +1,6 @@
-"""The report of a run folder: one HTML page that a biologist can read, and its figures.
+"""The report of a run folder: one HTML page for biologists, and its figures.
 
-A statistic that the report only shows belongs to `ecs_eco.analysis`.
+Statistics belong to `ecs_eco.analysis`; this package only presents them.
 """
 
 from ecs_eco.analysis.report.write import rerun, write_report

@@ -1,4 +1,4 @@
-"""The part of a report that shows an outside series beside the run."""
+"""The part of a report that compares the run with an outside series."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
 
 
 def of_run(run: Path, series: Series) -> Outside | None:
-    """The outside series of the world of a run, as its folder keeps it; None without one."""
+    """Return the outside series in a run's folder; None without one."""
     data = (series.manifest.get("config") or {}).get("data")
     if not data or not (run / KEPT).is_file():
         return None
@@ -25,7 +25,8 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Table and figure of both; nothing without an outside series. The figure is written below `place`."""
+    """Return table and figure of both series; empty without an outside series. The figure is written below
+    `place`."""
     if outside is None:
         return []
     both = compare(series, outside)
@@ -36,7 +37,7 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
             f"{s.samples:,}",
             f"{number(s.period / per)} {unit}",
             number(s.cycles),
-            number(100 * s.share) + " %",
+            number(100 * s.share) + "%",
             number(s.amplitude),
         ]
         for name in outside.columns
@@ -50,28 +51,31 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
         for (a, b), shares in both.lags.items()
     ]
     note = (
-        "<p>Both are described by the same rule: the wave that explains most of the variance of log "
-        "numbers without their trend. Nothing here is a test: see Cycles for that of the run.</p>"
+        "<p>Both series are described by the same rule: the wave that explains most of the variance "
+        "of log numbers without their trend. This is a description, not a test; for a test of the "
+        "run, see Cycles.</p>"
     )
     head = ["", "", "samples", "period", "cycles", "variance explained", "amplitude [log10]"]
     return [
-        "<h2>Beside the outside series</h2>",
+        "<h2>Comparison with the outside series</h2>",
         note,
         table(head, rows),
         *([table(["", "this run", "outside"], lags)] if lags else []),
         drawn(
             figure(series, outside, both),
             place / "figures" / "against.svg",
-            "Above: numbers over time, in periods of each, on the same scale. Below: the "
-            "share of the variance that a wave of each period explains, in periods of the highest. "
-            "Left this run, right the outside series.",
+            (
+                "Top: numbers over time, on the same scale. Bottom: the fraction of the variance that a wave "
+                "of each period explains. Time and periods are in units of the first column's period on "
+                "each side. Left: this run. Right: the outside series."
+            ),
         ),
     ]
 
 
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
-    """Numbers over time and spectra, the run at the left, the outside series at the right."""
+    """Draw numbers over time and spectra, the run on the left, the outside series on the right."""
     hue = colors_of(series)
     hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
     chart, axes = panels(2, 2, 9, 5.2, sharey="row")
@@ -84,7 +88,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
         for name, x in held.items():
             logs = np.log10(
                 np.maximum(x, np.min(x[x > 0], initial=np.inf) / 2)
-            )  # 0 is half of the least above
+            )  # zeros count as half of the smallest positive number
             time = np.arange(len(x)) / period
             shown = time <= end if k == 0 else np.ones(len(x), bool)
             axes[0, k].plot(time[shown], (logs - np.nanmean(logs))[shown], color=hue[name], label=name)
@@ -94,7 +98,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
         axes[0, k].set(title="outside" if k else "this run", xlabel=f"time [periods of {first}]")
         axes[1, k].set(xlim=(0.2, 4), xlabel=f"period [of {first}]")
         axes[1, k].axvline(1, color=AXIS, lw=0.8)
-    axes[0, 0].set_ylabel("log10 number, from its mean")
-    axes[1, 0].set_ylabel("share of the variance")
+    axes[0, 0].set_ylabel("log10 number, minus its mean")
+    axes[1, 0].set_ylabel("fraction of the variance")
     axes[0, 0].legend(loc="upper left", ncols=3)
     return chart

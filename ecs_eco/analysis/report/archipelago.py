@@ -1,4 +1,4 @@
-"""The report of an archipelago: its map, the numbers on its islands, and who migrated."""
+"""The report of an archipelago: its map, the numbers on its islands, and its migrants."""
 
 from collections.abc import Iterator
 from html import escape
@@ -12,7 +12,7 @@ from ecs_eco.record.container import inside
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
     """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
-    of the report. RecordingError where there is none, or a file of it is damaged."""
+    of the report. Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = archipelago.load_islands(root)
@@ -21,13 +21,18 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     chart = drawn(
         archipelago.chart(islands),
         place / "figures" / "map.svg",
-        "The islands at the end. The area of a disc is the number "
-        "of those that wander; an arrow is as wide as migrants were many.",
+        (
+            "The islands at the end of the run. The area of a disc is the number of organisms of "
+            "migrating species; an arrow is as wide as the number of migrants."
+        ),
     )
     numbers = drawn(
         archipelago.numbers(islands),
         place / "figures" / "islands.svg",
-        "Numbers on each island, with their mean thick, and how many migrants arrived at each barrier.",
+        (
+            "Numbers on each island, with their mean as a thick line, and the number of migrants that "
+            "arrived at each barrier."
+        ),
     )
     plan = islands.plan
     what = (
@@ -42,7 +47,10 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
             f"<p class='under'>{escape(what)}</p>",
             chart,
             "<h2>Islands</h2>",
-            table(["island", *islands.species, "came", "left", "own values"], _rows(islands, root, place)),
+            table(
+                ["island", *islands.species, "immigrants", "emigrants", "island's own values"],
+                _rows(islands, root, place),
+            ),
             numbers,
             "<h2>Migrants</h2>",
             *_ways(islands),
@@ -51,7 +59,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
 
 
 def _rows(islands: archipelago.Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """A row per island: numbers at the end, migrants in all, and its own values."""
+    """Yield a row per island: numbers at the end, total migrants, and the island's own values."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name
@@ -68,12 +76,12 @@ def _rows(islands: archipelago.Islands, root: Path, place: Path) -> Iterator[lis
 
 
 def _ways(islands: archipelago.Islands) -> Iterator[str]:
-    """A table of migrants from each island to each other, by species that wanders."""
+    """Yield a table of migrants between islands for each migrating species."""
     for species, chance in islands.plan.emigration.items():
         moved = islands.moved(species)
         yield (
-            f"<p>{escape(species)}: {moved.sum():,} arrived; at a barrier each leaves with a chance of "
-            f"{chance:g}. Rows: from; columns: to.</p>"
+            f"<p>{escape(species)}: {moved.sum():,} arrived. At each barrier, an organism leaves with "
+            f"probability {chance:g}. Rows: from; columns: to.</p>"
         )
         yield table(
             ["", *islands.plan.names],

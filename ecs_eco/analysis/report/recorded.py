@@ -1,4 +1,4 @@
-"""The table of recorded fields in a report: those that the world's key `record` lists."""
+"""The table of recorded fields in a report: the fields that the world's key `record` lists."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,8 +11,8 @@ from ecs_eco.analysis.runs import tables
 
 
 def fields(run: Path | str) -> list[str]:
-    """A table of the fields that the world's key `record` lists: mean and standard deviation in each species at
-    birth, at death, in the first and in the last snapshot; nothing where none is listed."""
+    """Return a table of the fields that the world's key `record` lists: mean and standard deviation in each
+    species at birth, at death, and in the first and last snapshot; empty if none is listed."""
     births, snapshots = list(tables(run, "births")), list(tables(run, "snapshots"))
     names = [name for part in births[:1] for name in part.column_names if "." in name]
     if not names:
@@ -27,14 +27,15 @@ def fields(run: Path | str) -> list[str]:
         (s, name) for name in names for found in moments for s, field in found if field == name
     )
     rows = [[name, s, *(found.get((s, name), "–") for found in moments)] for s, name in known]
-    head = ["field", "species", "at birth", "at death", "in the first snapshot", "in the last"]
+    head = ["field", "species", "at birth", "at death", "in the first snapshot", "in the last snapshot"]
     return ["<h2>Recorded fields</h2>", table(head, rows), "<p class='under'>Mean ± standard deviation.</p>"]
 
 
 def _moments(
     parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
 ) -> dict[tuple[str, str], str]:
-    """Mean ± standard deviation by species and field, of all rows or of those of one tick: `which` of them."""
+    """Return mean ± standard deviation by species and field, of all rows or of the rows of one tick, chosen
+    by `which`."""
     if not parts:
         return {}
     columns = ["tick", "species", *names]

@@ -1,4 +1,4 @@
-"""The part of a report on what policies learnt and what organisms do, and the page of a training."""
+"""The part of a report on learning and actions, and the page of a training."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -13,11 +13,12 @@ from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import colors, colors_of
 
 NOTE = (
-    "<p class='under'>Means over the first and the last tenth. Reward is the change of happiness after a "
-    "decision; entropy says how undecided the policy is, and falls as it learns; the KL divergence says how "
-    "far an update moved it; explained variance is the share of the returns' variance that the value "
-    "foresaw: 1 all, 0 none, below 0 worse than their mean. Of individuals with networks of their own, means "
-    "over those that learnt.</p>"
+    "<p class='under'>Means over the first and the last tenth. Reward is the change of happiness "
+    "after a decision. Entropy measures how undecided the policy is, and falls as it learns. The KL "
+    "divergence measures how far an update moved the policy. Explained variance is the fraction of "
+    "the returns' variance that the value function predicted: 1 all, 0 none, negative worse than "
+    "their mean. If individuals have their own networks, these are means over the individuals that "
+    "learned.</p>"
 )
 
 
@@ -29,13 +30,13 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Diagnostics of learning and frequencies of actions, where recorded, with figures below `place`."""
+    """Return diagnostics of learning and frequencies of actions, if recorded, with figures below `place`."""
     updates, acts = learning.read(run, "learning"), learning.read(run, "actions")
     out = []
     if updates is not None and len(updates):
         out += learnt(learning.updates_of(updates), learning.happiness_of(series), colors_of(series), place)
     if acts is not None and len(acts):
-        out.append("<h2>What they do</h2>")
+        out.append("<h2>Actions</h2>")
         for s, of in learning.acts_of(acts).items():
             number_of = f"-{series.index(s)}" if s in series.species else ""
             out.append(done(of, s, place / "figures" / f"actions{number_of}.svg"))
@@ -48,7 +49,7 @@ def learnt(
     hue: Mapping[str, str],
     place: Path,
 ) -> list[str]:
-    """The heading, the figure and the table of what learners said."""
+    """Return the heading, the figure and the table of learning diagnostics."""
     figure = learning.diagnostics(updates, happiness, hue)
     words = ("reward", "happiness", "entropy", "approx_kl", "explained_variance")
     rows = []
@@ -72,7 +73,7 @@ def learnt(
         "KL [nat]",
         "explained variance",
     ]
-    caption = "What policies say of each update, and mean happiness, by species."
+    caption = "Diagnostics of policy updates, and mean happiness, by species."
     return [
         "<h2>Learning</h2>",
         drawn(figure, place / "figures" / "learning.svg", caption),
@@ -82,13 +83,13 @@ def learnt(
 
 
 def done(acts: learning.Acts, species: str, file: Path) -> str:
-    """The figure of what a species does."""
-    caption = f"Share of {species} that do each action, of each group one."
+    """Return the figure of a species' actions."""
+    caption = f"Fraction of {species} that do each action, by group of actions."
     return drawn(learning.actions(acts, species), file, caption)
 
 
 def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
-    """Write training.html and figures of what `pretrain` returned, with any `against_random`."""
+    """Write training.html and figures of a result of `pretrain`, including `against_random` if present."""
     hue = colors(list(result["curves"]), chosen)
     happiness = {
         s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()
@@ -105,24 +106,24 @@ def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, st
     for k, (s, of) in enumerate(result["actions"].items()):
         names = [name for name in of if name != "tick"]
         acts = learning.Acts(np.array(of["tick"]), tuple(names), np.stack(list(_arrays(of).values()), 1))
-        blocks += ["<h2>What they do</h2>"] * (k == 0)
+        blocks += ["<h2>Actions</h2>"] * (k == 0)
         blocks.append(done(acts, s, out / "figures" / f"actions-{k}.svg"))
     return write_text(out / "training.html", page(f"Training of {result['world']}", *blocks))
 
 
 def against(found: Mapping[str, Any]) -> list[str]:
-    """The table of trained policies beside random ones."""
+    """Return the table that compares trained with random policies."""
     rows = [
         [s, WORDS[word], *(_ends(of[arm]) for arm in ("trained", "random", "difference"))]
         for s, by_word in found.items()
         for word, of in by_word.items()
     ]
     note = (
-        "<p class='under'>Neither learns, in worlds of the training with numbers held constant; means "
-        "over runs with the same seeds, with 95 % intervals.</p>"
+        "<p class='under'>Neither policy learns here. The worlds are those of the training, with "
+        "constant numbers. Means over runs with the same seeds, with 95% intervals.</p>"
     )
     return [
-        "<h2>Beside random policies</h2>",
+        "<h2>Comparison with random policies</h2>",
         table(["species", "measure", "trained", "random", "difference"], rows),
         note,
     ]

@@ -1,4 +1,5 @@
-"""The whole report: its order, its tables and figures, what was run, and how to run it again."""
+"""The whole report: its order, tables and figures, the settings of the run, and the command that repeats
+it."""
 
 import json
 import shlex
@@ -31,11 +32,11 @@ from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
 
 FEW_PERIODS = 5
-"""Below so many periods in a run the report asks for a longer one."""
+"""If a run has fewer periods, the report recommends a longer one."""
 
 
 def interventions(series: Series) -> str:
-    """A table of interventions, with one row for a repeated one; "" without any."""
+    """Return a table of interventions, with one row for a repeated one; "" without any."""
     ticks: dict[str, list[int]] = {}
     for tick, text in figures.interventions(series):
         ticks.setdefault(text, []).append(tick)
@@ -45,8 +46,8 @@ def interventions(series: Series) -> str:
 
 
 def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
-    """A row per species: its numbers, births, deaths and how long it lived;
-    `ages` holds deaths and mean age at death."""
+    """Return a row per species: its numbers, births, deaths and lifetimes; `ages` holds deaths and mean age
+    at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
     head = [
@@ -63,8 +64,9 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
         "life expectancy [s]",
     ]
     note = (
-        "Refused are births for which max_count left no room. Life expectancy is the total time lived "
-        "divided by deaths: unlike the age at death, it counts those still alive."
+        "“Refused” counts births prevented by max_count. Life expectancy is the total time lived "
+        "divided by the number of deaths; unlike the age at death, it includes organisms that are "
+        "still alive."
     )
     rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
     return f"{table(head, rows)}<p class='under'>{note}</p>"
@@ -86,31 +88,29 @@ def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -
 
 
 def cycles(series: Series, statistics: CycleStatistics) -> str:
-    """Which species cycle, with what period, and which follows which."""
+    """Return which species cycle, their periods, and the lags between species."""
     if not statistics.enough:
         return (
-            "<p>The run is too short to look for cycles: "
-            f"{statistics.ticks:,} ticks are left after the first tenth and before the first extinction. "
-            "Ten periods or more are needed, in practice thousands of ticks.</p>"
+            f"<p>The run is too short to look for cycles: {statistics.ticks:,} ticks remain after the "
+            "first tenth and before the first extinction. At least ten periods are needed, usually "
+            "thousands of ticks.</p>"
         )
     cycling = statistics.cycling()
     items = "".join(
         f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>" for s in statistics.species
     )
     method = (
-        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods tested, "
-        f"in a population that drifts and relaxes without cycling ({statistics.ticks:,} ticks, "
-        "without the first tenth). One run is one replicate: <code>ecs-eco compare</code> pools seeds.</p>"
+        "<p class='under'>p is the probability of a spectral peak this high, at any of the periods "
+        f"tested, in a population that drifts and relaxes without cycling ({statistics.ticks:,} "
+        "ticks, without the first tenth). One run is one replicate: <code>ecs-eco compare</code> "
+        "pools seeds.</p>"
     )
     if not cycling or not statistics.period:
         return f"<ul>{items}</ul>{method}"
     lags = "".join(
         f"<li>{escape(_lag(pair, x, statistics.period))}</li>" for pair, x in statistics.lags.items()
     )
-    who = (
-        f"<p>Which species follows which, at the period of {statistics.period:,.0f} ticks (95 % "
-        "intervals):</p>"
-    )
+    who = f"<p>Lags between species at the period of {statistics.period:,.0f} ticks (95% intervals):</p>"
     return f"<ul>{items}</ul>{who}<ul>{lags}</ul>{method}"
 
 
@@ -121,22 +121,22 @@ def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
         why = (
             f"slower swings have {peak.slower:,.1f} times its variance"
             if peak.slower > 1
-            else f"the series holds it {peak.held:,.1f} times only"
+            else f"the series contains it only {peak.held:,.1f} times"
         )
         return (
-            f"{species}: no cycle; of the bump of its spectrum at {peak.period:,.0f} ticks "
-            f"(p {_p(peak.p)}), {why}."
+            f"{species}: no cycle. Its spectrum has a bump at {peak.period:,.0f} ticks (p "
+            f"{_p(peak.p)}), but {why}."
         )
     if not cycles:
         return f"{species}: no cycle beyond red noise (p {_p(peak.p)})."
     few = (
-        f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure."
+        f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be certain."
         if peak.n_periods < FEW_PERIODS
         else ""
     )
     return (
-        f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, "
-        f"p {_p(peak.p)}.{few}"
+        f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, p "
+        f"{_p(peak.p)}.{few}"
     )
 
 
@@ -155,7 +155,7 @@ def _lag(pair: str, lag: Lag, period: float) -> str:
 
 
 def deaths(series: Series) -> str:
-    """A row per species and cause of death."""
+    """Return a row per species and cause of death."""
     rows = []
     for i, s in enumerate(series.species):
         counts = {c: series.columns[DIED + c][:, i].sum() for c in series.causes}
@@ -165,11 +165,11 @@ def deaths(series: Series) -> str:
             for c, k in sorted(counts.items(), key=lambda x: -x[1])
             if k
         ]
-    return table(["species", "cause", "deaths", "share"], rows) if rows else "<p>Nobody died.</p>"
+    return table(["species", "cause", "deaths", "share"], rows) if rows else "<p>No organism died.</p>"
 
 
 def energy(series: Series) -> str:
-    """Whether the energy ledger closes, and the sums of its flows by species."""
+    """Return whether the energy ledger closes, and the sums of its flows by species."""
     flows = [c for c in LEDGER if c not in ("stock_before", "stock_after")]
     if not len(series.ticks) or any(c not in series.columns for c in LEDGER):
         return "<p>The run has no energy ledger.</p>"
@@ -187,7 +187,7 @@ def energy(series: Series) -> str:
 
 
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
-    """Deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
+    """Return deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
     totals: dict[str, np.ndarray] = {}
     sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
@@ -201,7 +201,7 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Tick and positions (n, 3) [m] by species of the last snapshot; None where there is none."""
+    """Return tick and positions (n, 3) [m] by species of the last snapshot; None if there is none."""
     files = parts(run, "snapshots")
     if not files:
         return None
@@ -215,9 +215,10 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
-    """Largest gap of each species' energy ledger: absolute, as a share of the stock, and its tick.
+    """Return the largest gap of each species' energy ledger: absolute, as a fraction of the stock, and its
+    tick.
 
-    The stock that a tick starts with must be the one that the tick before ended with.
+    The stock at the start of a tick must equal the stock at the end of the tick before.
     """
     c = series.columns
     gap: np.ndarray = np.abs(imbalance(c))
@@ -237,11 +238,11 @@ def write_report(
     match: Mapping[str, str] | None = None,
 ) -> Path:
     """Write report.html and figures/*.svg into a run folder, or into `out`; return the path of the report.
-    Beside it stands an outside series, the CSV file `against`, whose columns `match` tells the species of,
-    else that of the world's [data]. Events are streamed, so that millions fit in little memory. ConfigError
-    for an outside series that cannot be used, FileNotFoundError where there is no run, RecordingError for a
-    damaged file."""
-    with as_delivered({}), uncollected():  # figures are full of circles, and few
+    The report also shows an outside series: the CSV file `against`, whose columns `match` assigns to species,
+    or by default that of the world's [data]. Events are streamed, so that millions fit in little memory.
+    Raises ConfigError for an unusable outside series, FileNotFoundError if there is no run, RecordingError
+    for a damaged file."""
+    with as_delivered({}), uncollected():  # figures have many reference cycles, and there are few figures
         return _written(Path(run_dir), out, against, match)
 
 
@@ -276,7 +277,7 @@ def _written(
         cycles(series, found),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
         *_beside(series, outside, place, against is not None),
-        "<h2>What they died of</h2>",
+        "<h2>Causes of death</h2>",
         deaths(series),
         pictures.get("deaths", ""),
         "<h2>Energy</h2>",
@@ -287,7 +288,7 @@ def _written(
         *depth_figures.blocks(run, series, place),
         *training.blocks(run, series, place),
         *genes_figures.blocks(run, series, place),
-        *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
+        *(("<h2>Positions</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),
     ]
@@ -295,28 +296,29 @@ def _written(
 
 
 def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
-    """The part on outside series; of a run too short for it, why there is none, unless it was asked for."""
+    """Return the part on outside series. If the run is too short for it, return the reason, unless the series
+    was requested explicitly."""
     try:
         return against_blocks(series, outside, place)
     except ConfigError as error:
         if asked:
             raise
         reason = f"{error.problems[0].value or ''} {error.problems[0].what}".strip()
-        return ["<h2>Beside the outside series</h2>", f"<p>Not shown: {escape(reason)}.</p>"]
+        return ["<h2>Comparison with the outside series</h2>", f"<p>Not shown: {escape(reason)}.</p>"]
 
 
 def _what(series: Series) -> str:
     m = series.manifest
     length = f"{len(series.ticks):,} ticks of {number(series.dt)} s"
     broken = (
-        "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} asked for: the run was interrupted"
+        "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} requested: the run was interrupted"
     )
     wall = f", {m['wall_seconds']:,.1f} s of computing" if m.get("wall_seconds") else ""
     return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
 
 
 def rerun(m: Mapping[str, Any]) -> str:
-    """The command that runs a world like this from its manifest; changes made with --set are not in it."""
+    """Return the command that runs this world again from its manifest, without changes made with --set."""
     portable = " --portable" if m.get("target", {}).get("mode") == "portable" else ""
     words = [
         f"ecs-eco{portable} run",
@@ -336,7 +338,7 @@ def _settings(m: Mapping[str, Any]) -> str:
     command = m.get("command") or rerun(m)
     versions = ", ".join(f"{k} {v}" for k, v in m.get("versions", {}).items())
     rows = [
-        ["commit", m.get("git_commit") or "not known"],
+        ["commit", m.get("git_commit") or "unknown"],
         ["configuration", m.get("config_hash", "–")],
         ["policies", m.get("policies", "–")],
     ]
@@ -352,7 +354,7 @@ Drawn = tuple[str, Figure, str]  # name of the file, figure, caption
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
-    """The figures for which this run has data, as HTML by name; they are written below `place`."""
+    """Return the figures for which this run has data, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     found = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
@@ -364,10 +366,10 @@ def _numbers(series: Series) -> Iterator[Drawn]:
     yield (
         "populations",
         figures.populations(series),
-        f"Numbers over time. A cross marks the end of a species{marked}.",
+        f"Numbers over time. A cross marks an extinction{marked}.",
     )
     if series.reporters:
-        yield "measured", measures.figure(series), "What the world's reporters measured, over time."
+        yield "measured", measures.figure(series), "Values of the world's reporters over time."
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
@@ -380,14 +382,16 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
         yield (
             "spectra",
             figures.spectra(peaks, hue),
-            f"Spectra. A cycle is a peak above the grey band; {band}.",
+            f"Spectra. A cycle is a peak above the gray band; {band}.",
         )
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
-        caption = "Correlation of two species, one shifted in time; right of zero the consumer follows."
+        caption = (
+            "Correlation of two species, one shifted in time; to the right of zero the consumer follows."
+        )
         yield "lags", figures.lags(series, pairs, cycles.period), caption
     if pairs and len(series.ticks) > 2:
-        turns = "Cycles go round, counter-clockwise where the consumer follows"
-        yield "phase", figures.phase(series, pairs), f"Two species against each other. {turns}."
+        turns = "Cycles appear as loops, counterclockwise if the consumer follows"
+        yield "phase", figures.phase(series, pairs), f"Two species plotted against each other. {turns}."
 
 
 def _flows(series: Series) -> Iterator[Drawn]:
@@ -407,10 +411,10 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
         seen = [
             word
             for word, there in (
-                ("hills in the light of the upper left, blue is water", relief is not None),
+                ("hills are lit from the upper left, blue is water", relief is not None),
                 ("strips are roads", land["roads"]),
-                ("dashed lines fences", land["fences"]),
-                ("dotted borders areas of harvest (red) and planting (green)", land["areas"]),
+                ("dashed lines are fences", land["fences"]),
+                ("dotted borders are areas of harvest (red) and planting (green)", land["areas"]),
             )
             if there
         ]

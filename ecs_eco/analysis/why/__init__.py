@@ -1,8 +1,8 @@
-"""What happened in a recorded run, and why: `write_why("my-run")`.
+"""Explanation of the events in a recorded run: `write_why("my-run")`.
 
-`case` reads the run, `limits` finds what limited each species; `diagnose` follows causes to the first of them,
-`advice` names values of the world file that act on it; `page` and `figure` present it. Statistics of general use
-belong to `ecs_eco.analysis`.
+`case` reads the run, and `limits` finds the limiting factors of each species. `diagnose` traces causes back
+to the first one, `advice` selects values of the world file that affect it, and `page` and `figure` present
+the results. Statistics of general use belong to `ecs_eco.analysis`.
 """
 
 from ecs_eco.analysis.why.case import Case, Food

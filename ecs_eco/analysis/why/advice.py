@@ -1,68 +1,69 @@
-"""Which values of the world file to change after a diagnosis, and in which direction."""
+"""Values of the world file to change after a diagnosis, and the direction of change."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from ecs_eco.analysis.why.case import Case, look_up
 
-Advice = tuple[str, str, str]  # key, "higher" or "lower", what it does
+Advice = tuple[str, str, str]  # key, "higher" or "lower", effect
 MOST = 6
-# {s} is the species, {food} what it eats, {line} the key of that line of its diet
+# {s} is the species, {food} its food, {line} the key of that line of its diet
 GROWTH: tuple[Advice, ...] = (
-    ("species.{s}.reproduction.rate", "higher", "{s} grow back faster"),
-    ("species.{s}.reproduction.seed_rain", "higher", "{s} come back where they are gone"),
-    ("species.{s}.metabolism.growth", "higher", "{s} make more energy of light"),
+    ("species.{s}.reproduction.rate", "higher", "{s} regrow faster"),
+    ("species.{s}.reproduction.seed_rain", "higher", "{s} return to places from which they have disappeared"),
+    ("species.{s}.metabolism.growth", "higher", "{s} gain more energy from light"),
 )
 APPETITE: tuple[Advice, ...] = (
-    ("{line}.chance", "lower", "{s} take {food} more slowly"),
-    ("{line}.until", "lower", "sated {s} leave {food} alone"),
-    ("{line}.reach", "lower", "{s} must come closer to eat"),
+    ("{line}.chance", "lower", "{s} eat {food} more slowly"),
+    ("{line}.until", "lower", "sated {s} do not eat {food}"),
+    ("{line}.reach", "lower", "{s} must be closer to eat"),
 )
 CATCH: tuple[Advice, ...] = (
-    ("{line}.chance", "higher", "{s} take {food} sooner"),
-    ("{line}.gain", "higher", "a meal of {food} is worth more"),
-    ("{line}.reach", "higher", "{s} catch {food} from further away"),
+    ("{line}.chance", "higher", "{s} eat {food} sooner"),
+    ("{line}.gain", "higher", "a meal of {food} gives more energy"),
+    ("{line}.reach", "higher", "{s} catch {food} from farther away"),
 )
 MORE_BIRTHS: tuple[Advice, ...] = (
-    ("species.{s}.reproduction.rate", "higher", "{s} bear more young"),
-    ("species.{s}.reproduction.energy_min", "lower", "leaner {s} breed"),
-    ("species.{s}.reproduction.spacing", "lower", "{s} crowd closer"),
+    ("species.{s}.reproduction.rate", "higher", "{s} have more offspring"),
+    ("species.{s}.reproduction.energy_min", "lower", "{s} can breed with less energy"),
+    ("species.{s}.reproduction.spacing", "lower", "{s} can live at higher density"),
 )
 FEWER_BIRTHS: tuple[Advice, ...] = (
-    ("species.{s}.reproduction.rate", "lower", "{s} bear fewer young"),
-    ("species.{s}.reproduction.energy_min", "higher", "only fatter {s} breed"),
-    ("species.{s}.reproduction.spacing", "higher", "{s} need room of their own"),
+    ("species.{s}.reproduction.rate", "lower", "{s} have fewer offspring"),
+    ("species.{s}.reproduction.energy_min", "higher", "{s} need more energy to breed"),
+    ("species.{s}.reproduction.spacing", "higher", "{s} need more space"),
 )
 NEWBORN: tuple[Advice, ...] = (
-    ("species.{s}.reproduction.energy_given", "higher", "newborn {s} last longer until their first meal"),
-    ("species.{s}.reproduction.energy_min", "higher", "parents of {s} can afford to give more"),
-    ("species.{s}.reproduction.dispersal", "higher", "newborn {s} come to places that are not eaten bare"),
+    ("species.{s}.reproduction.energy_given", "higher", "newborn {s} survive longer until their first meal"),
+    ("species.{s}.reproduction.energy_min", "higher", "parents of {s} can afford to give more energy"),
+    ("species.{s}.reproduction.dispersal", "higher", "newborn {s} reach places that are not overgrazed"),
 )
 DEADLY: tuple[Advice, ...] = (
     ("{line}.deadly", "lower", "{food} no longer kill their eaters"),
-    ("{line}.chance", "lower", "{s} take {food} more rarely"),
+    ("{line}.chance", "lower", "{s} eat {food} less often"),
 )
 COSTLY: tuple[Advice, ...] = (
     ("{line}.gain", "higher", "{food} cost their eater less"),
-    ("{line}.chance", "lower", "{s} take {food} more rarely"),
+    ("{line}.chance", "lower", "{s} eat {food} less often"),
 )
 REMOVED: tuple[Advice, ...] = (
-    ("interventions.{i}.share", "lower", "fewer {s} are taken"),
-    ("interventions.{i}.count", "lower", "fewer {s} are taken"),
-    ("interventions.{i}.every", "higher", "{s} are taken more rarely"),
+    ("interventions.{i}.share", "lower", "fewer {s} are removed"),
+    ("interventions.{i}.count", "lower", "fewer {s} are removed"),
+    ("interventions.{i}.every", "higher", "{s} are removed less often"),
 )
 LETHAL: tuple[Advice, ...] = (
-    ("species.{s}.lethal.{i}.max", "higher", "{s} bear more {property}"),
-    ("species.{s}.lethal.{i}.min", "lower", "{s} bear less {property}"),
+    ("species.{s}.lethal.{i}.max", "higher", "{s} tolerate more {property}"),
+    ("species.{s}.lethal.{i}.min", "lower", "{s} tolerate less {property}"),
 )
 FEWER: Advice = ("species.{s}.count", "lower", "fewer at the start")
-ROOM: Advice = ("species.{s}.max_count", "higher", "more may live at once")
+ROOM: Advice = ("species.{s}.max_count", "higher", "more can be alive at once")
 
 
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Values to change for a verdict, the likeliest first: key, value now, direction, effect.
+    """Return values to change for a verdict, the most likely remedy first: key, present value, direction,
+    effect.
 
     Values at the end of their range are left out.
     """
@@ -85,35 +86,35 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot go further that way: numbers below 1, chances above 1;
-    species without growth by light stay so."""
+    """Return whether a value cannot go further in a direction: numbers below 1, probabilities above 1.
+    Species that do not grow by light are not changed to do so."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)
 
 
 def _filled(lines: Iterable[Advice], **words: object) -> list[Advice]:
-    """Advice with names in the places of words."""
+    """Return advice with names in place of the placeholders."""
     return [(key.format(**words), way, effect.format(**words)) for key, way, effect in lines]
 
 
 def _appetite(case: Case, s: str, food: str) -> list[Advice]:
-    """Changes that let one eater take less of one food."""
+    """Return changes that make an eater take less of a food."""
     of = [a for f in case.diet(s) if f.eats == food for a in _filled(APPETITE, s=s, food=food, line=f.key)]
-    return [*of, (f"species.{s}.metabolism.digestion", "higher", f"a meal keeps {s} busy")]
+    return [*of, (f"species.{s}.metabolism.digestion", "higher", f"{s} spend longer on each meal")]
 
 
 def _catch(case: Case, s: str) -> list[Advice]:
-    """Changes that let an eater take in more."""
+    """Return changes that make an eater take in more."""
     good = [f for f in case.diet(s) if f.gain > f.poison and not f.deadly]
     return [a for f in good for a in _filled(CATCH, s=s, food=f.eats, line=f.key)]
 
 
 def _upkeep(case: Case, s: str) -> list[Advice]:
-    out = [(f"species.{s}.metabolism.basal", "lower", f"{s} live longer without food")]
+    out = [(f"species.{s}.metabolism.basal", "lower", f"{s} survive longer without food")]
     if costs := (case.of(s).get("locomotion") or {}).get("cost"):
         dearest = max(costs, key=lambda gait: costs[gait])
-        out.append((f"species.{s}.locomotion.cost.{dearest}", "lower", f"moving costs {s} less"))
+        out.append((f"species.{s}.locomotion.cost.{dearest}", "lower", f"movement costs {s} less energy"))
     return out
 
 
@@ -133,7 +134,7 @@ def _overgrazing(case: Case, s: str, victim: str) -> Iterator[Advice]:
         yield from (*more[food][1:], *less[food][1:])
     yield from _filled([FEWER], s=s)
     for hunter in case.eaters(s):
-        yield f"species.{hunter}.count", "higher", f"more {hunter} hold {s} down"
+        yield f"species.{hunter}.count", "higher", f"more {hunter} reduce {s}"
 
 
 def _too_good(case: Case, s: str, victim: str) -> Iterator[Advice]:
@@ -161,15 +162,15 @@ def _poisoned(case: Case, s: str, victim: str) -> Iterator[Advice]:
             yield f"species.{f.eats}.defence.poison", "lower", f"{f.eats} cost their eater less"
             if (look_up(case.config, f"{f.key}.gain") or 0) < 0:
                 yield from _filled(COSTLY, s=s, food=f.eats, line=f.key)
-            yield f"species.{f.eats}.count", "lower", f"fewer {f.eats} to be taken"
-    yield f"species.{s}.reflex", "higher", f"a reflex may keep {s} from eating it"
+            yield f"species.{f.eats}.count", "lower", f"fewer {f.eats} can be eaten"
+    yield f"species.{s}.reflex", "higher", f"a reflex may prevent {s} from eating it"
 
 
 def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield from (*_catch(case, s), *_upkeep(case, s))
     for i, sensor in enumerate(case.of(s).get("sensors") or ()):
         if sensor.get("target") in {f.eats for f in case.diet(s)}:
-            yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from further away"
+            yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from farther away"
 
 
 def _ran_out(case: Case, s: str, victim: str) -> Iterator[Advice]:
@@ -183,7 +184,7 @@ def _failed(case: Case, s: str, victim: str) -> Iterator[Advice]:
 
 def _unborn(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield from _filled(MORE_BIRTHS, s=s)
-    yield f"species.{s}.reproduction.reach", "higher", "mates find each other from further away"
+    yield f"species.{s}.reproduction.reach", "higher", "mates find each other from farther away"
     yield from (*_life(case, s), *_filled([ROOM], s=s))
 
 
@@ -208,7 +209,7 @@ LIMITS: dict[str | None, Callable[[Case, str], Iterable[Advice]]] = {
     "removal": lambda case, s: _removed(case, s, s),
     "surroundings": lambda case, s: _surroundings(case, s, s),
 }
-"""Changes that would make a species more numerous, by what limits it."""
+"""Changes that would make a species more numerous, by its limiting factor."""
 REMEDIES: dict[str, Callable[[Case, str, str], Iterator[Advice]]] = {
     "overgrazing": _overgrazing,
     "predators too good": _too_good,

@@ -1,4 +1,4 @@
-"""A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies."""
+"""A recorded run prepared for diagnosis: diets, deaths by kind of cause, per capita rates, ages, energies."""
 
 import copy
 from collections.abc import Mapping
@@ -17,13 +17,13 @@ from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
-"""Kinds of causes of death: eaten, energy used up, age, deadly food, an intervention,
+"""Kinds of causes of death: eaten, out of energy, age, deadly food, an intervention,
 any other limit of its life."""
 
 
 @dataclass(frozen=True)
 class Food:
-    """One line of a diet: what is gained and lost by eating one."""
+    """One line of a diet: the gain and loss from eating one item."""
 
     eater: str
     eats: str
@@ -35,7 +35,7 @@ class Food:
 
 @dataclass(frozen=True)
 class Case:
-    """A run: its series, its configuration as it was at the end, deaths of animals, and snapshots."""
+    """A run: its series, its final configuration, deaths of animals, and snapshots."""
 
     series: Series
     config: Mapping[str, Any]
@@ -46,7 +46,8 @@ class Case:
 
     @classmethod
     def read(cls, run: Path | str) -> Self:
-        """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
+        """Read a run folder; raise FileNotFoundError if it contains no run, RecordingError if a file is
+        damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
         animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
@@ -58,7 +59,7 @@ class Case:
         return self.series.species
 
     def of(self, species: str) -> Mapping[str, Any]:
-        """A species' section of the world file; {} where the run has none."""
+        """Return a species' section of the world file; {} if the run has none."""
         return self.config.get("species", {}).get(species, {})
 
     @cached_property
@@ -83,8 +84,8 @@ class Case:
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
-        """What one of a food gives: by the file or, where that is a share of what the eaten held, as it was
-        on average, or else as the share of what the living held on average."""
+        """Return the gain from one item of food. If the world file sets it as a share of the eaten organism's
+        energy, use the recorded average of that energy, else the average of living organisms."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -96,15 +97,15 @@ class Case:
         return max(0.0, line["gain"] + share * held)
 
     def diet(self, species: str) -> tuple[Food, ...]:
-        """The foods of a species."""
+        """Return the foods of a species."""
         return tuple(f for f in self.foods if f.eater == species)
 
     def eaters(self, species: str) -> tuple[str, ...]:
-        """The species that eat a species."""
+        """Return the species that eat a species."""
         return tuple(dict.fromkeys(f.eater for f in self.foods if f.eats == species))
 
     def is_animal(self, species: str) -> bool:
-        """Whether it eats or moves; a species that does neither is a plant."""
+        """Return whether a species eats or moves; a species that does neither is a plant."""
         return bool(self.of(species).get("diet") or self.of(species).get("locomotion"))
 
     @cached_property
@@ -113,7 +114,7 @@ class Case:
         return {order.get("cause", "culled") for order in orders if order.get("kind") == "cull"}
 
     def kind(self, species: str, cause: str) -> str:
-        """One of KINDS."""
+        """Return the kind of a cause, one of KINDS."""
         for limit in self.of(species).get("lethal") or ():
             for name, end, bound, kind in (
                 ("energy", "low", "min", "starved"),
@@ -126,7 +127,7 @@ class Case:
         return "removed" if cause in self._removed else "surroundings"
 
     def died(self, species: str, kind: str) -> np.ndarray:
-        """Deaths of a kind of cause in each tick, (ticks,)."""
+        """Return deaths from a kind of cause in each tick, (ticks,)."""
         i = self.series.index(species)
         columns = [
             self.series.columns[DIED + c][:, i] for c in self.series.causes if self.kind(species, c) == kind
@@ -134,7 +135,8 @@ class Case:
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
-        """How many of `prey` an eater took in each tick, (ticks,); 0 for objects, which are not recorded."""
+        """Return the number of `prey` that an eater took in each tick, (ticks,); 0 for objects, which are not
+        recorded."""
         column = f"{DIED}eaten by {eater}"
         return (
             self.series.of(prey, column)
@@ -143,7 +145,7 @@ class Case:
         )
 
     def flow(self, species: str, column: str) -> np.ndarray:
-        """A column of the energy ledger, (ticks,); 0 where the run has none."""
+        """Return a column of the energy ledger, (ticks,); 0 if the run has none."""
         return (
             self.series.of(species, column)
             if column in self.series.columns
@@ -151,7 +153,7 @@ class Case:
         )
 
     def toll(self, species: str) -> np.ndarray:
-        """Energy lost by what is poisonous or bad in its food, (ticks,)."""
+        """Return the energy lost through poisonous or harmful food, (ticks,)."""
         return np.sum(
             [f.poison * self.eaten(f.eats, species) for f in self.diet(species)]
             or [np.zeros(len(self.series.ticks))],
@@ -159,12 +161,12 @@ class Case:
         )
 
     def meals(self, species: str) -> np.ndarray:
-        """Items of food that are worth eating taken in each tick, (ticks,)."""
+        """Return the number of nutritious food items taken in each tick, (ticks,)."""
         good = {f.eats for f in self.diet(species) if f.gain > 0 and not f.deadly}
         return np.sum([self.eaten(f, species) for f in good] or [np.zeros(len(self.series.ticks))], axis=0)
 
     def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Ticks of snapshots and the share that had the energy to breed."""
+        """Return ticks of snapshots and the fraction that had the energy to breed."""
         way, rows = self.of(species).get("reproduction") or {}, self.snapshots.get(species)
         if rows is None or "energy_min" not in way:
             return np.zeros(0), np.zeros(0)
@@ -175,7 +177,7 @@ class Case:
 
 
 def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """The configuration of a run with the values that interventions of kind "set" have given it."""
+    """Return the configuration of a run after its interventions of kind "set"."""
     config = copy.deepcopy(dict(manifest.get("config") or {}))
     for _, done in manifest.get("intervened") or ():
         for key, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
@@ -184,7 +186,7 @@ def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def put(config: Any, key: str, value: Any) -> None:
-    """Set the value at a dotted key, where there is one."""
+    """Set the value at a dotted key, if there is one."""
     node, names = config, [part.strip('"') for part in key.split(".")]
     for i, name in enumerate(names):
         where: Any = (
@@ -201,7 +203,7 @@ def put(config: Any, key: str, value: Any) -> None:
 
 
 def look_up(config: object, key: str) -> Any:
-    """The value at a dotted key; None where there is none."""
+    """Return the value at a dotted key; None if there is none."""
     for name in key.split("."):
         if isinstance(config, list):
             config = config[int(name)] if name.isdigit() and int(name) < len(config) else None
@@ -211,7 +213,7 @@ def look_up(config: object, key: str) -> Any:
 
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Tick, age and cause of each animal's death; streamed, for plants die by the million."""
+    """Return tick, age and cause of each animal's death; streamed, because plants die by the million."""
     by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
         for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):

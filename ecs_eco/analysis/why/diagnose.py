@@ -1,6 +1,7 @@
-"""Traces an extinction back to its first cause. If a species starved because its food was gone, the cause is
-whatever ate the food; if it starved amid plenty, aged without offspring, lost its newborn or was poisoned,
-the chain ends. Each step has a weight in 0 … 1; the verdict is the end with the greatest weight."""
+"""Tracing of an extinction back to its first cause. If a species starved because its food was gone, the
+cause is whatever ate the food. If it starved amid plenty, aged without offspring, lost its newborns or was
+poisoned, the chain ends. Each step has a weight from 0 to 1; the verdict is the end with the greatest
+weight."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -11,18 +12,18 @@ import numpy as np
 from ecs_eco.analysis.why.case import KINDS, Case
 from ecs_eco.analysis.why.limits import poisoned_share, unborn
 
-# intake at the food's full number over energy burnt: below, hunger amid plenty; above, lack of food
+# intake at the food's peak number, divided by energy burned: below, hunger amid plenty; above, lack of food
 FEEDS = (0.9, 1.3)
-# food left while they starved, as a share of its full number: above, no lack of it; below, certainly
+# food left while they starved, as a fraction of its peak number: above, no lack of food; below, certain lack
 LEFT = (0.95, 0.6)
-GONE = (0.5, 0.2)  # food left: below, lack of it, whatever its full number would have fed
-GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, adults starve too
-HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: below, normal; above, fatal
+GONE = (0.5, 0.2)  # food left: below, lack of food, even if its peak number would not have been enough either
+GROWN = (0.6, 0.9)  # intake at the food's peak number, divided by energy burned: below, adults starve too
+HUNGRY = (0.55, 0.8)  # probability that a newborn finds no meal in time: below, normal; above, fatal
 
 
 @dataclass(frozen=True)
 class Fall:
-    """A species' decline: rows of the series from when it last had half its greatest number, to its end."""
+    """A species' decline: rows of the series from the last time it had half its peak number to its end."""
 
     species: str
     first: int
@@ -31,7 +32,8 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Offspring of one well-fed life, by the world file; ∞ if the file sets no rate or no lifespan."""
+    """Return the lifetime offspring of a well-fed individual according to the world file; ∞ if the file sets
+    no rate or no lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -45,12 +47,12 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """The food supply of a fallen species: how much of each food was left when it starved, and whether the
-    full number would have fed it.
+    """Return the food supply of a fallen species: how much of each food was left when it starved, and whether
+    the peak number would have been enough.
 
-    `left` is the food while they starved as a share of its greatest number (of prey: until the end of the
-    fall); `feeds` is the intake at that number over what they burnt, at the rate at which they found and
-    caught it; `scarce` the share of their hunger that its fall explains.
+    `left` is the food while they starved as a fraction of its peak number (for prey: its peak before the end
+    of the fall). `feeds` is the intake at the peak number divided by the energy burned, at the rate at which
+    they found and caught it. `scarce` is the share of their hunger that the lack of this food explains.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     n = case.series.of(s)[span]
@@ -86,12 +88,12 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """The fate of newborn until the end of a fall.
+    """Return the fate of newborns until the end of a fall.
 
-    `births`; `starved_young`, the share of them that starved before they could have had more than one meal;
-    how many ticks a newborn `lasts` on its initial energy, and the ticks between meals at the food's greatest
-    number, `meal_every`. Of newborn that could not last until a first meal: `of_births`, their share of the
-    births, and `of_hunger`, their share of those that starved in the fall.
+    `births`; `starved_young`, the fraction of them that starved before they could have had more than one
+    meal; `lasts`, the ticks for which a newborn's initial energy lasts; `meal_every`, the ticks between meals
+    at the food's peak number. For newborns that could not survive until a first meal: `of_births`, their
+    fraction of births, and `of_hunger`, their fraction of deaths by starvation in the fall.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
@@ -127,32 +129,32 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
 
 
 def ramp(x: float, low: float, high: float) -> float:
-    """0 at `low`, 1 at `high`, linear between."""
+    """Return 0 at `low`, 1 at `high`, linear between."""
     return float(np.clip((x - low) / (high - low), 0, 1))
 
 
 VERDICTS = {
-    "healthy": "nothing died out",
-    "overgrazing": "plants were eaten faster than they grow",
-    "predators too good": "prey was eaten faster than it breeds",
-    "predators too few": "predators could not keep up their numbers though there was prey",
-    "newborns starve": "newborn starved before they could feed themselves",
+    "healthy": "no species died out",
+    "overgrazing": "plants were eaten faster than they grew",
+    "predators too good": "prey was eaten faster than it bred",
+    "predators too few": "predators could not maintain their numbers although there was prey",
+    "newborns starve": "newborns starved before they could feed themselves",
     "poisoned": "food was poisonous",
-    "starved amid plenty": "food was there and not found or not caught",
-    "food failed": "food was lacking, and nobody had eaten it",
-    "energy ran out": "those that eat nobody burnt more than they gained",
-    "too few births": "the old were not replaced though they were fed",
-    "removed": "interventions took too many",
-    "surroundings": "the surroundings were deadly",
-    "nobody": "nobody lived at the end of any tick",
+    "starved amid plenty": "food was available but not found or not caught",
+    "food failed": "food was lacking although it had no eaters",
+    "energy ran out": "species that eat no other species burned more energy than they gained",
+    "too few births": "deaths were not replaced although there was enough food",
+    "removed": "interventions removed too many",
+    "surroundings": "environmental conditions were deadly",
+    "nobody": "no organism was alive at the end of any tick",
 }
-HEIRS = (0.5, 1.0)  # offspring of one well-fed life: below this, numbers fall whatever happens
-FALLEN = 0.05  # a species that ends a run below this share of its greatest number counts as nearly extinct
+HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual: below this, numbers always fall
+FALLEN = 0.05  # a species that ends a run below this fraction of its peak number counts as nearly extinct
 Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, victim): weight
 
 
 def falls(case: Case) -> list[Fall]:
-    """Species that died out or nearly so by the end, in order of time."""
+    """Return the declines of species that were extinct or nearly so at the end, in chronological order."""
     all_falls = []
     for i, s in enumerate(case.species):
         n = case.series.n[:, i]
@@ -167,7 +169,7 @@ def falls(case: Case) -> list[Fall]:
 
 
 def diagnose(case: Case) -> dict[str, Any]:
-    """The verdict on a run, with evidence, confidence 0 … 1 and the runner-up."""
+    """Return the verdict on a run, with evidence, confidence from 0 to 1 and the runner-up."""
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.n.any() else "nobody"
@@ -202,8 +204,8 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births,
-    its food and its newborn."""
+    """Return the numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its
+    births, its food and its newborns."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -219,7 +221,7 @@ def evidence(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> Scores:
-    """The root causes of a fall, with weights that sum to 1."""
+    """Return the root causes of a fall, with weights that sum to 1."""
     scores: Scores = defaultdict(float)
     s = fall.species
     for cause, weight in causes(case, fall).items():
@@ -240,8 +242,9 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
-    """The causes of a fall, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve",
-    "poisoned", "unreplaced", …; of those that eat nobody "energy ran out" in place of "amid plenty"."""
+    """Return the causes of a fall with their shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns
+    starve", "poisoned", "unreplaced", …; for species that eat no other species, "energy ran out" replaces
+    "amid plenty"."""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -252,7 +255,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    # births that failed for lack of energy count as losses to hunger, like deaths
+    # births that failed due to lack of energy count as losses to hunger, like deaths
     lean = unborn_hungry / total
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
@@ -281,7 +284,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
 def _taken(
     case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall, fall_of: dict[str, Fall]
 ) -> None:
-    """An eater took too many: a grazer, or a predator."""
+    """Assign blame to an eater that took too many: a grazer, or a predator."""
     if case.is_animal(prey):
         scores["predators too good", eater, prey] += weight
         return
@@ -290,8 +293,8 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey:
-    without it grazers thrived."""
+    """Return a predator of the grazer that disappeared (nearly) before the plants, and not due to lack of prey,
+    so that grazers thrived."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -302,8 +305,8 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """The fall, until a row of the series, of a species that survived:
-    from half its greatest number to its least thereafter."""
+    """Return the decline, up to a row of the series, of a surviving species: from half its peak number to its
+    minimum thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -319,7 +322,7 @@ def _scarce(
     fall_of: dict[str, Fall],
     seen: frozenset[str],
 ) -> None:
-    """Blame for food that was gone: its eaters, or whatever else reduced it."""
+    """Assign blame for missing food: to its eaters, or to any other cause of its decline."""
     if case.is_animal(food) and food not in seen:
         own = fall_of.get(food)
         before = own if own is not None and own.first <= fall.last else decline(case, food, fall.last)
@@ -362,8 +365,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far all species stayed from extinction: 1 if the least number of each was a tenth
-    of its mean or more."""
+    """Return how far all species stayed from extinction: 1 if the minimum of each was at least a tenth of its
+    mean."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

@@ -1,4 +1,4 @@
-"""One figure of what happened: numbers, causes of death, energy per head."""
+"""A figure that explains a run: numbers, causes of death, energy per capita."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,16 +14,16 @@ from ecs_eco.analysis.why.case import Case
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (
     ("burnt", "burnt", PALETTE[3]),
-    ("given", "given to newborn", PALETTE[5]),
+    ("given", "given to newborns", PALETTE[5]),
     ("lost", "lost with the dead", GREY),
 )
-MOST = 5  # species that have rows of their own
+MOST = 5  # species that have their own rows
 
 
 @styled
 def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
-    """Numbers of all at the top; below, for each animal, shares of causes of death at the left
-    and energy per head at the right."""
+    """Draw the numbers of all species at the top; below, for each animal, shares of causes of death on the
+    left and energy per capita on the right."""
     shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
@@ -39,8 +39,8 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
         _causes(left, case, s, used)
         _energy(right, case, s)
         if i == 0:
-            left.set_title(f"what killed: {s}")
-            right.set_title(f"energy per head and tick: {s}")
+            left.set_title(f"causes of death: {s}")
+            right.set_title(f"energy per capita and tick: {s}")
         if i == len(shown) - 1:
             left.set_xlabel("tick")
             right.set_xlabel("tick")
@@ -50,7 +50,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """The first and last tick shown: if all animals are gone early, most of the rest is cut."""
+    """Return the first and last displayed tick; if all animals die out early, most of the rest is cut."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]
@@ -61,7 +61,8 @@ def _span(case: Case) -> tuple[float, float]:
 
 
 def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
-    """Animals, those that fell first, then others that died at all; plants only where there is nothing else."""
+    """Return the displayed animals: those that declined first, then others with deaths; plants only if there
+    are no animals."""
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
@@ -85,10 +86,12 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     ax.set_yscale("log")
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
-    ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers: texts of figures are not read as formulas
+    ax.yaxis.set_minor_formatter(
+        LogFormatter()
+    )  # plain numbers, because texts of figures are not parsed as formulas
     verdict = findings["verdict"]
     if verdict == "healthy":
-        ax.set_title("nothing died out")
+        ax.set_title("no species died out")
     else:
         ax.set_title(f"{verdict} ({findings['species']})" if findings["species"] else verdict)
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))

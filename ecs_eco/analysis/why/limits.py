@@ -1,6 +1,7 @@
-"""What limited a species in each of its phases. Births at the greatest rate minus actual growth = births that
-failed for lack of energy or room + deaths by cause, per head and tick; the largest is the limit, in a fall
-after another phase the one that has risen most: a meadow always short of room falls because it is grazed."""
+"""The limiting factor of a species in each of its phases. The maximal birth rate minus actual growth equals
+births that failed due to lack of energy or space plus deaths by cause, per capita and tick. The largest loss is
+the limit. In a fall after another phase, it is the loss that has risen most: a meadow that always lacks space
+falls because it is grazed."""
 
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 from ecs_eco.analysis.spectrum import smooth
 from ecs_eco.analysis.why.case import KINDS, Case
 
-MOST = 8  # phases reported of one species
+MOST = 8  # phases reported per species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """The loss of growth by each limit in the rows first … last − 1 of the series, per head and tick."""
+    """Return the loss of growth by each limit in the rows first … last − 1 of the series, per capita and
+    tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -31,7 +33,8 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed."""
+    """Return births that failed due to lack of energy, and for lack of space or mates, per capita and tick; 0 if
+    it does not breed."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -45,7 +48,8 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Births per head and tick without any lack: the file's rate, or the highest in the run."""
+    """Return the maximal births per capita and tick without any limit: the world file's rate, or the highest
+    in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))
@@ -56,11 +60,11 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """The share of hunger due to poison: the energy that poison cost over the energy that was lacking,
+    """Return the share of hunger due to poison: the energy lost to poison over the energy that was lacking,
     at most 1.
 
-    If the species as a whole lacked less, three tenths of what it burnt count as lacking:
-    some starve while others are full.
+    The lack is at least three tenths of the energy burned, because some individuals starve while others are
+    sated.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
@@ -69,10 +73,10 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:
-    """The phases in which a species grew, fell or held, and what limited it in each.
+    """Return the phases in which a species grew, fell or stayed constant, with its limit in each.
 
-    `limit` is the largest loss and `share` its share of all or, where `by` is "rise", the loss that has risen
-    most since the phase before, and its share of all that rose.
+    `limit` is the largest loss and `share` its share of all losses. If `by` is "rise", it is the loss that
+    has risen most since the previous phase, and its share of all increases.
     """
     n = case.series.of(species)
     gone = np.flatnonzero(n > 0)
@@ -103,7 +107,7 @@ def phases(case: Case, species: str) -> list[dict[str, Any]]:
 
 
 def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str, str | None, float]:
-    """What the limit is measured by, the limit, and its share."""
+    """Return the basis of the limit, the limit, and its share."""
     risen = {} if before is None else {k: max(0.0, loss - before[k]) for k, loss in lost.items()}
     by, sizes = ("rise", risen) if sum(risen.values()) > 0 else ("level", lost)
     total = sum(sizes.values())
@@ -112,8 +116,8 @@ def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Rows at which a species' trend turns, its ends included: at most `most` of them,
-    those of the greatest swings."""
+    """Return the rows at which a species' trend reverses, including its ends: at most `most`, those of the
+    greatest swings."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)
@@ -124,7 +128,7 @@ def turns(n: np.ndarray, most: int = MOST) -> list[int]:
 
 
 def _zigzag(level: np.ndarray, swing: float) -> list[int]:
-    """Turning points of a series that are at least `swing` apart from each other in height."""
+    """Return the turning points of a series that differ from each other by at least `swing` in height."""
     marks, high, low, way = [0], 0, 0, 0
     for i, v in enumerate(level):
         high = i if v > level[high] else high
@@ -137,7 +141,7 @@ def _zigzag(level: np.ndarray, swing: float) -> list[int]:
 
 
 def _left(below: np.ndarray, swing: float) -> int:
-    """When a series leaves a height at which it may have lingered: the last place near it."""
+    """Return when a series leaves a height at which it may have lingered: the last place near it."""
     return int(np.flatnonzero(below >= -0.1 * swing)[-1])
 
 

@@ -1,4 +1,5 @@
-"""Explain a run folder in short plain sentences: why.json for machines, why.html and a figure for people."""
+"""Explanation of a run folder in short plain sentences: why.json for programs, why.html and a figure for
+people."""
 
 import json
 import math
@@ -24,48 +25,48 @@ from ecs_eco.config.models.interventions import describe
 
 Blocks = dict[str, list[str]]
 LIMITED = {
-    "food": "want of food",
+    "food": "lack of food",
     "predators": "being eaten",
     "poison": "poison in its food",
     "age": "old age",
-    "room": "births that failed though it was fed (room, mates)",
+    "room": "births that failed although it was fed (lack of space or mates)",
     "removal": "interventions",
-    "surroundings": "its surroundings",
+    "surroundings": "environmental conditions",
 }
 
 
 def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
-    """The text on a run: headings and their sentences, in order."""
+    """Return the text on a run: headings and their sentences, in order."""
     blocks: Blocks = {
         "What happened": [headline(case, findings), *happened(case, findings)],
         "Why": list(chain(case, findings)),
     }
     blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
-    blocks["What limited whom"] = [
+    blocks["What limited each species"] = [
         phase(case, s, p) for s, phases in findings["phases"].items() for p in phases
     ]
-    blocks["What the animals did"] = [
+    blocks["Behavior of the animals"] = [
         line for s, both in findings["conduct"].items() for line in conducted(s, *both)
     ]
-    blocks["What to turn"] = [turn(a) for a in findings["parameters"]]
+    blocks["What to change"] = [turn(a) for a in findings["parameters"]]
     return {head: lines for head, lines in blocks.items() if lines}
 
 
 def headline(case: Case, findings: Mapping[str, Any]) -> str:
-    """The verdict in one sentence."""
+    """Return the verdict in one sentence."""
     series, verdict = case.series, findings["verdict"]
     if not len(series.ticks):
         return "The run has no ticks."
     if verdict == "healthy":
         late = "" if series.persisted else " after the first tick"
-        text = f"Nothing died out{late} in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
+        text = f"No species died out{late} in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
     elif verdict == "nobody":
-        text = "Nobody lived at the end of any tick."
+        text = "No organism was alive at the end of any tick."
     else:
         text = f"{verdict.capitalize()} ({findings['species']}): {VERDICTS[verdict]}."
         sure = f" Confidence {findings['confidence']:.0%}"
         other = findings["runner_up"]
-        text += sure + (f"; else {other['verdict']} ({other['confidence']:.0%})." if other else ".")
+        text += sure + (f"; alternatively {other['verdict']} ({other['confidence']:.0%})." if other else ".")
     if not series.manifest.get("finished", True):
         done, wanted = series.ticks[-1] + 1, series.manifest.get("ticks", 0)
         text += f" The run was stopped at tick {done:,} of {wanted:,}."
@@ -73,21 +74,21 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
 
 
 def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
-    """Which species died out, came near, or did well, and which interventions there were."""
+    """Yield sentences on species that died out, came close or did well, and on interventions."""
     for f in findings["fell"]:
-        gone = "died out" if f["extinct"] else "had nearly died out"
+        gone = "died out" if f["extinct"] else "nearly died out"
         yield (
-            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} there had been {f['from']:,}."
+            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} there were {f['from']:,}."
         )
         if f["deaths"]:
             yield _died_of(case, f)
     for s, low in findings["lowest"].items():
         if not low["mean"]:
             end = decline(case.series, s)
-            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never there'}."
+            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never present'}."
         elif s not in {f["species"] for f in findings["fell"]}:
             near = (
-                f"{s} came near: {low['n']:,} were left"
+                f"{s} nearly died out: {low['n']:,} were left"
                 if low["near"]
                 else f"{s} never fell below {low['n']:,}"
             )
@@ -95,11 +96,11 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     done = findings["interventions"]
     if done:
         kinds = ", ".join(f"{k} ({v:,}×)" if v > 1 else k for k, v in done.items())
-        yield f"Somebody intervened: {kinds}."
+        yield f"Interventions: {kinds}."
 
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
-    """The recorded causes of death."""
+    """Return the recorded causes of death."""
     span = slice(
         int(np.searchsorted(case.series.ticks, f["since"])),
         int(np.searchsorted(case.series.ticks, f["tick"])) + 1,
@@ -111,12 +112,12 @@ def _died_of(case: Case, f: Mapping[str, Any]) -> str:
         f"{k / total:.0%} {c}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01
     ]
     refused = case.flow(f["species"], "refused")[span].sum()
-    more = f"; max_count left no room for {refused:,.0f} more" if refused else ""
+    more = f"; max_count prevented {refused:,.0f} more births" if refused else ""
     return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
 
 
 def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
-    """The links from each fall to its causes."""
+    """Yield the links from each fall to its causes."""
     for f in findings["fell"]:
         for cause, share in f["causes"].items():
             if share >= 0.15:
@@ -127,103 +128,108 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
     s, (kind, _, other) = f["species"], cause.partition(": ")
     food = {x["eats"]: x for x in f["food"]}
     young = f["newborn"]
-    part = f"{s} ({share:.0%} of its fall)"
+    part = f"{s} ({share:.0%} of its decline)"
     if kind == "eaten":
-        return f"{part}: {other} ate {s} faster than they were born."
+        return f"{part}: {other} ate {s} faster than {s} reproduced."
     if kind == "scarce":
         x = food[other]
-        left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left"
+        left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} at its peak were left"
         return (
-            f"{part}: hunger for lack of {other}. {left}; "
-            f"all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
+            f"{part}: starvation because there was too little {other}. {left}; the peak number would "
+            f"have covered {number(x['feeds'], 2)} times the energy that {s} burn."
         )
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         rate = "at the rate at which they found and caught it"
-        worth = " and ".join(f"{number(x['gain'], 2)} from each {name}" for name, x in food.items())
+        worth = " and ".join(f"{number(x['gain'], 2)} energy from each {name}" for name, x in food.items())
         return (
-            f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
-            f"{s} burn, {rate}{f', with {worth}' if worth else ''}."
+            f"{part}: starvation although there was food. The peak number would have covered "
+            f"{number(fed, 2)} times the energy that {s} burn, "
+            f"{rate}{f', with {worth}' if worth else ''}."
         )
     if kind == "energy ran out":
         budget = f["budget"]
         return (
-            f"{part}: they took in {number(budget['taken_in'], 2)} per head and tick and burnt "
-            f"{number(budget['burnt'], 2)}. They eat nobody: they live on light, parents or reactions."
+            f"{part}: they took in {number(budget['taken_in'], 2)} per capita and tick and burned "
+            f"{number(budget['burnt'], 2)}. They eat no other species: they live on light, parents or "
+            "reactions."
         )
     if kind == "newborns starve":
         lasts = (
-            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
-            f"a meal comes every {number(young['meal_every'], 2)}"
+            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; a meal comes every "
+            f"{number(young['meal_every'], 2)} ticks"
         )
-        return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
+        return f"{part}: newborns starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
     if kind == "poisoned":
-        return f"{part}: what they ate was deadly, or cost more energy than they could spare."
+        return f"{part}: their food was deadly, or cost more energy than they could spare."
     if kind == "unreplaced":
         heirs = (
             ""
             if f["offspring"] is None
-            else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life."
+            else f" A well-fed individual has {number(f['offspring'], 2)} offspring in its life."
         )
         return (
-            f"{part}: the dead were not replaced; "
-            f"{f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
+            f"{part}: deaths were not replaced; {f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
         )
     return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
 
 
 def energy(species: str, flows: Mapping[str, float]) -> str:
-    """The energy budget of a species."""
+    """Return the energy budget of a species."""
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    words = {"burnt": "burnt", "given": "given to newborn", "lost": "lost with the dead"}
+    words = {"burnt": "burned", "given": "given to newborns", "lost": "lost with the dead"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
     return (
-        f"{species}: {number(flows['taken_in'])} taken in per head and tick, "
-        f"{number(flows['burnt'])} burnt. Outflows: {parts}."
+        f"{species}: {number(flows['taken_in'])} taken in per capita and tick, "
+        f"{number(flows['burnt'])} burned. Outflows: {parts}."
     )
 
 
 def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
-    """What limited a species in one phase."""
-    named = LIMITED | ({} if case.is_animal(species) else {"room": "want of room"})
-    limit = "nothing limited it"
+    """Return a sentence on a species' limit in one phase."""
+    named = LIMITED | ({} if case.is_animal(species) else {"room": "lack of space"})
+    limit = "without a limit"
     if p["limit"]:
         limit = (
-            f"mostly by {named[p['limit']]} ({p['share']:.0%} of what rose)"
+            f"limited mainly by {named[p['limit']]} ({p['share']:.0%} of the increase in losses)"
             if p["by"] == "rise"
-            else f"limited by {named[p['limit']]} ({p['share']:.0%})"
+            else f"limited by {named[p['limit']]} ({p['share']:.0%} of losses)"
         )
     a, b = p["n"]
     return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
 
 
 def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) -> Iterator[str]:
-    """Behaviour of a species, over the run or before and during its fall."""
+    """Yield the behavior of a species, over the run or before and during its decline."""
     if not before:
         return
     both = (before, during) if during else (before,)
     parts = (
-        [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
+        [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals per 100 ticks"]
         if before["food"]
         else []
     )
     if before.get("effort") is not None:
         share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
-        parts.append(f"moving cost {share} of its costliest gait")
+        parts.append(f"movement at {share} of the cost of the most expensive gait")
     for word in ("enemies", "food"):
         for other in before[word]:
             far = [x[word].get(other) for x in both]
-            distances = [f"{number(d['mean'], 2)} m ({number(d['to_chance'], 2)} × chance)" for d in far if d]
+            distances = [
+                f"{number(d['mean'], 2)} m ({number(d['to_chance'], 2)} × the random expectation)"
+                for d in far
+                if d
+            ]
             if distances:
                 parts.append(f"{' then '.join(distances)} to the nearest {other}")
     if parts:
-        yield f"{species}{' (before, then in its fall)' if during else ''}: {'; '.join(parts)}."
+        yield f"{species}{' (before, then during its decline)' if during else ''}: {'; '.join(parts)}."
 
 
 def turn(a: Mapping[str, Any]) -> str:
-    """A value of the world file and the direction to change it."""
+    """Return a value of the world file and the direction to change it."""
     value = a["value"]
     if isinstance(value, bool | int | float):
         value = str(value).lower() if isinstance(value, bool) else number(value)
@@ -234,8 +240,8 @@ MOST = 2000  # organisms of one snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick;
-    None where it was not recorded."""
+    """Return the behavior of a species in the rows first … last − 1 of the series, per capita and tick; None
+    for values that were not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -252,7 +258,8 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
-    """The cost of locomotion, as a share of using the costliest gait all the time; None if moving is free."""
+    """Return the cost of locomotion as a fraction of always using the most expensive gait; None if moving is
+    free."""
     values, dt = case.of(species), case.series.dt
     costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
     basal = (values.get("metabolism") or {}).get("basal", 0.0)
@@ -261,11 +268,11 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 
 
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
-    """Mean distance [m] from one of a species to the nearest of another,
-    and as a multiple of chance (Clark & Evans 1954).
+    """Return the mean distance [m] from a species' organisms to the nearest organism of another species, and
+    its ratio to the random expectation (Clark & Evans 1954).
 
-    Over the snapshots between two rows; 1 is the value at random places,
-    above 1 they avoid each other. None if no snapshot has both.
+    The mean is over the snapshots between two rows; a ratio of 1 is that of random places, and above 1 they
+    avoid each other. None if no snapshot has both.
     """
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
@@ -289,7 +296,7 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
 
 
 def chance(n: int, size: list[float]) -> float:
-    """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
+    """Return the expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
     Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
     return (
@@ -305,8 +312,8 @@ def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray
 
 
 def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
-    """Mean distance from `here` to the nearest of `there`; a torus has no edges in the plane,
-    a volume has a floor and a surface."""
+    """Return the mean distance from `here` to the nearest of `there`. A torus has no edges in the plane; a
+    volume has a floor and a surface."""
     from scipy.spatial import cKDTree
 
     if not torus:
@@ -317,11 +324,11 @@ def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool
 
 
 FLOWS = ("taken_in", "burnt", "given", "lost")
-NEAR = 0.05  # of a species' mean: at fewer it came near extinction
+NEAR = 0.05  # fraction of a species' mean below which it nearly died out
 
 
 def explain(case: Case) -> dict[str, Any]:
-    """All findings on a run, as in why.json."""
+    """Return all findings on a run, as in why.json."""
     findings = diagnose(case)
     ends = {
         f["species"]: (
@@ -360,7 +367,7 @@ def explain(case: Case) -> dict[str, Any]:
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     """Explain a run folder in why.json, why.html and figures/why.svg there, or in `out`; return the content
-    of why.json. FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
+    of why.json. Raises FileNotFoundError if it contains no run, RecordingError if a file is damaged."""
     folder, case = Path(out or run), Case.read(run)
     findings = explain(case)
     sections = sentences(case, findings)
@@ -380,22 +387,22 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in findings["parameters"]]
     for head, lines in sections.items():
         items = "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
-        turned = table(["value of the world file", "now", "turn", "what it does"], rows)
-        blocks += [f"<h2>{head}</h2>", turned if head == "What to turn" else items]
+        turned = table(["value of the world file", "present value", "change", "effect"], rows)
+        blocks += [f"<h2>{head}</h2>", turned if head == "What to change" else items]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
 
 CAPTION = (
-    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a "
-    "time, and energy per head and tick: taken in above zero, burnt, given and lost below."
+    "Numbers on a log scale (a cross is an extinction), causes of death as shares of all deaths at a "
+    "time, and energy per capita and tick: intake above zero; energy burned, given and lost below."
 )
 
 
 def _lowest(case: Case, species: str) -> dict[str, Any]:
     n = case.series.of(species)
     here = np.flatnonzero(n)
-    at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it was gone within its first tick
+    at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it disappeared within its first tick
     low, mean = int(n[at]), float(n.mean())
     return {
         "n": low,

@@ -1,11 +1,11 @@
-// Interventions: what somebody does to the world. Each is an entry of [[interventions]] without its tick; the server adds that.
+// Interventions. Each is an entry of [[interventions]] without its tick, which the server adds.
 
 import { $, h, number } from "./dom.js";
 import { Changes, Knobs } from "./knobs.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
 
-const FENCE = ["Click two corners into the scene", "Click the other corner"];
+const FENCE = ["Click two corners in the scene", "Click the other corner"];
 
 export class Act {
   /**
@@ -16,20 +16,20 @@ export class Act {
     this.hello = hello;
     this.calls = calls;
     this.names = [...hello.species, ...(hello.objects ?? [])].map(({ name }) => name);
-    this.page = 0; // its number
+    this.page = 0; // number of this page
     /** @type {string | undefined} */
     this.done = undefined;
     this.aiming = false;
-    /** @type {number[][] | null} corners of a fence that were clicked; null where clicks place organisms */
+    /** @type {number[][] | null} corners of a fence clicked so far; null if clicks place organisms */
     this.corners = null;
     this.sent = 0;
     this.changes = new Changes((what, as) => this.send(what, as));
     this.knobs = new Knobs(this.changes);
     this.log = h("ol", { class: "log", "aria-live": "polite" });
-    $("act").replaceChildren(this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Done and said, on all pages" }), this.log);
+    $("act").replaceChildren(this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Log of all pages" }), this.log);
   }
 
-  /** @param {Record<string, unknown>} what @param {string} [as] how it came to be: "undo" or "reset" */
+  /** @param {Record<string, unknown>} what @param {string} [as] its origin: "undo" or "reset" */
   send(what, as) {
     this.sent++;
     this.calls.send(what, as);
@@ -39,14 +39,14 @@ export class Act {
     this.newcomer = choice(this.names, "Kind to place");
     const count = h("input", { class: "input", type: "number", min: 1, max: 100000, value: 10, "aria-label": "How many" });
     this.many = count;
-    this.aimer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Click into the scene", onclick: () => this.aim(!this.aiming || this.corners !== null) });
+    this.aimer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Click in the scene", onclick: () => this.aim(!this.aiming || this.corners !== null) });
     const random = h("button", { class: "button primary", type: "button", text: "At random places", onclick: () => {
       if (count.reportValidity()) this.send({ kind: "add", species: this.newcomer?.value, count: Number(count.value) });
     } });
     return group("Place", h("label", { text: "kind" }), this.newcomer, h("label", { text: "how many" }), count, h("div", { class: "row full" }, random, this.aimer));
   }
 
-  /** Whether the next click into the scene places organisms, or a corner of a fence. @param {boolean} on @param {boolean} [fence] */
+  /** Switches placing by clicks on or off: of organisms, or of the corners of a fence. @param {boolean} on @param {boolean} [fence] */
   aim(on, fence = false) {
     this.aiming = on;
     this.corners = on && fence ? [] : null;
@@ -59,7 +59,7 @@ export class Act {
   fences() {
     this.fencer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: FENCE[0], onclick: () => this.aim(this.corners === null, true) });
     const none = h("button", { class: "button", type: "button", text: "Remove all fences", onclick: () => this.send({ kind: "fence", remove: true }) });
-    return group("Fence", h("p", { class: "about", text: "Who walks does not cross it; smells, sight and births do." }), h("div", { class: "row full" }, this.fencer, none));
+    return group("Fence", h("p", { class: "about", text: "Walking animals cannot cross it; smells, sight and births can." }), h("div", { class: "row full" }, this.fencer, none));
   }
 
   /** @param {number[]} place [m] */
@@ -79,18 +79,18 @@ export class Act {
 
   cull() {
     const species = choice(this.names, "Kind to cull");
-    const share = h("input", { type: "range", min: 1, max: 100, value: 20, "aria-label": "Share that dies, in percent" });
-    const text = h("output", { text: "20 %", style: "min-width:48px;text-align:right" });
-    share.addEventListener("input", () => (text.textContent = `${share.value} %`));
-    const which = choice(["random", "oldest", "youngest", "richest", "poorest"], "Who first");
-    this.remover = h("button", { class: "button danger", type: "button", text: "Remove the selected one", disabled: true, onclick: () => {
+    const share = h("input", { type: "range", min: 1, max: 100, value: 20, "aria-label": "Share to cull, in percent" });
+    const text = h("output", { text: "20%", style: "min-width:48px;text-align:right" });
+    share.addEventListener("input", () => (text.textContent = `${share.value}%`));
+    const which = choice(["random", "oldest", "youngest", "richest", "poorest"], "Order");
+    this.remover = h("button", { class: "button danger", type: "button", text: "Remove the selected organism", disabled: true, onclick: () => {
       const selected = this.calls.selected();
       if (selected) this.send({ kind: "cull", species: selected.species, uids: [selected.uid], cause: "removed" });
     } });
     const go = h("button", { class: "button primary", type: "button", text: "Cull", onclick: () =>
       this.send({ kind: "cull", species: species.value, share: Number(share.value) / 100, which: which.value }) });
     return group("Cull", h("label", { text: "kind" }), species, h("label", { text: "share" }), h("div", { class: "row" }, share, text),
-      h("label", { text: "who first" }), which, h("div", { class: "row full" }, go, this.remover));
+      h("label", { text: "order" }), which, h("div", { class: "row full" }, go, this.remover));
   }
 
   switches() {
@@ -106,7 +106,7 @@ export class Act {
     return group("Switch", h("label", { text: "species" }), species, ...row("reproduction"), ...row("learning"));
   }
 
-  /** What was done so far, and how things stand: parameters are asked for again where somebody did something. @param {import("./protocol.js").Marks} marks */
+  /** Updates switches and log; reloads the parameters after an intervention. @param {import("./protocol.js").Marks} marks */
   mark({ switches, interventions = [] }) {
     this.standing(switches);
     const done = JSON.stringify([interventions.length, interventions.at(-1)]);
@@ -114,7 +114,7 @@ export class Act {
     this.done = done;
   }
 
-  /** How each species' switches stand: those of the chosen one, or of all where they agree, are marked. @param {import("./protocol.js").Marks["switches"]} now */
+  /** Marks the state of the chosen species' switches, or of all species if they agree. @param {import("./protocol.js").Marks["switches"]} now */
   standing(now) {
     this.switchedAs = now;
     const all = Object.entries(now ?? {}), chosen = all.filter(([name]) => name === this.switched?.value);
@@ -127,10 +127,10 @@ export class Act {
 
   change() {
     const list = h("datalist", { id: "parameterKeys" });
-    const key = h("input", { class: "input", list: "parameterKeys", placeholder: "type to search", "aria-label": "Parameter", autocomplete: "off", spellcheck: "false" });
+    const key = h("input", { class: "input", list: "parameterKeys", placeholder: "Type to search", "aria-label": "Parameter", autocomplete: "off", spellcheck: "false" });
     const value = h("input", { class: "input", "aria-label": "New value", autocomplete: "off" });
     const about = h("p", { class: "about", text: "" });
-    const slider = h("input", { type: "range", "aria-label": "Slide to another value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
+    const slider = h("input", { type: "range", "aria-label": "Slide to a new value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
     value.addEventListener("input", () => (slider.value = value.value));
     const { changes } = this, found = () => changes.find(key.value);
     const go = h("button", { class: "button primary", type: "button", text: "Change", disabled: true, onclick: () => {
@@ -166,12 +166,12 @@ export class Act {
     this.keys?.replaceChildren(...list.map(({ key, about }) => h("option", { value: key, text: about ?? "" })));
   }
 
-  /** Somebody else is selected. @param {boolean} there */
+  /** Enables or disables the buttons for the selected organism. @param {boolean} there */
   selected(there) {
     if (this.remover) this.remover.disabled = !there;
   }
 
-  /** What any page did, and what was answered: all of it, or what is new. @param {import("./protocol.js").LogMessage} message */
+  /** Adds entries to the log, or replaces all of them. @param {import("./protocol.js").LogMessage} message */
   record({ page, entries }) {
     if (page !== undefined) this.log.replaceChildren(), (this.page = page);
     for (const entry of entries) this.log.prepend(line(entry, entry.page === this.page));
@@ -181,7 +181,7 @@ export class Act {
   }
 }
 
-/** An entry of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page did it */
+/** A line of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page did it */
 function line({ tick, page, level, text, what, as }, own) {
   const who = page === null ? "the world" : own ? "this page" : `page ${page}`;
   const begin = level === "error" && page !== null ? `refused: ${what ? `${what}. ` : ""}` : as ? `${as}: ` : "";
@@ -194,7 +194,7 @@ const group = (title, ...content) => h("fieldset", {}, h("legend", { text: title
 /** @param {string[]} names @param {string} label */
 const choice = (names, label) => h("select", { class: "input", "aria-label": label }, ...names.map((name) => h("option", { text: name, value: name })));
 
-/** What a parameter is, in a line. @param {Parameter} parameter */
+/** A description of a parameter in one line. @param {Parameter} parameter */
 function tell({ about, unit, low, high }) {
   const limits = low !== null && low !== undefined ? (high !== null && high !== undefined ? `, ${number(low)} to ${number(high)}` : `, at least ${number(low)}`) : "";
   return `${about ?? ""}${unit ? ` [${unit}]` : ""}${limits}`;
@@ -203,7 +203,7 @@ function tell({ about, unit, low, high }) {
 /** @param {unknown} value */
 const written = (value) => (typeof value === "string" ? value : JSON.stringify(value));
 
-/** A number, true or false, a list where it reads as one; else text. @param {string} text */
+/** Parses a number, true, false or a list; otherwise returns the text. @param {string} text */
 function read(text) {
   try {
     return JSON.parse(text);

@@ -4,7 +4,7 @@ import { $, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").TableMessage} TableMessage */
 
-const PACE = 1000; // [ms] from one look to the next, while time passes
+const PACE = 1000; // [ms] between two requests while time passes
 
 export class All {
   /**
@@ -23,26 +23,26 @@ export class All {
     this.at = 0;
     const choice = h("select", { class: "input", style: "width:auto", "aria-label": "Species in the table", onchange: () => this.again({ species: choice.value, from: 0, sort: "uid", down: false }) },
       ...names.map((name) => h("option", { value: name, text: name, selected: name === this.asked.species })));
-    const where = h("input", { class: "input", type: "search", placeholder: "energy < 0.3, age > 100", "aria-label": "Show only those for which", spellcheck: "false", onchange: () => this.again({ where: where.value, from: 0 }) });
+    const where = h("input", { class: "input", type: "search", placeholder: "energy < 0.3, age > 100", "aria-label": "Filter: show only organisms for which this is true", spellcheck: "false", onchange: () => this.again({ where: where.value, from: 0 }) });
     this.where = where;
     this.note = h("p", { class: "about", role: "status" });
     this.head = h("tr");
     this.body = h("tbody");
-    this.back = h("button", { class: "button", type: "button", text: "‹ before", onclick: () => this.again({ from: Math.max(0, this.asked.from - 100) }) });
+    this.back = h("button", { class: "button", type: "button", text: "‹ previous", onclick: () => this.again({ from: Math.max(0, this.asked.from - 100) }) });
     this.on = h("button", { class: "button", type: "button", text: "next ›", onclick: () => this.again({ from: this.asked.from + 100 }) });
     this.root.replaceChildren(h("div", { class: "row table-tools" }, choice, where), this.note,
       h("div", { class: "table-box", tabindex: "0", role: "region", "aria-label": "All organisms" }, h("table", { class: "all" }, h("thead", {}, this.head), this.body)),
       h("div", { class: "row" }, this.back, this.on));
   }
 
-  /** Asks for the table again, with something changed. @param {Partial<All["asked"]>} [change] */
+  /** Requests the table again, with changed parameters. @param {Partial<All["asked"]>} [change] */
   again(change = {}) {
     Object.assign(this.asked, change);
     this.at = performance.now();
     if (this.asked.species) this.calls.ask(this.asked);
   }
 
-  /** Time has come to this tick: looks again now and then, while the table is shown. @param {number} tick */
+  /** Called at each tick: refreshes the table from time to time while it is shown. @param {number} tick */
   time(tick) {
     if (this.root.hidden || tick === this.tick || performance.now() - this.at < PACE) return;
     this.tick = tick;

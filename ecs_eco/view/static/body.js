@@ -1,14 +1,14 @@
-// The shapes of bodies: each kind of animal has a silhouette by what it eats, where it lives and how it compares with its like. Ahead is +x, in radii of
-// the body. Capsules and boxes are a box, −1 or 1 along each axis, whose corners the shader moves outwards along `facing` by the rounding.
+// The shapes of bodies. Each kind of animal has a silhouette that depends on its diet, its habitat and its variant. Forward is +x, in radii of the
+// body. Capsules and boxes are boxes from −1 to 1 along each axis; the shader moves their corners outward along `facing` by the rounding.
 
 /** @typedef {number[]} Corner x, y (left) and z (up) */
-/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half of the width along the length, from the tail to the nose; height for width; triangles */
+/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half width along the length, from tail to nose; ratio of height to width; triangles */
 
 const both = (/** @type {Corner[][]} */ fins) => fins.flatMap((fin) => [fin, fin.map(([x, y, z]) => [x, -y, z])]);
 
 /** @type {Record<string, Build>} */
 const BUILDS = {
-  // on land: who hunts is slender, with a wide chest, ears and a tail; who grazes is plump, with antlers; who lives on the dead has wings
+  // on land: hunters are slender, with a wide chest, ears and a tail; grazers are plump, with antlers; scavengers have wings
   hunter: { girth: [[-1.3, 0.1], [-0.8, 0.34], [0.2, 0.5], [0.8, 0.3], [1.15, 0.36], [2.1, 0]],
     fins: [[[-1.2, 0.2, 0.1], [-1.2, -0.2, 0.1], [-2.3, 0, 0.5]], ...both([[[0.75, 0.15, 0.3], [0.95, 0.62, 0.7], [1.2, 0.2, 0.3]], [[0.75, 0.3, -0.1], [-0.1, 0.4, -0.1], [-0.35, 1.15, -0.4]], [[-0.4, 0.3, -0.1], [-1.0, 0.3, -0.1], [-1.5, 0.95, -0.4]]])] },
   grazer: { girth: [[-1.2, 0], [-0.95, 0.68], [-0.1, 0.92], [0.6, 0.62], [0.95, 0.3], [1.25, 0.34], [1.6, 0]], flat: 0.8,
@@ -24,7 +24,7 @@ const BUILDS = {
     fins: both([[[0.8, 0.5, 0.1], [1.1, 0.9, 0.1], [1.6, 0.55, 0.1]], [[0.0, 0.8, 0], [-0.4, 1.35, -0.3], [-0.3, 0.7, 0]]]) },
 };
 
-/** Corners and normals of some facets, three of each. @param {number[][][]} facets */
+/** Corners and normals of facets, three of each per facet. @param {number[][][]} facets */
 function faceted(facets) {
   const corners = new Float32Array(facets.length * 9);
   const normals = new Float32Array(facets.length * 9);
@@ -43,13 +43,13 @@ function faceted(facets) {
 
 const AROUND = 6;
 
-/** How the like of a kind are told apart: the second is longer, the third broader, and so on. */
+/** Variants of a silhouette for kinds of the same type: the second is longer, the third broader, and so on. */
 const VARIANTS = [[1, 1], [1.25, 0.78], [0.82, 1.18], [1.4, 0.62]];
 
 /**
  * The silhouette of a kind.
  * @param {string} build
- * @param {number} variant among its like
+ * @param {number} variant index among kinds of the same type
  */
 export function animal(build, variant = 0) {
   const { girth, flat = 0.75, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
@@ -68,16 +68,16 @@ export function animal(build, variant = 0) {
   return faceted(facets.map((facet) => facet.map(([x, y, z]) => [long * x, wide * y, wide * z])));
 }
 
-/** The outline of the same from above, as polygons of x and y: for signs. @param {string} build @param {number} variant */
+/** The outline of a silhouette from above, as polygons of x and y, for icons. @param {string} build @param {number} variant */
 export function outline(build, variant = 0) {
   const { girth, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
   const [long, wide] = VARIANTS[variant % VARIANTS.length];
   const body = [...girth, ...girth.toReversed().map(([x, r]) => [x, -r])];
-  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // seen from above it is a line: drawn as if it lay
+  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // seen from above it is a line, so it is drawn lying flat
   return [body, ...fins.map((fin) => fin.map(([x, y, z]) => [x, upright(fin) ? 0.8 * z : y]))].map((polygon) => polygon.map(([x, y]) => [long * x, wide * y]));
 }
 
-/** Corners and normals of a box, three of each a facet. */
+/** Corners and normals of a box, three of each per facet. */
 export function box() {
   /** @type {number[]} */
   const corners = [];
@@ -96,7 +96,7 @@ export function box() {
   return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
 }
 
-/** The same of a capsule: a sphere, cut in two halves that lie at both ends. */
+/** Corners and normals of a capsule: a sphere cut into two halves, one at each end. */
 export function capsule(around = 12, along = 8) {
   /** @type {number[]} */
   const corners = [];

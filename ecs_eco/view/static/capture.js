@@ -1,13 +1,13 @@
-// Pictures and videos of the scene, as they are on the screen, saved as files.
+// Pictures and videos of the scene as shown on the screen, saved as files.
 
 import { $, h } from "./dom.js";
 import { save, slug } from "./save.js";
 import { css } from "./theme.js";
 
-const [RATE, KIND] = [30, "video/webm"]; // pictures a second
+const [RATE, KIND] = [30, "video/webm"]; // frames per second
 
 /**
- * Adds the buttons; the scene has its `onrender` already.
+ * Adds the buttons. The scene already has its `onrender`.
  * @param {import("./stage.js").Stage} stage
  * @param {import("./protocol.js").Hello} hello
  */
@@ -22,7 +22,7 @@ export function capture(stage, hello) {
     if (film) paint(stage, sheet);
   };
   const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene", onclick: () => {
-    stage.renderer.render(stage.scene, stage.eye.camera); // what was drawn before is gone by now
+    stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing has been discarded
     paint(stage, sheet);
     sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
   } });
@@ -31,10 +31,10 @@ export function capture(stage, hello) {
   let ending = false;
   const finish = () => {
     if (parts.length) return film?.stop();
-    paint(stage, sheet); // nothing is encoded yet: a recorder that stops now leaves an empty file
+    paint(stage, sheet); // nothing is encoded yet: a recorder that stops now would leave an empty file
     requestAnimationFrame(finish);
   };
-  const moving = h("button", { type: "button", "aria-pressed": "false", text: "Video", title: "Film the scene; a second click saves it", onclick: () => {
+  const moving = h("button", { type: "button", "aria-pressed": "false", text: "Video", title: "Record a video of the scene; click again to save it", onclick: () => {
     if (film) {
       if (!ending) finish();
       ending = true;
@@ -58,7 +58,7 @@ export function capture(stage, hello) {
 }
 
 /**
- * Copies the sky, the scene and what is drawn over it; right after the scene was drawn.
+ * Copies the sky, the scene and its overlay; called right after the scene was drawn.
  * @param {import("./stage.js").Stage} stage
  * @param {HTMLCanvasElement} sheet
  */

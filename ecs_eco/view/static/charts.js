@@ -1,4 +1,4 @@
-// Charts that scroll along, one under the other on one axis of ticks: populations, happiness, genes, births and deaths; nights shaded.
+// Scrolling charts, stacked on one axis of ticks: populations, happiness, genes, births and deaths, with nights shaded.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
@@ -13,11 +13,11 @@ import { css, isDark } from "./theme.js";
 /** @typedef {import("./protocol.js").Series} Series */
 /** @typedef {(number | null)[]} Line */
 
-const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // of lines [px]; thin and thick where there is a second world
+const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; thin and thick if there is a second world
 const SPARK = 40; // points of a sparkline
 const LATELY = 60; // points over which causes of death are counted
-const MOST = 12000; // points kept; then every second of the older half goes
-const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
+const MOST = 12000; // points kept; beyond that, every second point of the older half is dropped
+const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
 /** @typedef {{key: string, title: string, unit: string}} Chart */
 
@@ -26,9 +26,9 @@ const CHARTS = [
   { key: "n", title: "Populations", unit: "organisms" },
   { key: "happiness", title: "Happiness", unit: "mean" },
   { key: "genes", title: "Genes", unit: "mean" },
-  { key: "causes", title: "Deaths", unit: "a tick, by cause" },
-  { key: "births", title: "Births", unit: "a tick" },
-  { key: "energy", title: "Energy", unit: "a tick, taken in and burnt" },
+  { key: "causes", title: "Deaths", unit: "per tick, by cause" },
+  { key: "births", title: "Births", unit: "per tick" },
+  { key: "energy", title: "Energy", unit: "per tick, taken in and burned" },
 ];
 
 export class Charts {
@@ -42,13 +42,13 @@ export class Charts {
     this.hello = hello;
     this.colourOf = colourOf;
     this.seek = seek;
-    /** @type {[number, number] | null} ticks that were chosen by dragging */
+    /** @type {[number, number] | null} ticks chosen by dragging */
     this.zoom = null;
     const plants = hello.species.filter(({ moves }) => !moves).map(({ name }) => name);
     this.plants = plants.length < hello.species.length ? plants : [];
     /** @type {import("./other.js").Other | null} the curves of a second world */
     this.other = null;
-    this.layout = ""; // which charts there are
+    this.layout = ""; // which charts exist
     this.tick = hello.tick;
     /** @type {number[]} */
     this.ticks = [];
@@ -58,10 +58,10 @@ export class Charts {
     this.redraw = () => this.draw();
     /** @type {Record<string, Record<string, Line>>} */
     this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {}, energy: {}, flows: {} };
-    this.shared = false; // whether what each food gave is not known, but shared among them
+    this.shared = false; // whether the energy of each food is estimated from numbers eaten
     /** @type {Set<string>} */
     this.hidden = new Set(recalled());
-    /** @type {Set<string>} kinds that the legend hides */
+    /** @type {Set<string>} kinds hidden in the legend */
     this.away = new Set();
     this.window = hello.mode === "replay" ? Infinity : 2000;
     this.log = false;
@@ -114,7 +114,7 @@ export class Charts {
     soon(this.redraw);
   }
 
-  /** Forgets what is at a tick and after. @param {number} tick */
+  /** Deletes the points at this tick and later ones. @param {number} tick */
   cut(tick) {
     const keep = this.ticks.findIndex((t) => t >= tick);
     for (const line of this.all()) line.length = keep;
@@ -129,12 +129,12 @@ export class Charts {
     }
   }
 
-  /** Every array that goes along with the ticks. @returns {Line[]} */
+  /** All arrays that are parallel to the ticks. @returns {Line[]} */
   all() {
     return [this.ticks, this.light, ...Object.values(this.lines).flatMap((lines) => Object.values(lines))];
   }
 
-  /** Time has come to this tick. @param {number} tick */
+  /** Called when time reaches a tick. @param {number} tick */
   at(tick) {
     if (tick === this.tick) return;
     this.tick = tick;
@@ -143,7 +143,7 @@ export class Charts {
     this.figures.at();
   }
 
-  /** Points at a tick in all charts, so that what was there can be read. @param {number} tick */
+  /** Points at a tick in all charts, so that its values can be read. @param {number} tick */
   point(tick) {
     if (this.window !== Infinity && (this.ticks[this.ticks.length - 1] ?? 0) - tick > this.window) {
       this.window = Infinity;
@@ -183,14 +183,14 @@ export class Charts {
     this.figures.rebuild();
   }
 
-  /** Shows these ticks alone; null: as chosen. @param {[number, number] | null} ticks */
+  /** Shows only these ticks; null: the selected range. @param {[number, number] | null} ticks */
   zoomed(ticks) {
     this.zoom = ticks;
     if (this.back) this.back.hidden = ticks === null;
     this.draw();
   }
 
-  /** What the timeline draws. @returns {import("./lanes.js").Counted} */
+  /** The data that the timeline draws. @returns {import("./lanes.js").Counted} */
   lanes() {
     const deaths = (/** @type {string} */ name) => {
       const lines = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `)).map(([, line]) => line);
@@ -199,7 +199,7 @@ export class Charts {
     return { ticks: this.ticks, births: this.lines.births, deaths, colourOf: (name) => this.colourOf(name) };
   }
 
-  /** What is known of a kind now, for the legend. @param {string} name */
+  /** The present data on a kind, for the legend. @param {string} name */
   brief(name) {
     const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
     const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);
@@ -212,7 +212,7 @@ export class Charts {
       for (let i = Math.max(1, at + 1 - points); i <= at; i++) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
         const span = this.ticks[i] - this.ticks[i - 1];
-        sum += span * (values[i] ?? 0); // a cause that nobody had died of yet
+        sum += span * (values[i] ?? 0); // a cause that has not occurred yet
         ticks += span;
       }
       return ticks ? sum / ticks : null;
@@ -252,9 +252,9 @@ export class Charts {
     this.figures.at();
   }
 
-  /** Lines with something to show. @param {string} key */
+  /** The lines with data. @param {string} key */
   names(key) {
-    const plants = key === "causes" || key === "energy" ? this.plants : []; // theirs would hide all others
+    const plants = key === "causes" || key === "energy" ? this.plants : []; // their curves would hide all others
     return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null) || this.other?.lines[key]?.[name]);
   }
 
@@ -276,7 +276,7 @@ export class Charts {
   /**
    * @param {Chart} chart
    * @param {string[]} names
-   * @param {boolean} lowest whether no other chart is below
+   * @param {boolean} lowest whether this is the bottom chart
    */
   build({ key, title, unit }, names, lowest) {
     const hues = genes(isDark());
@@ -313,7 +313,7 @@ export class Charts {
     return { plot, values };
   }
 
-  /** A stretch was dragged over. @param {uPlot} plot */
+  /** Zooms to a range selected by dragging. @param {uPlot} plot */
   dragged(plot) {
     const { left, width } = plot.select;
     if (width < 4) return;
@@ -322,12 +322,12 @@ export class Charts {
     this.zoomed([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
   }
 
-  /** Goes in time to where it was clicked. @param {uPlot} plot */
+  /** Goes to the clicked tick. @param {uPlot} plot */
   clicked(plot) {
     if (this.hello.mode === "replay" && performance.now() - (this.moved ?? 0) > 300) this.seek(Math.round(plot.posToVal(plot.cursor.left ?? 0, "x")));
   }
 
-  /** Numbers beside the names: under the pointer, else now. */
+  /** Updates the values next to the names: at the pointer, else at the present tick. */
   values() {
     const idx = [...this.plots.values()][0]?.plot.cursor.idx;
     if (this.pointed) this.pointed.textContent = idx == null ? "" : `tick ${number(this.ticks[idx])}`;
@@ -341,7 +341,7 @@ export class Charts {
     }
   }
 
-  /** In replay: where the scene is. @param {uPlot} u */
+  /** Draws the present tick of a replay. @param {uPlot} u */
   cursor(u) {
     if (this.hello.mode !== "replay") return;
     const x = u.valToPos(this.tick, "x", true);

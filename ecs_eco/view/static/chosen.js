@@ -1,4 +1,4 @@
-// Who is selected, and in which of two worlds: that world's scene leads; in the other one those who are in both have a ring, too.
+// The selected organism and its world. That world's scene leads; the other scene also marks the organism with a ring if it exists in both.
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
@@ -11,7 +11,7 @@ export class Chosen {
     this.second = false;
   }
 
-  /** The scene of the world that it is of. */
+  /** The scene of its world. */
   get stage() {
     return this.second ? this.stages.second() : this.stages.first();
   }
@@ -21,31 +21,31 @@ export class Chosen {
     return this.second ? this.stages.first() : this.stages.second();
   }
 
-  /** Where it is drawn, null where it is not [m]. */
+  /** Its position in the scene [m], or null if it is not drawn. */
   get place() {
     return this.uid === null ? null : this.stage?.place(this.uid) ?? null;
   }
 
-  /** @param {number | null} uid @param {boolean} second whether it is one of the second world */
+  /** @param {number | null} uid @param {boolean} second whether it belongs to the second world */
   take(uid, second) {
     this.uid = uid;
     this.second = second && uid !== null;
     this.mark();
   }
 
-  /** Marks it in its own scene, and in no other one until it is known to be in both. */
+  /** Marks it in its own scene, and in the other one only if it is known to exist in both. */
   mark() {
     for (const stage of [this.stage, this.other]) if (stage) stage.over.organism = null;
     this.stage?.select(this.uid);
     this.other?.select(null);
   }
 
-  /** What a request says of it. */
+  /** The fields of a request that identify it. */
   get asked() {
     return { uid: this.uid, ...(this.second ? { second: true } : {}) };
   }
 
-  /** Takes its state; returns whether it is that of the selected one. @param {import("./protocol.js").Organism} organism */
+  /** Stores a state; returns whether it belongs to the selected organism. @param {import("./protocol.js").Organism} organism */
   told(organism) {
     if (organism.uid !== this.uid || (organism.second ?? false) !== this.second) return false;
     if (this.stage) (this.stage.over.organism = organism), (this.stage.dirty = true);
@@ -58,18 +58,18 @@ export class Chosen {
     return this.stage?.eye.preset === "follow";
   }
 
-  /** Lets the camera follow it: that of its own scene, whose look the other one copies. */
+  /** Makes the camera of its scene follow it; the other scene copies that camera. */
   follow() {
     const { stage, other } = this;
     if (!stage) return;
     if (other) this.stay(other);
     stage.eye.followed = this.place;
     stage.eye.look("follow");
-    stage.eye.touched ||= this.second; // it is not laid out anew by itself
+    stage.eye.touched ||= this.second; // keeps its camera when the layout changes
     stage.dirty = true;
   }
 
-  /** The camera of a scene follows nobody. @param {Stage} stage */
+  /** Stops a scene's camera from following. @param {Stage} stage */
   stay({ eye }) {
     if (eye.preset === "follow") (eye.preset = "side"), (eye.touched = true);
   }

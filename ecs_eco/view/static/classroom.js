@@ -1,19 +1,19 @@
-// Classroom mode: large words and few controls, for a page that many look at.
+// Classroom mode: large text and few controls, for a screen that a group watches.
 
 import { $, h } from "./dom.js";
 
-const KEPT = "ecs-eco-classroom"; // in localStorage: whether it is on
+const KEPT = "ecs-eco-classroom"; // in localStorage: whether the mode is on
 
-/** Adds the button, and takes up what was chosen before. */
+/** Adds the button and restores the previous choice. */
 export function classroom() {
-  const button = h("button", { id: "classroom", class: "icon", type: "button", text: "Aa", title: "Classroom: large words, few controls", "aria-label": "Classroom: large words, few controls", onclick: () => turn(!document.documentElement.hasAttribute("data-classroom")) });
+  const button = h("button", { id: "classroom", class: "icon", type: "button", text: "Aa", title: "Classroom mode: large text, few controls", "aria-label": "Classroom mode: large text, few controls", onclick: () => turn(!document.documentElement.hasAttribute("data-classroom")) });
   const turn = (/** @type {boolean} */ on) => {
     document.documentElement.toggleAttribute("data-classroom", on);
     button.setAttribute("aria-pressed", String(on));
     if (on && ["tab-all", "tab-act"].some((id) => $(id).getAttribute("aria-selected") === "true")) $("tab-charts").click();
     try {
       localStorage.setItem(KEPT, on ? "on" : "off");
-    } catch {} // private windows may forbid it
+    } catch {} // private windows may forbid storage
     window.dispatchEvent(new Event("resize"));
   };
   $("theme").before(button);

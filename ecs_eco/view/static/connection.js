@@ -1,19 +1,19 @@
-// The WebSocket to the server: what arrives is handed to who listens for its kind; reconnects politely.
+// The WebSocket to the server: passes each message to the listeners for its kind, and reconnects with growing delays.
 
 import { enter, SUBPROTOCOL } from "./credential.js";
 
 /** @typedef {import("./protocol.js").Message} Message */
 /** @typedef {"connecting" | "open" | "lost" | "ended" | "refused"} Link */
 
-const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last, the run has ended
+const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last one, the run is considered ended
 
-const ENDS = [1000, 1001, 1012]; // the server went away on purpose
+const ENDS = [1000, 1001, 1012]; // the server closed on purpose
 
 export class Connection {
   constructor() {
     /** @type {Map<string, ((message: any) => void)[]>} */
     this.listeners = new Map();
-    /** @type {(buffer: ArrayBuffer) => number} reads a frame and returns its number */
+    /** @type {(buffer: ArrayBuffer) => number} decodes a frame and returns its number */
     this.onframe = () => 0;
     /** @type {(link: Link) => void} */
     this.onlink = () => {};
@@ -22,10 +22,10 @@ export class Connection {
     /** @type {WebSocket | null} */
     this.socket = null;
     this.attempts = 0;
-    this.attempt = 0; // the last that began
+    this.attempt = 0; // number of the latest attempt
     this.greeted = false;
     this.live = false;
-    this.done = false; // whether a living world has come to its end
+    this.done = false; // whether a living world has reached its end
   }
 
   /**
@@ -42,7 +42,7 @@ export class Connection {
     this.onlink("connecting");
     const attempt = ++this.attempt;
     const found = await enter();
-    if (attempt !== this.attempt) return; // another one has begun meanwhile
+    if (attempt !== this.attempt) return; // a newer attempt has started
     if (found === "no answer") return this.closed(1006);
     if (found === "refused") return this.onlink("refused");
     const scheme = location.protocol === "https:" ? "wss" : "ws";
@@ -86,7 +86,7 @@ export class Connection {
   }
 
   /**
-   * Says something to the server; nothing where nobody listens.
+   * Sends a message to the server, if it is connected.
    * @param {{kind: string} & Record<string, unknown>} message
    */
   send(message) {

@@ -1,4 +1,4 @@
-// What tests read of the page, as window.ecs; see docs/reference/watching_page.md.
+// Data about the page that tests read, as window.ecs; see docs/reference/watching_page.md.
 
 import { $ } from "./dom.js";
 

@@ -1,9 +1,9 @@
-// What lets this tab in: the code of its address, which works once, exchanged for a credential that the tab keeps for itself.
+// Access to the server: the code in the address works once, and is exchanged for a credential that only this tab keeps.
 
 export const SUBPROTOCOL = "ecs-eco";
-const KEPT = "credential"; // in sessionStorage, which knows origins with their ports, and ends with the tab
+const KEPT = "credential"; // in sessionStorage, which is separate for each origin and port, and ends with the tab
 
-/** Takes the code out of the address, so that neither the address bar nor a copy of it shows one. */
+/** Removes the code from the address, so that neither the address bar nor a copy of it reveals the code. */
 export function taken() {
   const words = new URLSearchParams(location.hash.slice(1));
   const code = words.get("code");
@@ -11,7 +11,7 @@ export function taken() {
   if (code !== null && Number.isInteger(port) && port > 0 && port < 65536) keepMap(port);
   words.delete("code");
   words.delete("map");
-  const rest = [...words].map(([name, value]) => `${name}=${value}`).join("&"); // what a link asks for
+  const rest = [...words].map(([name, value]) => `${name}=${value}`).join("&"); // parameters of a link
   if (code !== null) history.replaceState(history.state, "", location.pathname + (rest && `#${rest}`));
   return code;
 }
@@ -25,7 +25,7 @@ function keepMap(port) {
   } catch {} // as for the credential
 }
 
-/** The address of the map of islands that led to this page; null where none did. */
+/** The address of the map of islands that led to this page, or null. */
 export function cameFrom() {
   try {
     const port = sessionStorage.getItem(MAP);
@@ -40,13 +40,13 @@ async function ask(authorization) {
   try {
     return await fetch("/enter", { method: "POST", headers: { authorization }, cache: "no-store" });
   } catch {
-    return null; // nobody listens
+    return null; // the server does not answer
   }
 }
 
-/** @type {string | null} a code that nobody has answered yet */
+/** @type {string | null} a code that waits for an answer */
 let pending = null;
-/** @type {string | null} the credential, where the browser lets a page in a frame, as in a notebook, keep nothing */
+/** @type {string | null} the credential, for browsers that give a framed page, as in a notebook, no storage */
 let inMemory = null;
 
 /** The credential that this tab has. */
@@ -64,12 +64,12 @@ function keep(credential) {
   try {
     sessionStorage.setItem(KEPT, credential);
   } catch {
-    // it lives as long as this page
+    // it is lost when this page closes
   }
 }
 
 /**
- * Asks to be let in: with the code of the address, else with the credential that this tab has.
+ * Requests access with the code in the address, or with the credential of this tab.
  * @returns {Promise<{credential: string} | "refused" | "no answer">}
  */
 export async function enter() {

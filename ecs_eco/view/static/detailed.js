@@ -1,4 +1,4 @@
-// Stretches of a recorded run in which more is known of organisms: thin bars on the timeline, and words.
+// Stretches of a recorded run with more detail on organisms: thin bars on the timeline, and texts.
 
 import { number } from "./dom.js";
 import { css } from "./theme.js";
@@ -7,22 +7,22 @@ import { css } from "./theme.js";
 
 const ROW = 4; // [px]
 
-/** What is known in a stretch. @param {Detailed} stretch */
+/** The text about a stretch. @param {Detailed} stretch */
 export function words({ kind, first, last, species, n, wrong }) {
   const ticks = `ticks ${number(first)} to ${number(last)}`;
-  if (kind === "filled") return `Filled in: ${ticks}${wrong === null ? "" : `, otherwise than recorded from ${number(wrong)} on`}`;
-  return `${kind === "full" ? "All details" : `Details of ${number(n)} focal organisms each`} of ${species.join(", ")}: ${ticks}`;
+  if (kind === "filled") return `Filled in: ${ticks}${wrong === null ? "" : `, differs from the record from tick ${number(wrong)} on`}`;
+  return `${kind === "full" ? "All details" : `Details of ${number(n)} focal organisms per species`} of ${species.join(", ")}: ${ticks}`;
 }
 
 /** Height of all bars [px]. @param {Detailed[]} stretches */
 export const heightOf = (stretches) => ROW * rows(stretches).length;
 
 /**
- * Draws them, recorded ones above those that were filled in.
+ * Draws the bars, recorded stretches above those filled in.
  * @param {CanvasRenderingContext2D} pen
  * @param {(tick: number) => number} at
  * @param {Detailed[]} stretches
- * @param {number} low their lower edge [px]
+ * @param {number} low lower edge of the bars [px]
  */
 export function bars(pen, at, stretches, low) {
   rows(stretches).forEach((row, k, { length }) => {

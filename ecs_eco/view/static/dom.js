@@ -1,4 +1,4 @@
-// Small helpers to make and find elements.
+// Helpers that create and find elements.
 
 /**
  * An element with attributes (on… are listeners, `class`, `text`, booleans) and children.
@@ -16,7 +16,7 @@ export function h(tag, attributes = {}, ...children) {
 }
 
 /**
- * An SVG element, as `h`.
+ * An SVG element, like `h`.
  * @param {string} tag
  * @param {Record<string, any>} [attributes]
  * @param {...(Node | string)} children
@@ -43,7 +43,7 @@ function set(element, attributes) {
 }
 
 /**
- * The element with this id, which index.html is known to have.
+ * The element with this id, which index.html must contain.
  * @param {string} id
  * @returns {any}
  */
@@ -54,7 +54,7 @@ export function $(id) {
 }
 
 /**
- * A number for people: three digits or so, thin signs for large ones.
+ * A number for display: about three digits, with thin spaces in large numbers.
  * @param {number | null | undefined} value
  * @param {number} [digits]
  */
@@ -67,7 +67,7 @@ export function number(value, digits = 3) {
 }
 
 /**
- * Says something to screen readers.
+ * Announces a text to screen readers.
  * @param {string} text
  */
 export function announce(text) {

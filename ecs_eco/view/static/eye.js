@@ -30,7 +30,7 @@ export class Eye {
     this.controls.maxPolarAngle = size.length > 2 ? Math.PI * 0.92 : Math.PI * 0.49;
     /** @type {Preset} */
     this.preset = "side";
-    this.touched = false; // whether somebody has moved the camera since the preset
+    this.touched = false; // whether the user has moved the camera since the preset
     this.controls.addEventListener("start", () => {
       this.touched = true;
       this.flight = null;
@@ -39,26 +39,26 @@ export class Eye {
     this.flight = null;
     /** @type {Vector3 | null} */
     this.followed = null;
-    /** @type {() => number[][]} left, top, right and bottom of what lies over the scene [px] */
+    /** @type {() => number[][]} left, top, right and bottom of elements over the scene [px] */
     this.cover = () => [];
-    /** @type {number[][]} the same, at the last look */
+    /** @type {number[][]} the same at the last check */
     this.covered = [];
     this.width = this.height = 1; // [px]
-    this.shift = [0, 0]; // of the picture, so that all of the world is clear of that [px]
+    this.shift = [0, 0]; // of the picture, so that these elements cover no part of the world
   }
 
-  /** The middle of the world. */
+  /** The center of the world. */
   middle() {
     return new Vector3(this.size[0] / 2, this.size[1] / 2, (this.levels[0] + this.levels[1]) / 2);
   }
 
-  /** Where one looks from. @param {Preset} preset */
+  /** The viewing direction of a preset. @param {Preset} preset */
   direction(preset) {
     if (preset === "top") return new Vector3(0, -0.012, 1).normalize();
     return this.size.length > 2 ? new Vector3(0.34, -1, 0.3).normalize() : new Vector3(0, -0.82, 0.86).normalize();
   }
 
-  /** Corners of the world, and points along its edges. @param {number} parts of an edge */
+  /** The corners of the world, and points along its edges. @param {number} parts per edge */
   edges(parts) {
     const points = [];
     const ends = [[0, this.size[0]], [0, this.size[1]], this.levels];
@@ -74,7 +74,7 @@ export class Eye {
   }
 
   /**
-   * Distance at which all of the world is in sight and clear of what lies over the scene, and the shift of the picture [px].
+   * The distance at which the whole world is in view and not covered by elements over the scene, and the shift of the picture [px].
    * @param {Vector3} direction
    */
   fit(direction) {
@@ -109,7 +109,7 @@ export class Eye {
     return best;
   }
 
-  /** Shifts of the picture that may make more of the world's room. */
+  /** Shifts of the picture that may use the free space better. */
   shifts() {
     const [w, h] = [this.width, this.height];
     const left = Math.max(0, ...this.covered.filter(([a]) => a < w / 3).map(([, , c]) => c));
@@ -119,7 +119,7 @@ export class Eye {
   }
 
   /**
-   * Looks from a preset.
+   * Moves to a preset.
    * @param {Preset} preset
    * @param {boolean} [fly] whether the camera moves there smoothly
    */
@@ -141,7 +141,7 @@ export class Eye {
     else this.put(to);
   }
 
-  /** Moves the picture. @param {number[]} shift [px] */
+  /** Shifts the picture. @param {number[]} shift [px] */
   move(shift) {
     this.shift = shift;
     this.camera.setViewOffset(this.width, this.height, -shift[0], -shift[1], this.width, this.height);
@@ -156,7 +156,7 @@ export class Eye {
   }
 
   /**
-   * Where the followed organism is now.
+   * Sets the position of the followed organism.
    * @param {Vector3 | null} place
    */
   follow(place) {
@@ -172,7 +172,7 @@ export class Eye {
   }
 
   /**
-   * Moves on; says whether anything moved.
+   * Updates the camera; returns whether anything moved.
    * @param {number} now [ms]
    */
   update(now) {
@@ -190,12 +190,12 @@ export class Eye {
   }
 
   /**
-   * By keyboard: moves along the ground, turns, comes nearer.
-   * @param {number} right share of the distance to the target
+   * Moves the camera by keyboard: along the ground, around the target, and closer.
+   * @param {number} right as a share of the distance to the target
    * @param {number} ahead
    * @param {number} [turn] [rad]
    * @param {number} [zoom] factor
-   * @param {number} [tilt] [rad] towards the view from above
+   * @param {number} [tilt] [rad] toward the view from above
    */
   nudge(right, ahead, turn = 0, zoom = 1, tilt = 0) {
     this.touched = true;

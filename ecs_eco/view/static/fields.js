@@ -1,4 +1,4 @@
-// Which field lies over the scene: the choice, and what its colours mean.
+// The choice of the field shown over the scene, and the legend of its colors.
 
 import { $, h, number } from "./dom.js";
 import { gradient } from "./colours.js";
@@ -6,9 +6,9 @@ import { gradient } from "./colours.js";
 const FOOD = "food of ";
 
 /**
- * Offers the fields of a world; returns what takes the maps that the server sends.
+ * Offers the fields of a world; returns the receiver of the server's maps.
  * @param {import("./stage.js").Stage} stage
- * @param {(name: string | null) => void} ask the server for a field
+ * @param {(name: string | null) => void} requests a field from the server
  */
 export function fields(stage, ask) {
   const { hello } = stage;

@@ -1,4 +1,4 @@
-// Figures below the charts: the phase plane of two species, and how the values that colour organisms are spread.
+// Figures below the charts: the phase plane of two species, and the distribution of the values that color organisms.
 
 import { h, number, s } from "./dom.js";
 import { Flows } from "./flows.js";
@@ -8,7 +8,7 @@ import { Scatter } from "./scatter.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
-/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene what the scene shows now */
+/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene access to the present scene */
 
 export const FIGURES = [{ key: "flows", title: "Who eats whom" }, { key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
 
@@ -17,7 +17,7 @@ const [WIDE, HIGH] = [360, 250]; // of a figure, in its own units
 const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
 const MOST = 1500; // points of the curve
 const BINS = 25;
-const PACE = 250; // [ms] between two pictures of a distribution
+const PACE = 250; // [ms] between two updates of a distribution
 
 export class Figures {
   /**
@@ -37,7 +37,7 @@ export class Figures {
     this.waiting = 0;
   }
 
-  /** Whether a world has what a figure needs. @param {string} key */
+  /** Whether a world has the data for a figure. @param {string} key */
   has(key) {
     if (key === "flows") return this.flows.has();
     if (key === "scatter") return this.names.length > 0;
@@ -48,7 +48,7 @@ export class Figures {
     return FIGURES.filter(({ key }) => this.has(key) && !this.charts.hidden.has(key)).map(({ key }) => key);
   }
 
-  /** Builds the frames of those that are shown. */
+  /** Builds the frames of the figures that are shown. */
   rebuild() {
     this.root.replaceChildren();
     /** @type {HTMLElement | null} */
@@ -64,7 +64,7 @@ export class Figures {
       const place = h("div", { class: "figure" });
       if (key === "plane") {
         this.plane = place;
-        const choice = (/** @type {number} */ axis) => h("select", { class: "input", "aria-label": axis ? "Species upwards" : "Species to the right", onchange: (/** @type {Event} */ event) => {
+        const choice = (/** @type {number} */ axis) => h("select", { class: "input", "aria-label": axis ? "Species on the vertical axis" : "Species on the horizontal axis", onchange: (/** @type {Event} */ event) => {
           this.pair[axis] = /** @type {HTMLSelectElement} */ (event.currentTarget).value;
           remember(this.pair);
           this.draw();
@@ -72,7 +72,7 @@ export class Figures {
         this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Phase plane" }), h("span", { class: "unit", text: "organisms" }), choice(1), "against", choice(0), h("span", { class: "grow" }), drawing("Phase plane", () => place.querySelector("svg"))), place));
       } else {
         this.spread = place;
-        const choice = h("select", { class: "input", "aria-label": "Value whose distribution is shown", onchange: () => this.scene.colour(choice.value) },
+        const choice = h("select", { class: "input", "aria-label": "Value of the distribution", onchange: () => this.scene.colour(choice.value) },
           ...this.scene.colours.map((name) => h("option", { value: name, text: name === "species" ? "choose …" : name.replace("gene:", "gene "), selected: name === this.scene.by() })));
         this.choice = choice;
         this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Distribution" }), h("span", { class: "unit", text: "share of a species, by" }), choice, h("span", { class: "grow" }), drawing("Distribution", () => place.querySelector("svg"))), place));
@@ -81,7 +81,7 @@ export class Figures {
     this.draw();
   }
 
-  /** After new points, or another tick: at once, then at a pace. */
+  /** Updates after new points or another tick: first at once, then at a fixed pace. */
   at() {
     this.scatter.time(this.charts.tick);
     if (!this.flows.place && this.shown().includes("flows")) this.flows.rebuild(true);
@@ -99,7 +99,7 @@ export class Figures {
     this.spread?.replaceChildren(this.histogram());
   }
 
-  /** The numbers of one species against those of another; older ticks are paler. */
+  /** The numbers of one species plotted against another's; older ticks are paler. */
   curve() {
     const { charts, pair } = this;
     const end = charts.hello.mode === "replay" ? charts.ticks.findLastIndex((tick) => tick <= charts.tick) : charts.ticks.length - 1;
@@ -128,11 +128,11 @@ export class Figures {
     return root;
   }
 
-  /** How many of each species have which value, of those that have one. */
+  /** A histogram of the value for each species that has it. */
   histogram() {
     const by = this.scene.by();
     if (this.choice && this.choice.value !== by) this.choice.value = by;
-    if (by === "species") return h("p", { class: "about", text: "Choose a value: organisms are coloured by it, and its distribution stands here." });
+    if (by === "species") return h("p", { class: "about", text: "Choose a value to color the organisms by; its distribution appears here." });
     const scales = this.scene.scales();
     const found = this.scene.layers().filter(({ kind, block, shown }) => !kind.inanimate && shown && block.n && scales[kind.name]).map(({ kind, block }) => ({ name: kind.name, range: scales[kind.name], ...binned(block) })).filter(({ n }) => n);
     if (!found.length) return h("p", { class: "about", text: "No organism has this value." });
@@ -153,7 +153,7 @@ export class Figures {
   }
 }
 
-/** Numbers of organisms by value; those without one are not counted. @param {import("./frame.js").Block} block */
+/** Numbers of organisms by value, without organisms that have no value. @param {import("./frame.js").Block} block */
 function binned({ n, words }) {
   const bins = Array(BINS).fill(0);
   let counted = 0;
@@ -170,9 +170,9 @@ function binned({ n, words }) {
  * Axes with titles and numbers.
  * @param {string} right
  * @param {string} up
- * @param {number[]} most at the ends of both
+ * @param {number[]} most at the ends of the axes
  * @param {string} label
- * @param {number} low at the beginning of the first
+ * @param {number} low at the start of the first axis
  */
 function axes(right, up, most, label, low = 0) {
   const root = s("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, class: "figure-axes", role: "img", "aria-label": label });
@@ -202,5 +202,5 @@ function recalled(names) {
 function remember(pair) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(pair));
-  } catch {} // private windows may forbid it
+  } catch {} // private windows may forbid storage
 }

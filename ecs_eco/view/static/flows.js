@@ -1,4 +1,4 @@
-// Who eats how much of whom: a band from each that is eaten to each that eats it, as wide as the energy, or the number, of the stretch that the charts show.
+// Energy flows: a band from each food to its eater, as wide as the energy, or the number of organisms, in the period that the charts show.
 
 import { h, number, s } from "./dom.js";
 import { kindsOf } from "./marks.js";
@@ -8,36 +8,36 @@ import { levels } from "./world.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
 /** @typedef {{from: string, to: string, energy: number, meals: number | null}} Meal */
-/** @typedef {{name: string, level: number, colour: string, light: number, other: number, burnt: number, dead: number, died: number, given: number}} Node what each does in a tick */
+/** @typedef {{name: string, level: number, colour: string, light: number, other: number, burnt: number, dead: number, died: number, given: number}} Node the flows of a species per tick */
 
 const KEPT = "ecs-eco-flows"; // in localStorage: energy or numbers
-const UNITS = [["energy", "energy a tick"], ["meals", "organisms eaten a tick"]];
+const UNITS = [["energy", "energy per tick"], ["meals", "organisms eaten per tick"]];
 const [BAR, TOP, GAP, STUB, TALL] = [9, 18, 24, 30, 76]; // [px] of the drawing
-const THIN = 1.2; // [px] of a band that is there at all
+const THIN = 1.2; // [px] of the narrowest band
 
 export class Flows {
   /** @param {Charts} charts */
   constructor(charts) {
     this.charts = charts;
     this.unit = recalled();
-    /** @type {HTMLElement | null} where it stands; null where it is not shown */
+    /** @type {HTMLElement | null} the element that contains it; null if it is not shown */
     this.place = null;
     this.root = h("div");
     this.wide = 0; // [px] of the last drawing
     new ResizeObserver(() => this.place && this.place.clientWidth !== this.wide && this.draw()).observe(this.root);
   }
 
-  /** Whether this world has what it shows: somebody eats, and what is eaten is known. */
+  /** Whether this world has feeding relations, and data on them. */
   has() {
     return Object.values(this.charts.hello.foods ?? {}).some((foods) => foods.length) && Object.keys(this.charts.lines.flows).length > 0;
   }
 
-  /** Builds its frame, or takes it away. @param {boolean} shown */
+  /** Builds its frame, or removes it. @param {boolean} shown */
   rebuild(shown) {
     this.place = null;
     this.root.replaceChildren();
     if (!shown) return;
-    const choice = h("select", { class: "input", "aria-label": "Bands are as wide as", onchange: () => {
+    const choice = h("select", { class: "input", "aria-label": "Width of bands", onchange: () => {
       this.unit = choice.value;
       remember(this.unit);
       this.draw();
@@ -46,8 +46,8 @@ export class Flows {
     this.table = h("tbody");
     this.about = h("p", { class: "about" });
     this.keys = h("span", { class: "row" });
-    const heads = ["from", "to", "energy a tick", "organisms a tick"].map((text) => h("th", { scope: "col", text }));
-    const numbers = h("details", {}, h("summary", { text: "as a table" }), h("table", { class: "all" }, h("thead", {}, h("tr", {}, ...heads)), this.table));
+    const heads = ["from", "to", "energy per tick", "organisms per tick"].map((text) => h("th", { scope: "col", text }));
+    const numbers = h("details", {}, h("summary", { text: "show as a table" }), h("table", { class: "all" }, h("thead", {}, h("tr", {}, ...heads)), this.table));
     this.root.append(h("div", { class: "chart" },
       h("div", { class: "chart-head" }, h("h2", { text: "Who eats whom" }), choice, this.keys, h("span", { class: "grow" }),
         saves("Who eats whom", () => this.csv(), () => undefined)[0], drawing("Who eats whom", () => this.place?.querySelector("svg"))),
@@ -55,7 +55,7 @@ export class Flows {
     this.draw();
   }
 
-  /** Means a tick over the stretch that the charts show. @param {(number | null)[] | undefined} line rates since the point before */
+  /** Means per tick over the period that the charts show. @param {(number | null)[] | undefined} line rates since the previous point */
   mean(line) {
     const { ticks } = this.charts, [from, to] = this.charts.range();
     let sum = 0, span = 0;
@@ -68,7 +68,7 @@ export class Flows {
     return span ? sum / span : null;
   }
 
-  /** What each eats: what it gains by, and all else that it has eaten. @returns {Record<string, string[]>} */
+  /** The foods of each species: those in its diet, and all others that it has eaten. @returns {Record<string, string[]>} */
   foods() {
     /** @type {Record<string, Set<string>>} */
     const foods = Object.fromEntries(Object.entries(this.charts.hello.foods ?? {}).map(([eater, all]) => [eater, new Set(all)]));
@@ -79,7 +79,7 @@ export class Flows {
     return Object.fromEntries(Object.entries(foods).map(([eater, all]) => [eater, [...all]]));
   }
 
-  /** Who there is, and what went from whom to whom. @returns {{nodes: Node[], meals: Meal[]}} */
+  /** The species, and the flows between them. @returns {{nodes: Node[], meals: Meal[]}} */
   found() {
     const { charts } = this, foods = this.foods();
     const eaten = new Set(Object.values(foods).flat());
@@ -109,26 +109,26 @@ export class Flows {
     const words = sentences(nodes, meals);
     this.wide = this.place.clientWidth;
     const svg = picture(nodes, meals, this.unit === "energy", Math.max(260, this.wide || 300));
-    svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "nobody has eaten anybody"}`);
+    svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
-    const shared = this.charts.shared ? " This record does not say what each food gave: energy is shared among foods by number." : "";
-    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}; energy is what eaters gained.${shared}`;
+    const shared = this.charts.shared ? " This record has no energy for each food: energy is divided among foods by the number eaten." : "";
+    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is the gain of eaters.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
   }
 
-  /** The numbers, with commas. */
+  /** The data as comma-separated values. */
   csv() {
     const { nodes, meals } = this.found();
-    return ["from,to,energy a tick,organisms a tick", ...rows(nodes, meals).map((row) => row.map((cell) => cell ?? "").join(","))].join("\n") + "\n";
+    return ["from,to,energy per tick,organisms per tick", ...rows(nodes, meals).map((row) => row.map((cell) => cell ?? "").join(","))].join("\n") + "\n";
   }
 }
 
-/** What is said to who does not see. @param {Node[]} nodes @param {Meal[]} meals */
+/** The flows as sentences for screen readers. @param {Node[]} nodes @param {Meal[]} meals */
 function sentences(nodes, meals) {
-  const eats = meals.filter(({ meals: n, energy }) => n || energy).map(({ from, to, energy, meals: n }) => `${to} eats ${n === null ? "" : `${number(n)} `}${from} and gains ${number(energy)} a tick`);
-  return [...nodes.filter(({ light }) => light).map(({ name, light }) => `${name} gains ${number(light)} a tick from light`), ...eats,
-    ...nodes.filter(({ burnt }) => burnt).map(({ name, burnt }) => `${name} burns ${number(burnt)} a tick`)];
+  const eats = meals.filter(({ meals: n, energy }) => n || energy).map(({ from, to, energy, meals: n }) => `${to} eats ${n === null ? "" : `${number(n)} `}${from} and gains ${number(energy)} per tick`);
+  return [...nodes.filter(({ light }) => light).map(({ name, light }) => `${name} gains ${number(light)} per tick from light`), ...eats,
+    ...nodes.filter(({ burnt }) => burnt).map(({ name, burnt }) => `${name} burns ${number(burnt)} per tick`)];
 }
 
 /** @param {Node[]} nodes @param {Meal[]} meals @returns {(string | number | null)[][]} */
@@ -145,16 +145,16 @@ function rows(nodes, meals) {
 /** @param {Node[]} nodes @param {Meal[]} meals @param {boolean} energy */
 function keysOf(nodes, meals, energy) {
   const key = (/** @type {string} */ fill, /** @type {string} */ text, opacity = 0.9) => h("span", { class: "key" }, s("svg", { viewBox: "0 0 18 8", "aria-hidden": "true" }, s("rect", { width: 18, height: 8, rx: 2, fill, opacity })), text, " ");
-  if (!energy) return nodes.some(({ died }) => died) ? [key(css("--soft"), "died otherwise")] : [];
+  if (!energy) return nodes.some(({ died }) => died) ? [key(css("--soft"), "died of other causes")] : [];
   return [nodes.some(({ light }) => light) && key(css("--light"), "light"), nodes.some(({ burnt }) => burnt) && key(css("--soft"), "burnt", 0.35),
-    nodes.some(({ dead }) => dead) && key(css("--soft"), "dead, not eaten"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms who eats it", 0.5)].filter((one) => one !== false);
+    nodes.some(({ dead }) => dead) && key(css("--soft"), "dead, not eaten"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms the eater", 0.5)].filter((one) => one !== false);
 }
 
 /**
- * The drawing: who eats stands to the right of whom it eats.
+ * The drawing: eaters are to the right of their foods.
  * @param {Node[]} nodes
  * @param {Meal[]} meals
- * @param {boolean} energy whether bands are energy; else numbers
+ * @param {boolean} energy whether bands show energy rather than numbers
  * @param {number} wide [px]
  */
 function picture(nodes, meals, energy, wide) {
@@ -181,7 +181,7 @@ function picture(nodes, meals, energy, wide) {
   for (const node of nodes) {
     const place = at[node.name], given = enters(node) * scale;
     if (given) {
-      root.append(s("rect", { x: place.x - STUB + 2, y: place.in, width: STUB - 2, height: Math.max(THIN, given), fill: css("--light"), opacity: 0.8, "data-light": node.name }, s("title", {}, `${node.name} from ${node.light ? "light" : "parents and reactions"}: ${number(enters(node))} energy a tick`)));
+      root.append(s("rect", { x: place.x - STUB + 2, y: place.in, width: STUB - 2, height: Math.max(THIN, given), fill: css("--light"), opacity: 0.8, "data-light": node.name }, s("title", {}, `${node.name} from ${node.light ? "light" : "parents and reactions"}: ${number(enters(node))} energy per tick`)));
       place.in += given;
     }
   }
@@ -190,7 +190,7 @@ function picture(nodes, meals, energy, wide) {
     const place = at[node.name];
     leaves(node).forEach((value, i) => {
       const high = value * scale, what = i ? "dead, not eaten" : "burnt";
-      if (value) root.append(s("rect", { x: place.x + BAR, y: place.out, width: STUB - 4, height: Math.max(THIN, high), fill: css("--soft"), opacity: i ? 0.9 : 0.35, "data-loss": `${node.name} ${what}` }, s("title", {}, `${node.name}, ${what}: ${number(value)} a tick`)));
+      if (value) root.append(s("rect", { x: place.x + BAR, y: place.out, width: STUB - 4, height: Math.max(THIN, high), fill: css("--soft"), opacity: i ? 0.9 : 0.35, "data-loss": `${node.name} ${what}` }, s("title", {}, `${node.name}, ${what}: ${number(value)} per tick`)));
       place.out += high;
     });
     const last = columns.length > 1 && place.column === columns.length - 1;
@@ -204,7 +204,7 @@ function picture(nodes, meals, energy, wide) {
 }
 
 /**
- * A band from who is eaten to who eats; a dashed line where nothing went that way.
+ * A band from food to eater, or a dashed line if there was no flow.
  * @param {Meal} meal
  * @param {Record<string, {x: number, y: number, high: number, in: number, out: number, column: number}>} at
  * @param {number} size
@@ -221,7 +221,7 @@ function band(meal, at, size, scale, nodes, energy) {
   const d = meal.from === meal.to ? `M${x0},${y0}c26,-22 ${-BAR - 52},-22 ${-BAR - 26 + 26},0` : `M${x0},${y0}C${x0 + reach},${y0} ${x1 - reach},${y1} ${x1},${y1}`;
   from.out += size * scale;
   to.in += size * scale;
-  const words = `${meal.to} eats ${meal.meals === null ? "" : `${number(meal.meals)} `}${meal.from} a tick: ${number(meal.energy)} energy`;
+  const words = `${meal.to} eats ${meal.meals === null ? "" : `${number(meal.meals)} `}${meal.from} per tick: ${number(meal.energy)} energy`;
   const drawn = s("path", { d, fill: "none", stroke: harms ? css("--minus") : colour, "stroke-width": high.toFixed(2), "stroke-opacity": size ? 0.5 : 0.9,
     "stroke-dasharray": size && !harms ? null : "3 3", "data-meal": `${meal.from} ${meal.to}`, "data-size": size }, s("title", {}, words));
   const other = energy ? meal.meals : meal.energy;
@@ -230,13 +230,13 @@ function band(meal, at, size, scale, nodes, energy) {
   return s("g", {}, drawn, s("text", { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + 4, "text-anchor": "middle", fill: css("--ink"), "pointer-events": "none" }, text));
 }
 
-/** A name with its number, or without, or cut, as there is room [px]. @param {string} name @param {string} amount @param {number} room */
+/** A name with its number, or without it, or shortened, to fit the available width [px]. @param {string} name @param {string} amount @param {number} room */
 function fitting(name, amount, room) {
   const cuts = Array.from({ length: name.length - 3 }, (_, i) => `${name.slice(0, name.length - 1 - i)}…`);
   return [name + amount, name, ...cuts].find((text) => breadth(text) < room) ?? `${name.slice(0, 2)}…`;
 }
 
-/** Breadth of a bold word [px]. @param {string} text */
+/** The width of a bold word [px]. @param {string} text */
 function breadth(text) {
   const pen = document.createElement("canvas").getContext("2d");
   if (pen) pen.font = `560 11px ${css("--font")}`;
@@ -250,7 +250,7 @@ function recalled() {
   try {
     const kept = localStorage.getItem(KEPT);
     if (UNITS.some(([value]) => value === kept)) return /** @type {string} */ (kept);
-  } catch {} // as if nothing was kept
+  } catch {} // treated as if nothing was stored
   return UNITS[0][0];
 }
 
@@ -258,5 +258,5 @@ function recalled() {
 function remember(unit) {
   try {
     localStorage.setItem(KEPT, unit);
-  } catch {} // private windows may forbid it
+  } catch {} // private windows may forbid storage
 }

@@ -1,24 +1,24 @@
-// Binary frames: a header and, for each kind, 12 bytes an organism; behind all of them, where uids need it, 4 bytes more of each.
-// Nothing is copied: blocks are views of the frame's bytes.
+// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need it, 4 more bytes per organism: no copies are made,
+// blocks are views of the frame's bytes.
 
 export const MAGIC = 0x31434545; // "EEC1"
-export const WORDS = 6; // 16-bit words an organism: x, y, z, heading | value << 8, uid (two words)
-export const LONGS = 3; // 32-bit words an organism; the last is the lower half of the uid
+export const WORDS = 6; // 16-bit words per organism: x, y, z, heading | value << 8, uid (two words)
+export const LONGS = 3; // 32-bit words per organism; the last is the lower half of the uid
 
 /**
  * @typedef {object} Block The organisms of one kind.
  * @property {number} n
  * @property {Uint16Array} words
  * @property {Uint32Array} longs
- * @property {Uint32Array | null} upper the upper halves of the uids, where one of the frame has any
+ * @property {Uint32Array | null} upper the upper halves of the uids, if any uid of the frame needs one
  */
 
 const HALF = 2 ** 32;
 
-/** The uid of an organism: below 2^53, so that a number holds it. @param {Block} block @param {number} row */
+/** The uid of an organism: below 2^53, so that a number represents it exactly. @param {Block} block @param {number} row */
 export const uidOf = ({ longs, upper }, row) => longs[row * LONGS + 2] + (upper ? upper[row] * HALF : 0);
 
-/** The row of an organism, −1 where it is not there. @param {Block} block @param {number} uid */
+/** The row of an organism, −1 if it is not in the block. @param {Block} block @param {number} uid */
 export function rowOf({ n, longs, upper }, uid) {
   const low = uid % HALF, high = Math.floor(uid / HALF);
   if (high && !upper) return -1;
@@ -33,18 +33,18 @@ export function rowOf({ n, longs, upper }, uid) {
  * @property {number} light at the surface, 0 … 1
  * @property {number} elevation of the sun [rad]
  * @property {Block[]} blocks in the order of species, then objects
- * @property {number} end where it ends in the bytes: another world's may follow
+ * @property {number} end its end in the bytes; the frame of another world may follow
  */
 
 /**
- * Reads one frame.
+ * Decodes one frame.
  * @param {ArrayBuffer} buffer
- * @param {number} [from] where it begins
+ * @param {number} [from] offset of its first byte
  * @returns {Frame}
  */
 export function decode(buffer, from = 0) {
   const view = new DataView(buffer, from);
-  if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame");
+  if (view.getUint32(0, true) !== MAGIC) throw new Error("unknown binary message: not a frame");
   const kinds = view.getUint32(24, true);
   let at = from + 28 + 4 * kinds;
   /** @type {Block[]} */

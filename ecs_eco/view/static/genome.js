@@ -1,4 +1,4 @@
-// The genome of one organism: its letters, genes marked in colour, and what they decode to.
+// The genome of one organism: its letters, genes marked in color, and their decoded values.
 
 import { genes as hues } from "./colours.js";
 import { h, number } from "./dom.js";
@@ -33,9 +33,9 @@ function explain(gene) {
 
 /**
  * @param {string} string
- * @param {import("./protocol.js").Gene[]} genes by where they begin; `to` is exclusive
- * @param {Map<string, HTMLElement[]>} marked written
- * @param {number} s the number of the string
+ * @param {import("./protocol.js").Gene[]} genes ordered by their start; `to` is exclusive
+ * @param {Map<string, HTMLElement[]>} marked filled by this function
+ * @param {number} s index of the string
  */
 function letters(string, genes, marked, s) {
   const root = h("div", { class: "genome", tabindex: 0, role: "group", "aria-label": `Genome of ${string.length} letters` });

@@ -1,4 +1,4 @@
-// Land and sea: the ground with its relief, lakes and rocks; for a volume the water, its surface and its bottom.
+// Land and sea: the ground with its relief, lakes and rocks; for a volume of water, its surface and floor.
 
 import {
   BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CircleGeometry, Color, DataTexture, DoubleSide, FloatType, Group, IcosahedronGeometry, LineBasicMaterial,
@@ -8,7 +8,7 @@ import { WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-/** Heights of the ground, bilinear between the centres of cells; 0 everywhere without terrain. */
+/** Heights of the ground, bilinear between the centers of cells; 0 everywhere without terrain. */
 export class Relief {
   /** @param {Hello} hello */
   constructor(hello) {
@@ -42,7 +42,7 @@ export class Relief {
   }
 }
 
-/** What lies still in the scene. */
+/** The static elements of the scene. */
 export class Ground {
   /**
    * @param {Hello} hello
@@ -55,7 +55,7 @@ export class Ground {
     this.volume = hello.size.length > 2;
     this.light = 1;
     this.murk = this.volume ? 2.6 / hello.size[2] : 0;
-    /** @type {boolean | undefined} the theme that the hills are painted for */
+    /** @type {boolean | undefined} the theme for which the hills were painted */
     this.painted = undefined;
     /** @type {LineSegments | null} */
     this.fenced = null;
@@ -94,7 +94,7 @@ export class Ground {
     for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
   }
 
-  /** Lines at round distances, and the border. */
+  /** Grid lines at round distances, and the border. */
   grid() {
     const [x, y] = this.hello.size;
     const step = round(Math.max(x, y) / 8);
@@ -157,7 +157,7 @@ export class Ground {
   }
 
   /**
-   * Fences that stand, each a line of corners [m].
+   * Draws fences, each a line of corners [m].
    * @param {number[][][]} fences
    */
   fence(fences) {
@@ -186,7 +186,7 @@ export class Ground {
   }
 
   /**
-   * Roads, and areas in which land or sea is used, their borders broken lines.
+   * Draws roads, and areas of land or sea use with dashed borders.
    * @param {import("./protocol.js").Strip[]} roads
    * @param {import("./protocol.js").Area[]} areas
    */
@@ -210,7 +210,7 @@ export class Ground {
       const [ux, uy] = [((bx - ax) / long) * (width / 2), ((by - ay) / long) * (width / 2)];
       const parts = Math.max(1, Math.ceil(long / fine));
       const across = (/** @type {number} */ share, /** @type {number} */ side) => {
-        const beyond = share === 0 ? -1 : share === 1 ? 1 : 0; // so that there are no gaps at corners
+        const beyond = share === 0 ? -1 : share === 1 ? 1 : 0; // avoids gaps at corners
         const [x, y] = [ax + (bx - ax) * share + beyond * ux - side * uy, ay + (by - ay) * share + beyond * uy + side * ux];
         return [x, y, this.relief.at(x, y) + 0.001 * Math.max(...this.hello.size)];
       };
@@ -260,7 +260,7 @@ export class Ground {
   }
 
   /**
-   * Colours for a theme and the light of the hour.
+   * Sets the colors for a theme and the present light.
    * @param {boolean} dark
    * @param {number} light 0 … 1
    */
@@ -283,7 +283,7 @@ export class Ground {
     this.paint(dark);
   }
 
-  /** Colours of the hills by height. @param {boolean} dark */
+  /** Sets the colors of the hills by height. @param {boolean} dark */
   paint(dark) {
     const geometry = this.mountains;
     if (!geometry || this.painted === dark) return;
@@ -310,7 +310,7 @@ export class Ground {
   }
 }
 
-/** The largest of 1, 2, 5 × 10ⁿ that is not more. @param {number} value */
+/** The largest value 1, 2 or 5 × 10ⁿ that does not exceed a value. @param {number} value */
 export function round(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   const lead = value / power;

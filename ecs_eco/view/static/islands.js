@@ -1,4 +1,4 @@
-// The map of an archipelago: an island is a disc of its species, an arrow is as wide as migrants were many; a click opens an island.
+// The map of an archipelago. An island is a disc with sectors for its species, and an arrow is the wider, the more migrants there were. A click opens an island.
 
 import { safe } from "./colours.js";
 import { Connection } from "./connection.js";
@@ -12,22 +12,22 @@ import { taken } from "./credential.js";
 /** @typedef {import("./protocol.js").Islands} Islands */
 
 const SIZE = 700; // of the map, in its own units
-const LEGIBLE = 0.9; // of the size of letters, below which they are not made smaller with the map
-const RADII = [20, 66]; // of an empty island and of the fullest
-const BEND = 0.13; // of ways, as a share of their length
-const WIDTHS = [1.2, 9]; // of ways with the fewest and with the most migrants
-const PACE = 60; // [ms] from point to point when time is played
+const LEGIBLE = 0.9; // relative font size below which text no longer shrinks with the map
+const RADII = [20, 66]; // of an empty island and of the most populated one
+const BEND = 0.13; // curvature of routes, as a share of their length
+const WIDTHS = [1.2, 9]; // of routes with the fewest and with the most migrants
+const PACE = 60; // [ms] between points during playback
 const SPARK = [46, 18];
 
 const connection = new Connection();
 /** @type {Islands | null} */
 let shown = null;
 let at = 0; // the point shown
-let newest = true; // whether the map goes along with the run
+let newest = true; // whether the map follows the run
 let playing = 0; // a timer
 let opening = "";
 let maps = 0;
-let letters = 1; // their size, in that of a map with room
+let letters = 1; // font size, relative to a map with enough space
 /** @type {string[]} */
 let colours = [];
 
@@ -55,12 +55,12 @@ connection.on("said", ({ text }) => {
   draw();
 });
 connection.onlink = (link) => {
-  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
+  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "no access" };
   $("link").dataset.link = link;
   $("link").textContent = words[link];
-  if (link === "ended") notice("The map is served no longer.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") door(connection.greeted ? "The map was started again, and does not know this page." : "This page is not let in: an address works once, and for ten minutes.");
-  else if (link === "lost") notice("The connection is lost; trying again …");
+  if (link === "ended") notice("The server of this map has stopped.", { text: "Try again", does: () => connection.again() });
+  else if (link === "refused") door(connection.greeted ? "The map has restarted; open its new address." : "No access: an address works once, within ten minutes.");
+  else if (link === "lost") notice("Connection lost; trying again …");
   else notice(null);
 };
 
@@ -78,10 +78,10 @@ function paint() {
   draw();
 }
 
-/** Number of a species on an island at the point shown. @param {number} i @param {number} k */
+/** The number of a species on an island at the displayed point. @param {number} i @param {number} k */
 const count = (i, k) => shown?.n[i]?.[k][at] ?? 0;
 
-/** Migrants up to the point shown, of the chosen species: [from][to]. @returns {number[][]} */
+/** Migrants of the chosen species up to the displayed point: [from][to]. @returns {number[][]} */
 function moved() {
   const { islands, species, moves } = /** @type {Islands} */ (shown);
   const out = islands.map(() => islands.map(() => 0));
@@ -105,7 +105,7 @@ function draw() {
   const radii = totals.map((total) => RADII[0] + (RADII[1] - RADII[0]) * Math.sqrt(total / most));
   const { clientWidth: wide, clientHeight: high } = $("map");
   letters = Math.max(1, LEGIBLE / (Math.min(wide / (SIZE + 60), high / (SIZE + 70)) || 1));
-  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, style: `--letters:${letters.toFixed(3)}`, role: "group", "aria-label": "Islands, and migrants from one to another" },
+  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, style: `--letters:${letters.toFixed(3)}`, role: "group", "aria-label": "Islands, and migrants between them" },
     ...ways(places, radii, between), ...islands.map((_, i) => disc(i, places[i], radii[i], pie))));
   $("tick").textContent = points.length ? number(points[at]) : "–";
   $("time").value = String(at);
@@ -113,7 +113,7 @@ function draw() {
   $("state").textContent = shown.finished ? `of ${number(shown.ticks)}, done` : `of ${number(shown.ticks)}, running`;
   $("legend").replaceChildren(h("ul", { class: "kinds" }, ...species.map(({ name, wanders }, k) => h("li", {},
     h("i", { style: `background:${colours[k]}` }), name, h("small", { text: wanders ? "wanders" : "" }), h("b", { text: number(islands.reduce((sum, _, i) => sum + count(i, k), 0)) })))));
-  $("table").replaceChildren(...table(between), h("p", { class: "about", text: `A barrier every ${number(every)} ticks; a click on an island opens it.` }));
+  $("table").replaceChildren(...table(between), h("p", { class: "about", text: `A barrier every ${number(every)} ticks. Click an island to open it.` }));
 }
 
 /** @param {number[][]} places @param {number[]} radii @param {number[][]} between */
@@ -140,7 +140,7 @@ function ways(places, radii, between) {
   });
 }
 
-/** @param {number} i @param {number[]} place @param {number} radius @param {number[]} pie the species of its sectors */
+/** @param {number} i @param {number[]} place @param {number} radius @param {number[]} pie indices of the species shown as sectors */
 function disc(i, [x, y], radius, pie) {
   const { islands, species } = /** @type {Islands} */ (shown);
   const { name } = islands[i];
@@ -171,7 +171,7 @@ function disc(i, [x, y], radius, pie) {
   return root;
 }
 
-/** Islands with their numbers over time, and who went where. @param {number[][]} between */
+/** Tables: numbers of the islands over time, and migrants between them. @param {number[][]} between */
 function table(between) {
   const { islands, species, n } = /** @type {Islands} */ (shown);
   const sum = (/** @type {number[]} */ values) => values.reduce((a, b) => a + b, 0);
@@ -181,7 +181,7 @@ function table(between) {
     h("td", { text: number(sum(between.map((row) => row[i]))) }), h("td", { text: number(sum(between[i])) })));
   const head = ["island", ...species.map(({ name }) => name), "came", "left"];
   const cross = islands.map(({ name }, i) => h("tr", {}, h("td", { text: name }), ...islands.map((_, j) => h("td", { text: between[i][j] ? number(between[i][j]) : "–" }))));
-  const grid = (/** @type {string[]} */ heads, /** @type {HTMLElement[]} */ body) => h("div", { class: "scrolls", tabindex: 0, role: "region", "aria-label": heads[0] === "island" ? "Islands" : "Ways" },
+  const grid = (/** @type {string[]} */ heads, /** @type {HTMLElement[]} */ body) => h("div", { class: "scrolls", tabindex: 0, role: "region", "aria-label": heads[0] === "island" ? "Islands" : "Migrants" },
     h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...heads.map((text) => h("th", { scope: "col", text })))), h("tbody", {}, ...body)));
   return [h("h2", { text: "Islands" }), grid(head, rows), h("h2", { text: "Migrants, from row to column" }), grid(["from", ...islands.map(({ name }) => name)], cross)];
 }
@@ -217,7 +217,7 @@ function go(point) {
   draw();
 }
 
-/** Lets the points pass, from the first one where the last is shown. @param {boolean} on */
+/** Starts or stops playback; it starts over if the last point is shown. @param {boolean} on */
 function play(on) {
   clearInterval(playing);
   playing = 0;
@@ -227,7 +227,7 @@ function play(on) {
   $("play").setAttribute("aria-label", on ? "Pause" : "Play");
 }
 
-window.addEventListener("pageshow", () => { // back from an island
+window.addEventListener("pageshow", () => { // returned from an island
   opening = "";
   draw();
 });

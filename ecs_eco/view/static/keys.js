@@ -1,17 +1,17 @@
-// Everything by keyboard, and the help that lists it.
+// Keyboard control, and the help that lists the keys.
 
 import { $, h } from "./dom.js";
 
 /**
  * @typedef {object} Key
- * @property {string[]} keys as event.key says them
+ * @property {string[]} keys as in event.key
  * @property {string} shown
  * @property {string} about
  * @property {(event: KeyboardEvent) => void} does
  */
 
 /**
- * Listens to keys that are not meant for a field.
+ * Listens to keys outside input fields.
  * @param {Key[]} keys
  */
 export function listen(keys) {
@@ -20,7 +20,7 @@ export function listen(keys) {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const typing = target.closest("input:not([type=range]), select, textarea") !== null;
     const arrows = event.key.startsWith("Arrow") || event.key === "Home";
-    if (target.matches("input[type=range]") && (arrows || event.key === "End" || event.key.startsWith("Page"))) return; // it moves itself
+    if (target.matches("input[type=range]") && (arrows || event.key === "End" || event.key.startsWith("Page"))) return; // the element handles these keys
     if (typing && event.key !== "Escape") return;
     if (arrows && target.id !== "canvas" && target !== document.body) return;
     if (event.key === " " && target.closest("button, [role=tab]")) return;
@@ -34,8 +34,8 @@ export function listen(keys) {
 /** @param {Key[]} keys */
 export function help(keys) {
   const pointer = [
-    ["click", "select an organism"], ["drag", "move the ground"], ["right drag", "turn around"], ["wheel, pinch", "nearer, farther"],
-    ["wheel on the timeline", "a shorter or longer stretch; with shift, along"], ["shift drag there", "choose a stretch"],
+    ["click", "select an organism"], ["drag", "move the ground"], ["right drag", "turn around"], ["wheel, pinch", "zoom in or out"],
+    ["wheel on the timeline", "a shorter or longer period; with shift, move it"], ["shift drag there", "select a period"],
   ];
   $("help").replaceChildren(
     h("h2", { id: "helpTitle", text: "Keys" }),

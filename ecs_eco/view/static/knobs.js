@@ -1,27 +1,27 @@
-// The knobs that a world names, as sliders, and what was changed in this page, to be taken back.
+// Sliders for the knobs that a world defines, and undo for the changes made in this page.
 
 import { h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter @typedef {import("./protocol.js").Knob} Knob */
 
-/** Parameters as they are now, and what they were before this page changed them. */
+/** The present values of parameters, and their values before this page changed them. */
 export class Changes {
   /** @param {(what: Record<string, unknown>, as?: string) => void} send */
   constructor(send) {
     this.send = send;
-    /** @type {{key: string, value: unknown}[]} what changed parameters were before, the last one last */
+    /** @type {{key: string, value: unknown}[]} previous values of changed parameters, the latest last */
     this.before = [];
-    /** @type {{key: string, value: unknown} | undefined} the last change, until it is taken back or refused */
+    /** @type {{key: string, value: unknown} | undefined} the last change, until it is undone or refused */
     this.last = undefined;
     /** @type {Parameter[]} */
     this.list = [];
-    /** @type {Map<string, unknown>} values that parameters had when this page opened */
+    /** @type {Map<string, unknown>} values of parameters when this page opened */
     this.first = new Map();
     /** @type {(() => void)[]} called when values have changed */
     this.heard = [];
   }
 
-  /** @param {Parameter[]} list as the world has them now */
+  /** @param {Parameter[]} list with their present values */
   offer(list) {
     this.list = list;
     for (const { key, value } of list) if (!this.first.has(key)) this.first.set(key, value);
@@ -42,13 +42,13 @@ export class Changes {
     this.last = this.before.at(-1);
   }
 
-  /** Takes the last changes back. @param {number} n @param {string} as */
+  /** Undoes the last changes. @param {number} n @param {string} as */
   back(n, as) {
     this.last = undefined;
     this.set(Object.fromEntries(this.before.splice(-n).reverse().map(({ key, value }) => [key, value])), as);
   }
 
-  /** The last change was refused: all is as before it. */
+  /** The last change was refused: restores the state before it. */
   refused() {
     const { last } = this, parameter = last && this.find(last.key);
     if (!parameter || this.before.at(-1) !== last) return;
@@ -71,16 +71,16 @@ export class Changes {
     for (const listener of this.heard) listener();
   }
 
-  /** Buttons that take the last change back, and all of them. */
+  /** Buttons that undo the last change, or all changes. */
   buttons() {
-    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "As it was before the last change", disabled: true, onclick: () => this.back(1, "undo") });
-    const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "As it was before the first change", disabled: true, onclick: () => this.back(this.before.length, "reset") });
+    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change", disabled: true, onclick: () => this.back(1, "undo") });
+    const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "Undo all changes", disabled: true, onclick: () => this.back(this.before.length, "reset") });
     this.heard.push(() => (undo.disabled = reset.disabled = !this.before.length));
     return [undo, reset];
   }
 }
 
-/** Sliders of the knobs of a world in a frame of their own, which is hidden where there are none. */
+/** Sliders for the knobs of a world, in a frame that is hidden if there are none. */
 export class Knobs {
   /** @param {Changes} changes */
   constructor(changes) {
@@ -115,7 +115,7 @@ export class Knobs {
       sliding = false;
       if (chosen() !== parameter()?.value) changes.make(key, chosen());
     } });
-    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "As it was when this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
+    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "Restore the value from when this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
     const show = () => {
       const value = Number(parameter()?.value), ends = [Math.min(knob.low, value), Math.max(knob.high, value)];
       if (sliding || Number.isNaN(value)) return;

@@ -1,4 +1,4 @@
-// The organisms of one kind in the scene: darts where a few thousand move, points for the others.
+// The organisms of one kind in the scene: moving organisms are darts up to a few thousand, all others are points.
 
 import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
@@ -9,9 +9,9 @@ import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
-const DARTS = 3000; // above so many, points
+const DARTS = 3000; // above this number, points
 const BOXES = 50000;
-const RIM = 0.24; // of the dark rim of animals, in radii
+const RIM = 0.24; // width of the dark rim of animals, in radii
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
 
 /** @typedef {import("./frame.js").Block} Block */
@@ -38,8 +38,8 @@ export class Layer {
       plain: { value: [0.5, 0.5, 0.5] },
       least: { value: 2 },
       byValue: { value: 0 },
-      rim: { value: 0 }, // of a copy behind, dark, that is so much larger
-      nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn over others
+      rim: { value: 0 }, // the size of the dark copy behind the body; 0: no copy
+      nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn in front of other animals
       pointed: { value: kind.moves || kind.rests ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !shared.size.value.z ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
@@ -54,10 +54,10 @@ export class Layer {
   }
 
   /**
-   * Takes the organisms of a new frame.
+   * Stores the organisms of a new frame.
    * @param {Block} block
-   * @param {number} share how far the motion shown has come
-   * @param {boolean} jump whether nothing moves smoothly from the last frame to this one
+   * @param {number} share progress of the displayed motion, 0 to 1
+   * @param {boolean} jump whether to skip the motion from the last frame to this one
    */
   take(block, share, jump) {
     const most = this.kind.shape === "box" ? BOXES : DARTS;
@@ -72,7 +72,7 @@ export class Layer {
     this.resize();
   }
 
-  /** Says how large each capsule or box is. */
+  /** Sets the sizes of capsules and boxes. */
   resize() {
     const form = this.form?.geometry.getAttribute("form");
     if (!(form instanceof InterleavedBufferAttribute) || !this.kind.size) return;
@@ -101,7 +101,7 @@ export class Layer {
   }
 
   /**
-   * Makes room for n organisms.
+   * Allocates buffers for n organisms.
    * @param {number} n
    * @param {boolean} darts
    */
@@ -159,7 +159,7 @@ export class Layer {
   }
 
   /**
-   * The row of an organism, −1 where it is not in this frame.
+   * The row of an organism, −1 if it is not in this frame.
    * @param {number} uid
    */
   row(uid) {

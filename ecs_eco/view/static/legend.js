@@ -1,19 +1,19 @@
-// The legend: each kind with its number, a sparkline on its own scale, where it goes, and births and deaths a tick.
+// The legend: each kind with its number, a sparkline on its own scale, its trend, and births and deaths per tick.
 
 import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief what the charts know of a kind now: causes of death with deaths a tick, most first */
+/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief present data of a kind from the charts; causes of death with deaths per tick, most frequent first */
 
 const WIDE = 54, HIGH = 16; // of a sparkline [px]
-const NAMED = 0.25; // share of the deaths that a cause needs to be named
-const STEADY = 0.03; // change over the last third of the sparkline below which a number is steady
+const NAMED = 0.25; // smallest share of deaths for which a cause is named
+const STEADY = 0.03; // change over the last third of the sparkline below which a number counts as steady
 
 /**
  * @param {Stage} stage
  * @param {{own: boolean, onown: (own: boolean) => void, onshow: (name: string, shown: boolean) => void, find: (name: string) => void, brief: (name: string) => Brief, other: () => Stage | null}} calls
- * @returns {{count: () => void, look: () => void}} after each drawing, and after new points
+ * @returns {{count: () => void, look: () => void}} `count` is called after each drawing, `look` after new points
  */
 export function legend(stage, calls) {
   const show = (/** @type {number} */ k, /** @type {boolean} */ on) => {
@@ -29,7 +29,7 @@ export function legend(stage, calls) {
   };
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
-  const note = h("label", { class: "legend-note", title: "Else a palette that colour-blind people tell apart" }, box, "colours of the world file");
+  const note = h("label", { class: "legend-note", title: "Use the world file's own colors instead of a color-blind-safe palette" }, box, "colors of the world file");
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);
@@ -43,12 +43,12 @@ export function legend(stage, calls) {
   return { count, look };
 }
 
-/** What the marks in the scene mean; a click hides them. @param {Stage} stage */
+/** The meaning of the marks in the scene; a click hides or shows them. @param {Stage} stage */
 function marks(stage) {
   if (!stage.kinds.some(({ moves }) => moves)) return [];
   const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
   const one = (/** @type {string} */ text, /** @type {SVGElement} */ shape) => h("span", {}, s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape), text);
-  const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Marks of animals that were born or died in the last five ticks: show or hide", onclick: () => {
+  const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Show or hide marks of animals that were born or died in the last five ticks", onclick: () => {
     stage.over.shown = !stage.over.shown;
     button.setAttribute("aria-pressed", String(stage.over.shown));
     stage.dirty = true;
@@ -73,14 +73,14 @@ function row(stage, k, hide, solo, find) {
   const toggle = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: hide },
     sign(kind, stage.colours[k]), h("span", { class: "named", text: kind.name }), spark, way, count, other, flow);
   const small = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ does) => h("button", { class: "mini", type: "button", text, title: label, "aria-label": label, onclick: does });
-  const root = h("div", { class: "legend-line" }, toggle, small("◉", `Only ${kind.name}, or all again`, solo), kind.inanimate ? null : small("⊕", `Find one: ${kind.name}`, find));
+  const root = h("div", { class: "legend-line" }, toggle, small("◉", `Show only ${kind.name}, or all kinds again`, solo), kind.inanimate ? null : small("⊕", `Select one: ${kind.name}`, find));
   return { root, toggle, count, other, line, spark, way, flow, drawn: "" };
 }
 
 /**
  * @param {ReturnType<typeof row>} one
  * @param {Brief} brief
- * @param {number} n how many there are
+ * @param {number} n present number
  */
 function tell(one, { line, births, deaths, extinct, causes }, n) {
   const key = line.join();
@@ -92,19 +92,19 @@ function tell(one, { line, births, deaths, extinct, causes }, n) {
   }
   const change = trend(line);
   write(one.way, !n || line.length < 2 ? "" : Math.abs(change) < STEADY ? "→" : change > 0 ? "↗" : "↘");
-  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))} % in the last third of the line`;
+  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last third of the line`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} a tick`, ...(deaths ? whereof(causes) : [])].join(", "));
+  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : [])].join(", "));
 }
 
-/** What most have died of, lately. @param {[string, number][]} causes with deaths a tick, most first */
+/** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */
 export function whereof(causes) {
   const all = causes.reduce((sum, [, rate]) => sum + rate, 0);
   return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 2).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
 }
 
-/** How a number has changed of late: in the last third of a line, as a share. @param {number[]} line */
+/** The relative change of a number over the last third of a line. @param {number[]} line */
 export function trend(line) {
   const then = line[Math.floor((2 * (line.length - 1)) / 3)], now = line[line.length - 1];
   return then ? now / then - 1 : now ? 1 : 0;

@@ -1,11 +1,11 @@
-// A link that holds tick, camera, selection, panel, colour and field: behind the # of the address, which no server sees.
+// A link that contains tick, camera, selection, panel, color and field. They are in the fragment of the address, which is never sent to a server.
 
 import { Vector3 } from "./vendor.js";
 import { $, announce } from "./dom.js";
 
 /** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string}} Sight */
 
-/** What an address asks for; null where it asks for nothing. @param {string} hash @returns {Sight | null} */
+/** Parses the fragment of an address; null if it has no parameters. @param {string} hash @returns {Sight | null} */
 export function read(hash) {
   const words = new URLSearchParams(hash.slice(1));
   /** @type {Sight} */
@@ -23,35 +23,35 @@ export function read(hash) {
   return Object.keys(found).length ? found : null;
 }
 
-/** The address of what is shown. @param {Sight} sight */
+/** The address of a view. @param {Sight} sight */
 export function written(sight) {
   const words = Object.entries(sight).filter(([, value]) => value !== undefined && value !== "").map(([name, value]) => `${name}=${Array.isArray(value) ? value.map((part) => Number(part.toPrecision(5))) : encodeURIComponent(value)}`);
   return `${location.origin}${location.pathname}#${words.join("&")}`;
 }
 
-/** What is shown now. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by what organisms are coloured by @returns {Sight} */
+/** The present view. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by the quantity that colors organisms @returns {Sight} */
 export function shown({ tick, eye }, { uid, second }, tab, by) {
   const place = [...eye.camera.position.toArray(), ...eye.controls.target.toArray(), ...eye.shift];
   return { tick, eye: place, uid: uid ?? undefined, of: second ? "second" : undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
 }
 
-/** Looks from there. @param {import("./stage.js").Stage} stage @param {number[]} eye */
+/** Moves the camera to a stored position. @param {import("./stage.js").Stage} stage @param {number[]} eye */
 export function lookFrom(stage, eye) {
   stage.eye.move([eye[6] ?? 0, eye[7] ?? 0]);
   stage.eye.put([new Vector3(...eye.slice(0, 3)), new Vector3(...eye.slice(3, 6))]);
-  stage.eye.touched = true; // a resize leaves it
+  stage.eye.touched = true; // keeps this view on resize
   stage.dirty = true;
 }
 
-/** Puts the address into the address bar and the clipboard. @param {string} address */
+/** Copies the address to the address bar and the clipboard. @param {string} address */
 export async function copy(address) {
   history.replaceState(history.state, "", address);
   let words = "The link is in the address bar";
   try {
     await navigator.clipboard.writeText(address);
-    words = "The link is copied, and stands in the address bar";
-  } catch {} // it may be forbidden
+    words = "The link is copied, and also in the address bar";
+  } catch {} // clipboard access may be forbidden
   announce(words);
-  $("share").title = `${words}. It holds tick, camera, selection, panel, colour and field`;
+  $("share").title = `${words}. It contains tick, camera, selection, panel, color and field`;
   return words;
 }

@@ -1,8 +1,8 @@
-// A stretch of time that is played again and again: once its end is passed, the page asks to go back to its beginning.
+// A period that repeats: when its end is passed, the page asks the server to go back to its beginning.
 
 import { $, announce, number } from "./dom.js";
 
-const NAME = "Play the stretch of time that is shown again and again (R)";
+const NAME = "Repeat the displayed period (R)";
 
 export class Loop {
   /**
@@ -16,14 +16,14 @@ export class Loop {
     this.send = send;
     /** @type {import("./protocol.js").State | null} */
     this.state = null;
-    this.asked = false; // to go back
-    this.held = false; // somebody has stopped time, and the server has not said so yet
+    this.asked = false; // whether going back was requested
+    this.held = false; // time was stopped, but the server has not confirmed it yet
     this.possible = hello.mode === "replay" || Boolean(hello.rewinds);
-    this.why = this.possible ? "" : hello.stays || "this world does not go back in time";
+    this.why = this.possible ? "" : hello.stays || "this world cannot go back in time";
     this.say();
   }
 
-  /** What is played again and again, null for nothing. */
+  /** The period that repeats, or null. */
   get ends() {
     return this.timeline.loop;
   }
@@ -36,7 +36,7 @@ export class Loop {
     this.timeline.draw();
   }
 
-  /** On, for the stretch that is shown, or off. */
+  /** Turns repetition of the displayed period on or off. */
   toggle() {
     if (!this.possible) return announce(`No repetition: ${this.why}`);
     if (this.ends) this.set(null);
@@ -50,25 +50,25 @@ export class Loop {
   }
 
   words() {
-    return this.ends ? `Ticks ${number(this.ends[0])} to ${number(this.ends[1])} are played again and again` : "";
+    return this.ends ? `Repeating ticks ${number(this.ends[0])} to ${number(this.ends[1])}` : "";
   }
 
   say() {
     const button = $("loop");
     button.disabled = !this.possible;
     button.setAttribute("aria-pressed", String(this.ends !== null));
-    button.title = this.why ? `${NAME}: not here, ${this.why}` : this.ends ? `${this.words()} (R)` : NAME;
+    button.title = this.why ? `${NAME}: not available, ${this.why}` : this.ends ? `${this.words()} (R)` : NAME;
   }
 
-  /** Goes back to the beginning, and on. */
+  /** Goes back to the beginning and continues to play. */
   again() {
     if (!this.ends) return;
     this.asked = true;
     this.send({ kind: "seek", tick: this.ends[0] });
-    this.send({ kind: "play" }); // at its end a recorded run stands still
+    this.send({ kind: "play" }); // a recorded run stops at its end
   }
 
-  /** Time has come to a tick. @param {number} tick */
+  /** Called when time reaches a tick. @param {number} tick */
   at(tick) {
     if (this.ends && this.state?.playing && !this.held && !this.asked && tick >= this.ends[1]) this.again();
   }

@@ -1,4 +1,4 @@
-// The page: ties the connection to scene, charts, timeline and panels.
+// The page: connects the server to scene, charts, timeline and panels.
 
 import { Act } from "./act.js";
 import { All } from "./all.js";
@@ -41,18 +41,18 @@ const connection = new Connection();
 let page = null;
 /** @type {State | null} */
 let state = null;
-let own = false; // whether kinds have the colours of the world file
+let own = false; // whether kinds have the colors of the world file
 let by = "species";
 /** @type {ReturnType<typeof legend> | null} */
 let kinds = null;
 /** @type {ReturnType<typeof fields> | null} */
 let field = null;
-let wanted = read(location.hash); // what the address asks for, until the world has said where it is
+let wanted = read(location.hash); // the view that the address requests, until the world reports its tick
 
-// ---- what the server says
+// ---- messages from the server
 
 connection.on("hello", (hello) => {
-  if (page) { // after a reconnection the world may be another one: begin anew
+  if (page) { // after a reconnection the world may be a different one: reload
     if (another(page.hello, hello)) return anew();
     (page.stage.jump = true), field?.again();
     if (by !== "species") connection.send({ kind: "colour", by });
@@ -93,7 +93,7 @@ connection.on("said", (said) => {
   if (said.field === "tree") return page?.panel.tree.refuse(said.text);
   if (said.field === "table") page?.all.refuse(said.text);
   if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
-  if (said.field === "seek" && page?.loop.ends) { // it goes back again and again: no word of that
+  if (said.field === "seek" && page?.loop.ends) { // repetition goes back often, so no message about it
     if (said.level === "info") return;
     page.loop.set(null);
   }
@@ -147,7 +147,7 @@ function begin(hello) {
     all.time(stage.tick);
     panel.tree.time((chosen.stage ?? stage).tick);
     overlay.descendants(stage, by);
-    if (followable() === followOff()) eyes(); // its state may come before the frame that it is in
+    if (followable() === followOff()) eyes(); // its state may arrive before the frame that contains it
   };
   field = fields(stage, (name) => connection.send({ kind: "field", name }));
   capture(stage, hello);
@@ -189,9 +189,9 @@ function show(now) {
   wanted = null;
 }
 
-// ---- what people do
+// ---- actions of the user
 
-/** @param {number | null} uid @param {boolean} [second] whether it is one of the second world */
+/** @param {number | null} uid @param {boolean} [second] whether it belongs to the second world */
 function select(uid, second = false) {
   if (!page || (uid === null && chosen.uid === null)) return;
   const { followed, stage: led } = chosen;
@@ -206,14 +206,14 @@ function select(uid, second = false) {
   if (uid !== null) {
     did("select");
     open("organism");
-    announce(`Selected number ${uid}${chosen.second ? " of the second world" : ""}`);
+    announce(`Selected organism ${uid}${chosen.second ? " of the second world" : ""}`);
   }
 }
 
-/** Selects the next or the one before, animals first. @param {number} by */
+/** Selects the next or previous organism, animals first. @param {number} by */
 const next = (by) => selectFound(chosen.stage && beside(chosen.stage, by), chosen.second);
 
-/** Selects one of a kind, and goes there. @param {string} name */
+/** Selects an organism of a kind and moves the camera to it. @param {string} name */
 function find(name) {
   if (selectFound(page && anyOf(page.stage, name))) look("follow");
 }
@@ -236,7 +236,7 @@ function look(preset, fly = true) {
   eyes();
 }
 
-/** Whether the selected one is there to be followed. */
+/** Whether the selected organism can be followed. */
 const followable = () => page?.panel.organism?.alive !== false && chosen.place !== null;
 
 const followOff = () => /** @type {HTMLButtonElement} */ (document.querySelector("[data-eye=follow]")).disabled;
@@ -249,7 +249,7 @@ function eyes() {
   }
 }
 
-/** @param {string} name of a colouring */
+/** @param {string} name of a color mode */
 function colour(name) {
   by = name;
   const tracked = $("colour").querySelector("[value^='kin:']") ?? (name.startsWith("kin:") ? $("colour").appendChild(h("option")) : null);
@@ -262,7 +262,7 @@ function colour(name) {
   page?.panel.tree.again();
 }
 
-/** To where something happened: in time, where time can be chosen, else in the charts. @param {import("./protocol.js").Entry} entry */
+/** Shows an event: goes to its tick if time can be chosen, otherwise points at it in the charts. @param {import("./protocol.js").Entry} entry */
 function jump(entry) {
   if (page?.hello.mode === "replay") connection.send({ kind: "seek", tick: Math.min(entry.tick, page.hello.last ?? entry.tick) });
   else {
@@ -279,16 +279,16 @@ function open(name) {
   if (name === "all") page?.all.again();
 }
 
-/** Shows what a link asks for. @param {import("./link.js").Sight} sight */
+/** Applies the view that a link requests. @param {import("./link.js").Sight} sight */
 function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   if (!page || !state) return;
   const { hello, stage } = page;
   if (tick !== undefined && (hello.mode === "replay" || (hello.rewinds && tick < state.tick))) {
     connection.send({ kind: "pause" });
     connection.send({ kind: "seek", tick });
-  } else if (tick !== undefined && tick > state.tick) overlay.flash(`This world has not come to tick ${number(tick)} yet.`);
+  } else if (tick !== undefined && tick > state.tick) overlay.flash(`This world has not reached tick ${number(tick)} yet.`);
   if (by && (hello.colours.includes(by) || by.startsWith("kin:"))) colour(by);
-  if (uid !== undefined && of === "second" && !two.stage) overlay.flash(`#${uid} is of a second world, and there is none beside this one now.`);
+  if (uid !== undefined && of === "second" && !two.stage) overlay.flash(`#${uid} belongs to a second world, but no second world is open.`);
   else if (uid !== undefined) select(uid, of === "second");
   const panel = PANELS.find((one) => one === tab && !$(`tab-${one}`).hidden);
   if (panel) open(panel);
@@ -296,7 +296,7 @@ function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   if (name) field?.choose(name);
 }
 
-/** A link to what is shown now. */
+/** Copies a link to the present view. */
 const share = () => page && copy(written(shown(page.stage, chosen, opened(), by))).then((words) => overlay.flash(`${words}.`));
 
 // ---- buttons and keys
@@ -327,9 +327,9 @@ $("helpOpen").addEventListener("click", () => $("help").showModal());
 
 point($("canvas"), { page: () => page, select });
 count({ page: () => page, state: () => state, connection, two, chosen });
-window.addEventListener("hashchange", () => { // somebody put another address into this tab
+window.addEventListener("hashchange", () => { // the user has entered another address in this tab
   if (connection.socket === null) connection.again();
-  else taken(); // it is in already
+  else taken(); // the page is connected already
   const asked = read(location.hash);
   if (asked && state) apply(asked);
 });

@@ -1,4 +1,4 @@
-// The signs of kinds: the silhouette of an animal, a disc for who grows, a square for things; and lines of charts.
+// Icons of kinds: the silhouette of an animal, a disc for plants, a square for objects; and line samples for charts.
 
 import { outline } from "./body.js";
 import { s } from "./dom.js";
@@ -17,7 +17,7 @@ export function sign(kind, colour) {
 }
 
 /**
- * Species and things in order, with who of them hunts (eats what moves), and their silhouettes.
+ * Species and objects in order, with their silhouettes and whether they hunt (eat animals).
  * @param {import("./protocol.js").Hello} hello
  * @returns {import("./protocol.js").Kind[]}
  */
@@ -37,7 +37,7 @@ export function kindsOf({ species, objects, foods, size }) {
   return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
 }
 
-/** Dashes tell lines apart where colours do not. */
+/** Dash patterns, which distinguish lines when colors do not. */
 export const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3], [4, 2]];
 
 /**

@@ -1,11 +1,11 @@
-// Who of a frame was where in the one before: by row where rows are stable, else by a table of uids.
+// Matches the organisms of a frame with those of the previous one: by row if rows are stable, else by a table of uids.
 
 import { LONGS, WORDS } from "./frame.js";
 
 const NOBODY = 0xffffffff;
 const NEWBORN = 256; // bit in the fourth word of `before`
 
-/** Rows by uid: open addressing, powers of two. */
+/** Rows by uid: a hash table with open addressing, sized in powers of two. */
 class Rows {
   constructor() {
     this.keys = new Uint32Array(0);
@@ -36,7 +36,7 @@ class Rows {
     }
   }
 
-  /** @param {number} uid its lower half @param {number} high its upper half */
+  /** @param {number} uid lower half @param {number} high upper half */
   get(uid, high) {
     const { keys, mask, upper } = this;
     let slot = Math.imul(uid, 0x9e3779b1) & mask;
@@ -51,12 +51,12 @@ class Rows {
 const table = new Rows();
 
 /**
- * Writes for each organism of `block` where it is drawn now: `before[4 i …]` = x, y, z, heading | NEWBORN if it was not there.
- * @param {Uint16Array} before written
+ * Writes the present drawing position of each organism of `block`: `before[4 i …]` = x, y, z, heading | NEWBORN if it is new.
+ * @param {Uint16Array} before output
  * @param {import("./frame.js").Block} block the new frame
  * @param {import("./frame.js").Block} old the frame shown now
- * @param {Uint16Array} oldBefore where those of `old` came from
- * @param {number} share how far the motion from oldBefore to old has come, 0 … 1
+ * @param {Uint16Array} oldBefore starting positions of the organisms in `old`
+ * @param {number} share progress of the motion from oldBefore to old, 0 … 1
  */
 export function match(before, block, old, oldBefore, share) {
   const { n, words, longs, upper } = block;
@@ -88,7 +88,8 @@ export function match(before, block, old, oldBefore, share) {
 }
 
 /**
- * Moves `a[i …]` back towards `b[j …]`: the way round the torus falls out of 16-bit differences; walls never see one that long.
+ * Interpolates from `b[j …]` to `a[i …]`. 16-bit differences take the shorter way around a torus; between walls, no difference is large
+ * enough to wrap.
  * @param {Uint16Array} a
  * @param {number} i
  * @param {Uint16Array} b
@@ -105,7 +106,7 @@ function between(a, i, b, j, share) {
 }
 
 /**
- * Everyone of a block where it stands: nothing moves.
+ * Sets all start positions to the present ones: nothing moves.
  * @param {Uint16Array} before
  * @param {import("./frame.js").Block} block
  */

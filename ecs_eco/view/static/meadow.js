@@ -1,4 +1,4 @@
-// Where much grows, or where food is: a map laid over the ground, made of the places of a frame; and maps that the server sends.
+// Maps laid over the ground: densities of plants or food, computed from the places in a frame, and fields from the server.
 
 import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
 import { rampColour, rgb } from "./colours.js";
@@ -8,12 +8,12 @@ import { WORDS } from "./frame.js";
 /** @typedef {{nx: number, ny: number, cells: Float32Array}} Cells */
 
 const ALONG = 72; // cells along the longer side
-const PACE = 250; // [ms] from one picture to the next, at the least
-const SHARE = 0.02; // of the time, for pictures
-const THICK = 0.34; // opacity where most grows
+const PACE = 250; // shortest time between two updates [ms]
+const SHARE = 0.02; // of the time, for updates
+const THICK = 0.34; // highest opacity
 
 /**
- * How many of some layers are in each cell of the ground, of a volume in each cell of its side; smoothed.
+ * The number of organisms of some layers in each cell of the ground (in a volume: of its side), smoothed.
  * @param {Stage} stage
  * @param {import("./layer.js").Layer[]} layers
  * @returns {Cells}
@@ -45,9 +45,9 @@ function smooth(cells, nx, ny, torus) {
   return out;
 }
 
-/** A picture that lies on the ground, or stands at the back of the water. */
+/** An image on the ground, or at the back of the water. */
 class Sheet {
-  /** @param {Stage} stage @param {number} lift above the ground, in steps */
+  /** @param {Stage} stage @param {number} lift height above the ground, in steps */
   constructor(stage, lift) {
     this.stage = stage;
     this.material = new MeshBasicMaterial({ transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -lift, polygonOffsetUnits: -lift });
@@ -88,7 +88,7 @@ class Sheet {
   }
 }
 
-/** The ground is greener where more grows: from afar a meadow is an area, not points. */
+/** Makes the ground greener where more plants grow, because from afar a meadow is an area rather than points. */
 export class Meadow {
   /** @param {Stage} stage */
   constructor(stage) {
@@ -98,7 +98,7 @@ export class Meadow {
     this.at = -Infinity;
   }
 
-  /** @param {boolean} [now] at once */
+  /** @param {boolean} [now] whether to draw at once */
   draw(now = false) {
     const time = performance.now();
     if (!this.sheet || (!now && time < this.at)) return;
@@ -131,7 +131,7 @@ export class Meadow {
   }
 }
 
-/** A field that was asked for: a smell, light, food; values from low to high have the colours of a ramp. */
+/** A selected field, such as a smell, light or food; a ramp colors its values from low to high. */
 export class FieldMap {
   /** @param {Stage} stage */
   constructor(stage) {
@@ -143,7 +143,7 @@ export class FieldMap {
     this.at = -Infinity;
   }
 
-  /** @param {string} name "" for none @param {string[]} foods kinds whose density it is, none of a field of the server's */
+  /** @param {string} name "" for none @param {string[]} foods kinds whose density is shown; empty for a field from the server */
   choose(name, foods) {
     this.name = name;
     this.message = null;
@@ -155,7 +155,7 @@ export class FieldMap {
     this.frame();
   }
 
-  /** After a frame: where the food is now. */
+  /** Called after a frame: updates the density of food. */
   frame() {
     if (!this.foods?.length || performance.now() - this.at < PACE) return;
     this.at = performance.now();
@@ -175,7 +175,7 @@ export class FieldMap {
 
   /** @param {Uint8Array} values @param {number} nx @param {number} ny */
   paint(values, nx, ny) {
-    const wide = Math.max(2, nx); // one column of depths is as wide as the water
+    const wide = Math.max(2, nx); // stretches a single column of depths over the width of the water
     const pixels = new Uint8Array(4 * wide * ny);
     for (let c = 0; c < wide * ny; c++) {
       const value = nx === 1 ? values[Math.floor(c / wide)] : values[c];
@@ -184,7 +184,7 @@ export class FieldMap {
     this.sheet.paint(pixels, wide, ny);
   }
 
-  /** Heights [m] at which the light has fallen to a half, a tenth, a hundredth. @returns {[number, string][]} */
+  /** Heights [m] at which the light has fallen to a half, a tenth and a hundredth. @returns {[number, string][]} */
   levels() {
     const { message } = this;
     if (this.name !== "light" || !message || message.nx !== 1) return [];
@@ -194,7 +194,7 @@ export class FieldMap {
     const found = [];
     for (const share of [0.5, 0.1, 0.01]) {
       const row = light.findIndex((value) => value >= share * surface);
-      if (surface > 0 && row > 0) found.push(/** @type {[number, string]} */ ([((row + 0.5) / light.length) * this.stage.hello.size[2], `${100 * share} % of the light`]));
+      if (surface > 0 && row > 0) found.push(/** @type {[number, string]} */ ([((row + 0.5) / light.length) * this.stage.hello.size[2], `${100 * share}% of the light`]));
     }
     return found;
   }

@@ -1,5 +1,5 @@
-// The nervous system of one organism: sensors at the left, reflex network, policy and happiness in the middle, actions at the
-// right with y (reflex), p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values change in place.
+// The nervous system of one organism: sensors on the left; reflex network, policy and happiness in the middle; actions on the right with y (reflex),
+// p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values are updated in place.
 
 import { number, s } from "./dom.js";
 import { rampColour } from "./colours.js";
@@ -9,18 +9,18 @@ import { css } from "./theme.js";
 /** @typedef {import("./protocol.js").Wiring} Wiring */
 
 const STEP = 17;
-const LETTERS = "650 10.5px "; // of names at their widest, those of what is done
-const LABEL = 88, ACTION = 40; // room for the names of sensors and of actions; longer ones make more
+const LETTERS = "650 10.5px "; // font of names at their widest, when the action is carried out
+const LABEL = 88, ACTION = 40; // space for the names of sensors and actions; longer names enlarge it
 const NODE = 142; // x of the sensors' nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
 const BOXES = /** @type {const} */ (["reflex", "policy", "happiness"]);
-const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability by the policy", z: "z: chosen by the policy", H: "the decision H(y + z): done or not" };
+const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability according to the policy", z: "z: chosen by the policy", H: "the decision H(y + z): carried out or not" };
 
 /**
- * Draws a nervous system; `update` shows other values of the same one.
+ * Draws a nervous system; `update` shows new values of the same one.
  * @param {Nerves} nerves
- * @param {Wiring} [wiring] which readings lead where; absent: any may lead anywhere
+ * @param {Wiring} [wiring] connections of readings; if absent, any reading may affect everything
  */
 export function drawNerves(nerves, wiring) {
   const rows = Math.max(nerves.sensors.length, nerves.actions.length + 1, 9);
@@ -47,7 +47,7 @@ export function drawNerves(nerves, wiring) {
   return { root, update, signature: signature(nerves) };
 }
 
-/** What makes a drawing fit other values. @param {Nerves} nerves */
+/** A key of the drawing's structure: values with the same key fit the same drawing. @param {Nerves} nerves */
 export function signature(nerves) {
   return [...nerves.sensors.map(({ name }) => name), ...nerves.actions.map(({ group, name }) => `${group}/${name}`)].join();
 }
@@ -65,7 +65,7 @@ function groupStarts(nerves, i) {
   return i > 0 && nerves.actions[i].group !== nerves.actions[i - 1].group;
 }
 
-/** The boxes that a reading leads to. @param {Wiring | undefined} wiring @param {number} i its row */
+/** The boxes to which a reading leads. @param {Wiring | undefined} wiring @param {number} i its row */
 function leads(wiring, i) {
   const to = { reflex: !wiring || wiring.all.reflex || wiring.reflexes.some(([rows]) => rows.includes(i)), policy: !wiring || wiring.all.policy, happiness: !wiring || wiring.all.happiness || wiring.felt.includes(i) };
   return BOXES.filter((name) => to[name]);
@@ -74,7 +74,7 @@ function leads(wiring, i) {
 /** Whether a reflex leads to an action. @param {Wiring | undefined} wiring @param {number} i its row */
 const reflexive = (wiring, i) => !wiring || wiring.all.reflex || wiring.reflexes.some(([, action]) => action === i);
 
-/** In words: each reflex, the policy, and the formula of happiness. @param {Nerves} nerves @param {Wiring} wiring @returns {[string, string][]} */
+/** Each reflex, the policy, and the formula of happiness as text. @param {Nerves} nerves @param {Wiring} wiring @returns {[string, string][]} */
 export function wired(nerves, wiring) {
   const reflexes = wiring.reflexes.map(([, action, what]) => `${nerves.actions[action]?.name}: ${what}`);
   return [
@@ -84,7 +84,7 @@ export function wired(nerves, wiring) {
   ];
 }
 
-/** Room for the longest of some names [px]. @param {{name: string}[]} named */
+/** Space for the longest of some names [px]. @param {{name: string}[]} named */
 function room(named) {
   const pen = document.createElement("canvas").getContext("2d");
   if (pen) pen.font = LETTERS + css("--font");
@@ -95,7 +95,7 @@ function room(named) {
 function head(root) {
   const label = (/** @type {number} */ x, /** @type {string} */ text, /** @type {string} */ title) =>
     root.append(s("text", { x, y: 14, "font-size": 10.5, class: "muted", "text-anchor": "middle" }, s("title", {}, title), text));
-  label(62, "sensors x", "what the organism senses");
+  label(62, "sensors x", "readings of the sensors");
   label(Y, "y", WORDS.y);
   label(P + 16, "p", WORDS.p);
   label(Z, "z", WORDS.z);
@@ -134,7 +134,7 @@ const curve = (x0, y0, x1, y1) => `M${x0} ${y0.toFixed(1)}C${(x0 + x1) / 2} ${y0
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
- * @param {readonly ("reflex" | "policy" | "happiness")[]} to the boxes that it leads to
+ * @param {readonly ("reflex" | "policy" | "happiness")[]} to the boxes to which it leads
  * @returns {(nerves: Nerves) => void}
  */
 function sense(root, wires, sensor, i, y, boxes, to) {
@@ -147,7 +147,7 @@ function sense(root, wires, sensor, i, y, boxes, to) {
     s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, sensor.name),
     s("rect", { x: 94, y: y - 3, width: 40, height: 6, rx: 1.5, fill: "var(--line)" }), bar, node));
   let most = 1;
-  let signed = false; // whether it has been below 0: then the bar begins in the middle
+  let signed = false; // whether it has been below 0; if so, the bar starts in the middle
   return (nerves) => {
     const value = nerves.sensors[i]?.value ?? 0;
     most = Math.max(most, Math.abs(value));
@@ -163,14 +163,14 @@ function sense(root, wires, sensor, i, y, boxes, to) {
 }
 
 /**
- * An action: what reflex and policy say of it, and whether it is done.
+ * An action: the values of reflex and policy, and whether it is carried out.
  * @param {SVGElement} root
  * @param {SVGElement} wires
  * @param {import("./protocol.js").Action} action
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
- * @param {number} line how far a line above it goes, where it starts a group; else 0
+ * @param {number} line length of the line above it if it starts a group, else 0
  * @param {boolean} reflexes whether a reflex leads to it
  * @returns {(nerves: Nerves) => void}
  */
@@ -185,7 +185,7 @@ function act(root, wires, action, i, y, boxes, line, reflexes) {
   const dot = s("circle", { cx: Z, cy: y, r: 3.6, stroke: "var(--accent)", "stroke-width": 1.4 });
   const lamp = s("rect", { x: H - 5, y: y - 5, width: 10, height: 10, rx: 2.5, stroke: "var(--ink)", "stroke-width": 1.4 });
   const name = s("text", { x: NAME, y: y + 3.5, "font-size": 10.5 }, action.name);
-  const amount = s("text", { x: H + 6, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }); // of a continuous action
+  const amount = s("text", { x: H + 6, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }); // value of a continuous action
   const title = s("title", {});
   if (line) root.append(s("line", { x1: Y - 9, x2: line, y1: y - STEP * 0.5 - 1, y2: y - STEP * 0.5 - 1, stroke: "var(--line)" }));
   root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: NAME + ACTION - Y + 10, height: 16, fill: "transparent" }), cell, sign,
@@ -206,7 +206,7 @@ function act(root, wires, action, i, y, boxes, line, reflexes) {
     name.setAttribute("font-weight", decision && !continuous ? "650" : "400");
     if (continuous) {
       amount.textContent = number(Number(decision), 2);
-      title.textContent = `${action.group}: the policy drew ${number(Number(chosen))}, the reflex added ${number(reflex)}, done is ${number(Number(decision))}`;
+      title.textContent = `${action.group}: the policy drew ${number(Number(chosen))}, the reflex added ${number(reflex)}, the result is ${number(Number(decision))}`;
       return;
     }
     title.textContent = `${action.group}: ${action.name}\ny = ${sign.textContent}, p = ${number(probability)}, z = ${Number(chosen)}, H = ${Number(decision)}`;
@@ -214,7 +214,7 @@ function act(root, wires, action, i, y, boxes, line, reflexes) {
 }
 
 /**
- * The number that happiness comes to, and the reward.
+ * The value of happiness, and the reward.
  * @param {SVGElement} root
  * @param {number} y
  * @returns {(nerves: Nerves) => void}

@@ -1,8 +1,8 @@
-// Whom to select next.
+// The choice of the next organism to select.
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
-/** The next organism or the one before the selected one; animals first. @param {Stage} stage @param {number} by @returns {number | null} */
+/** The next or previous organism relative to the selected one; animals first. @param {Stage} stage @param {number} by @returns {number | null} */
 export function beside(stage, by) {
   const layers = stage.layers.filter((layer) => layer.kind.moves && layer.shown && layer.block.n);
   const layer = (stage.selected !== null && stage.find(stage.selected)?.layer) || layers[0] || stage.layers.find(({ block }) => block.n);
@@ -11,7 +11,7 @@ export function beside(stage, by) {
   return layer.uid((row + by + layer.block.n) % layer.block.n);
 }
 
-/** One of a kind, another one than the selected. @param {Stage} stage @param {string} name @returns {number | null} */
+/** An organism of a kind, other than the selected one. @param {Stage} stage @param {string} name @returns {number | null} */
 export function anyOf(stage, name) {
   const layer = stage.layers.find(({ kind, block }) => kind.name === name && block.n);
   return layer ? layer.uid((layer.row(stage.selected ?? 0) + 1) % layer.block.n) : null;

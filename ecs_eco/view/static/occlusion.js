@@ -1,4 +1,4 @@
-// While an organism is followed, what stands between it and the camera fades around it: bodies, objects, plants and rocks, but not the ground.
+// While the camera follows an organism, everything between it and the camera fades: bodies, objects, plants and rocks, but not the ground.
 
 import { HIDES } from "./shaders.js";
 
@@ -9,7 +9,7 @@ const LEAST = 16; // [px]
 const OWN = 1.5; // of its radius, so that it does not hide itself
 
 /**
- * Says where things fade, before a picture is drawn.
+ * Sets where elements fade, before a picture is drawn.
  * @param {Stage} stage
  * @param {import("./vendor.js").Vector3 | null} place of the selected organism [m]
  */
@@ -25,7 +25,7 @@ export function clear(stage, place) {
   const way = eye.camera.position.clone().sub(place), distance = way.length();
   const { radius, least } = found.layer.own;
   const long = Math.max(0, ...(found.layer.kind.size ?? [])) / 2;
-  const size = Math.max(radius.value, long, (least.value * distance) / shared.lens.value); // as it is drawn [m]
+  const size = Math.max(radius.value, long, (least.value * distance) / shared.lens.value); // drawn size [m]
   const front = place.clone().addScaledVector(way, Math.min(0.5, (OWN * size) / distance)).project(eye.camera);
   const at = place.clone().project(eye.camera);
   const [wide, high] = [canvas.clientWidth * ratio, canvas.clientHeight * ratio];
@@ -33,7 +33,7 @@ export function clear(stage, place) {
   shared.clear.value = [((at.x + 1) / 2) * wide, ((at.y + 1) / 2) * high, (front.z + 1) / 2, pixels];
 }
 
-/** Lets a material of three.js fade, too. @param {import("./vendor.js").MeshLambertMaterial} material @param {Record<string, {value: any}>} shared */
+/** Lets a three.js material fade, too. @param {import("./vendor.js").MeshLambertMaterial} material @param {Record<string, {value: any}>} shared */
 export function fadeable(material, shared) {
   material.onBeforeCompile = (shader) => {
     shader.uniforms.clear = shared.clear;

@@ -1,4 +1,4 @@
-// The curves of a second world, in the same charts: thick, where those of the first are thin.
+// The curves of a second world in the same charts: thick lines, next to the thin lines of the first world.
 
 import { h, number, s } from "./dom.js";
 import { soon } from "./pace.js";
@@ -11,7 +11,7 @@ export class Other {
   /**
    * @param {import("./charts.js").Charts} charts
    * @param {string[]} names of both worlds
-   * @param {number | null} at the tick at which they parted
+   * @param {number | null} at the tick at which the worlds parted
    */
   constructor(charts, names, at) {
     this.charts = charts;
@@ -20,17 +20,17 @@ export class Other {
     this.ticks = [];
     /** @type {Record<string, Record<string, Line>>} */
     this.lines = {};
-    /** @type {Int32Array} where in its own ticks each tick of the charts is */
+    /** @type {Int32Array} index in its own ticks for each tick of the charts */
     this.places = new Int32Array(0);
     this.placed = "";
     const sample = (/** @type {number} */ width) => s("svg", { viewBox: "0 0 22 8", width: 22, height: 8, "aria-hidden": "true" }, s("line", { x1: 0, x2: 22, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": width }));
     this.note = h("p", { class: "pair-key" }, h("span", {}, sample(1), names[0]), h("span", {}, sample(3), names[1]), at === null ? null : h("span", { text: `¦ tick ${number(at)}` }));
-    for (const { name } of charts.hello.species) charts.lines.n[name] ??= []; // the first world's before this one's
+    for (const { name } of charts.hello.species) charts.lines.n[name] ??= []; // the first world's line comes before this one
     charts.other = this;
     charts.body.before(this.note);
   }
 
-  /** Takes points; from their first tick on they replace what was there. @param {import("./protocol.js").Series} series */
+  /** Adds points; they replace existing points from their first tick on. @param {import("./protocol.js").Series} series */
   add(series) {
     const first = series.tick[0];
     if (first === undefined) return;
@@ -44,7 +44,7 @@ export class Other {
       for (const name of new Set([...Object.keys(mine), ...Object.keys(given[key] ?? {})])) {
         append((mine[name] ??= []), given[key]?.[name], length, series.tick.length);
         const theirs = this.charts.lines[key];
-        if (theirs && !theirs[name]) theirs[name] = this.charts.ticks.map(() => null); // a cause of death that is here alone
+        if (theirs && !theirs[name]) theirs[name] = this.charts.ticks.map(() => null); // a cause of death that occurs only here
       }
     }
     this.placed = "";
@@ -79,7 +79,7 @@ export class Other {
     });
   }
 
-  /** Where the worlds parted. @param {import("./vendor.js").uPlot} u */
+  /** Marks the tick at which the worlds parted. @param {import("./vendor.js").uPlot} u */
   mark(u) {
     if (this.at === null) return;
     const x = u.valToPos(this.at, "x", true);

@@ -1,4 +1,4 @@
-// What is drawn over the scene, on a canvas of its own: what the selected organism sees, and marks of births and deaths.
+// Drawings over the scene, on a separate canvas: the field of view of the selected organism, and marks of births and deaths.
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";
@@ -9,7 +9,7 @@ import { css } from "./theme.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 /** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, colour: string, by: number}} Mark */
 
-export const LASTS = 5; // [ticks] that a mark stays
+export const LASTS = 5; // [ticks] for which a mark is shown
 const MOST = 300; // marks
 
 export class Over {
@@ -22,19 +22,19 @@ export class Over {
     this.marks = [];
     /** @type {import("./protocol.js").Organism | null} */
     this.organism = null;
-    this.shown = true; // whether marks are
-    /** @type {{seen: number, rays: number, drawn: number}} what was drawn last, for tests */
+    this.shown = true; // whether marks are shown
+    /** @type {{seen: number, rays: number, drawn: number}} counts of the last drawing, for tests */
     this.drew = { seen: 0, rays: 0, drawn: 0 };
-    /** @type {[number, string][]} heights [m] at which light has fallen so far, from a field */
+    /** @type {[number, string][]} heights [m] at which the light of a field has fallen to a label's share */
     this.levels = [];
     this.clear = true;
     this.last = 0; // tick of the last frame
   }
 
-  /** After a frame: who has been born. @param {number} tick @param {boolean} jump whether time jumped */
+  /** Called after a frame: marks births. @param {number} tick @param {boolean} jump whether time jumped */
   take(tick, jump) {
     const { stage } = this;
-    const far = tick - this.last > LASTS; // of those who are new some were born before the marks of now
+    const far = tick - this.last > LASTS; // some of the new organisms were born too long ago for a mark
     this.last = tick;
     if (jump) this.marks = this.marks.filter((mark) => mark.tick <= tick);
     this.marks = this.marks.filter((mark) => tick - mark.tick < LASTS).slice(-MOST);
@@ -55,7 +55,7 @@ export class Over {
     return at;
   }
 
-  /** Who has died. @param {number[][]} list tick, species, uid, place, killer */
+  /** Marks deaths. @param {number[][]} list tick, species, uid, place, killer */
   fates(list) {
     const { stage } = this;
     for (const [tick, species, , x, y, z, killer] of list) {
@@ -65,7 +65,7 @@ export class Over {
     stage.dirty = true;
   }
 
-  /** Draws all of it; after each picture of the scene. */
+  /** Draws everything, after each picture of the scene. */
   draw() {
     const { stage, pen, canvas } = this;
     const ratio = Math.min(2, devicePixelRatio || 1);
@@ -86,7 +86,7 @@ export class Over {
     for (const mark of marks) this.mark(mark);
   }
 
-  /** A line with a casing, so that it stands out from any ground. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
+  /** A line with an outline, so that it is visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
   line(points, colour, width, dash = [], alpha = 1) {
     const { pen } = this;
     for (const [stroke, wide] of /** @type {[string, number][]} */ ([[css("--card"), width + 2], [colour, width]])) {
@@ -106,7 +106,7 @@ export class Over {
     pen.globalAlpha = 1;
   }
 
-  /** Words with a casing. @param {string} text @param {number} x @param {number} y @param {string} [colour] */
+  /** Text with an outline. @param {string} text @param {number} x @param {number} y @param {string} [colour] */
   words(text, x, y, colour = css("--ink")) {
     const { pen } = this;
     pen.lineWidth = 3.5;
@@ -139,7 +139,7 @@ export class Over {
     this.line([{ x: x - r, y: y + r }, { x: x + r, y: y - r }], stroke, wide, [], fade);
   }
 
-  /** The depth beside the edge that is farthest left, and where the light has fallen to tenths. */
+  /** The depth scale along the leftmost edge, and the depths to which light has fallen by tenths. */
   depths() {
     const { stage } = this;
     const [x, y, z] = stage.hello.size;

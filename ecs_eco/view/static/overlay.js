@@ -1,4 +1,4 @@
-// What lies over the scene: ring around the selected one, tip under the pointer, scale, course of the sun, notices.
+// Elements over the scene: ring around the selected organism, tooltip at the pointer, scale, course of the sun, notices.
 
 import { $, h, number, s } from "./dom.js";
 import { gradient, rampOf } from "./colours.js";
@@ -8,7 +8,7 @@ import { round } from "./ground.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 
 /**
- * What the colours of values mean.
+ * The legend of the colors of values.
  * @param {string} by
  * @param {Record<string, [number, number]>} [scales] low and high, by kind
  */
@@ -20,13 +20,13 @@ export function ramp(by, scales) {
   const key = JSON.stringify([by, found]);
   if (root.dataset.key === key) return;
   root.dataset.key = key;
-  const words = by === "family" ? "family: the twelve largest of each species, from one founder each" : by.replace("gene:", "gene ").replace("kin:", "descendants of #");
+  const words = by === "family" ? "family: the twelve largest of each species, each from one founder" : by.replace("gene:", "gene ").replace("kin:", "descendants of #");
   root.replaceChildren(words, h("i", { style: `background:${gradient(rampOf(by))}` }), ...found.map(([name, [low, high]]) =>
     h("div", {}, h("span", { text: number(low) }), h("em", { text: name }), h("span", { text: number(high) }))));
   if (!found.length && rampOf(by) === "sequential") root.append(h("div", {}, h("span", { text: "low" }), h("span", { text: "high" })));
 }
 
-/** How many descendants there are, where organisms are coloured by that. @param {Stage} stage @param {string} by */
+/** The number of descendants, if they determine the colors. @param {Stage} stage @param {string} by */
 export function descendants(stage, by) {
   if (!by.startsWith("kin:")) return;
   const alive = stage.layers.reduce((sum, { block, kind }) => {
@@ -39,7 +39,7 @@ export function descendants(stage, by) {
 }
 
 /**
- * Ring and name of the selected organism, and the scale; after each drawing.
+ * Ring and name of the selected organism, and the scale; called after each drawing.
  * @param {Stage} stage
  */
 export function follow(stage) {
@@ -52,7 +52,7 @@ export function follow(stage) {
   if (text.textContent !== shown) text.textContent = shown;
 }
 
-/** Ring and name of the one that is selected in a scene. @param {Stage} stage @param {HTMLElement} ring @param {HTMLElement} tag */
+/** Ring and name of the selected organism of a scene. @param {Stage} stage @param {HTMLElement} ring @param {HTMLElement} tag */
 export function circle(stage, ring, tag) {
   const place = stage.selected === null ? null : stage.place(stage.selected);
   const at = place && stage.project(place);
@@ -79,7 +79,7 @@ export function tip(at, text = "") {
 }
 
 /**
- * The light of the hour: sky, and the sun's place on its course.
+ * The present light: sky, and the position of the sun.
  * @param {Stage} stage
  */
 export function sky(stage) {
@@ -115,46 +115,46 @@ export function notice(text, button) {
 
 let flashing = 0;
 
-/** A notice that goes away. @param {string} text @param {{text: string, does: () => void}} [button] */
+/** A notice that disappears after a while. @param {string} text @param {{text: string, does: () => void}} [button] */
 export function flash(text, button) {
   notice(text, button);
   clearTimeout(flashing);
   flashing = setTimeout(() => notice(null), 6000);
 }
 
-/** How the page is linked to its server now. @param {"connecting" | "open" | "lost" | "ended" | "refused"} link @param {import("./connection.js").Connection} connection */
+/** Shows the state of the connection to the server. @param {"connecting" | "open" | "lost" | "ended" | "refused"} link @param {import("./connection.js").Connection} connection */
 export function linked(link, connection) {
-  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
+  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "no access" };
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   $("link").title = words[link];
-  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") door(connection.greeted ? "The run was started again, and does not know this page." : "This page is not let in: an address works once, and for ten minutes.");
-  else if (link === "lost") notice("The connection is lost; trying again …");
+  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "No run answers at this address.", { text: "Try again", does: () => connection.again() });
+  else if (link === "refused") door(connection.greeted ? "The run has restarted; open its new address." : "No access: an address works once, within ten minutes.");
+  else if (link === "lost") notice("Connection lost; trying again …");
   else notice(null);
 }
 
 /**
- * This page is not let in: says why, and takes another address.
+ * Shows the reason why this page has no access, and a field for another address.
  * @param {string} why
  */
 export function door(why) {
-  const field = h("input", { class: "input", type: "text", placeholder: "http://127.0.0.1:…/#code=…", "aria-label": "Address that the terminal shows now", autocomplete: "off", spellcheck: "false" });
+  const field = h("input", { class: "input", type: "text", placeholder: "http://127.0.0.1:…/#code=…", "aria-label": "Address shown in the terminal", autocomplete: "off", spellcheck: "false" });
   const form = h("form", {}, field, h("button", { type: "submit", text: "Open" }));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = field.value.split("#")[1] ?? "";
     if (!code.startsWith("code=")) return field.focus();
     const address = new URL(field.value, location.href);
-    if (address.origin === location.origin) location.hash = code; // main.js hears of it, and goes in
+    if (address.origin === location.origin) location.hash = code; // main.js notices the change and connects
     else if (address.protocol === "http:" && address.hostname === location.hostname) location.assign(address);
   });
   const root = $("notice");
   root.hidden = false;
-  root.replaceChildren(`${why} Open the address that the terminal shows now:`, form);
+  root.replaceChildren(`${why} Enter the address that the terminal shows now:`, form);
 }
 
-/** What of the stage lies under cards: left, top, right and bottom of each [px]. @param {number[]} [from] a corner of the stage */
+/** The parts of the stage under cards: left, top, right and bottom of each [px]. @param {number[]} [from] a corner of the stage */
 export function covered([x, y] = [0, 0]) {
   const stage = $("stage").getBoundingClientRect(), left = stage.left + x, top = stage.top + y;
   const boxes = ["legend", "cameras", "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());

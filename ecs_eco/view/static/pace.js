@@ -1,21 +1,21 @@
-// When things are drawn: scenes at each frame of the browser, charts a few times a second; and where drawing is slow (without a graphics card, or with
-// two worlds in sight) only half of the time. A browser that is asked for the next picture while it still works on the last one has no time for clicks
-// and messages.
+// When to draw: scenes at each frame of the browser, charts a few times per second. If drawing is slow (without a graphics card, or with two worlds
+// in view), scenes are drawn at most half of the time, because a browser that must draw the next picture while it still works on the last one has no
+// time for clicks and messages.
 
-const SLOW = 80; // [ms] from asking for a frame to having one, beyond which as long a pause follows
-const LONGEST = 1000; // [ms] a pause
-const CHARTS = 100; // [ms] from one drawing of charts to the next
+const SLOW = 80; // [ms] for a frame beyond which a pause of the same length follows
+const LONGEST = 1000; // [ms] longest pause
+const CHARTS = 100; // [ms] between two drawings of charts
 
 /** @type {Set<(now: number) => boolean>} */
 const scenes = new Set();
-/** @type {Set<() => void>} what is to be drawn once */
+/** @type {Set<() => void>} functions to call once */
 const waiting = new Set();
 let asked = 0;
 let drawn = 0;
 let running = false;
 
 /**
- * Calls a function at each frame, until the function returned is called. It says whether it has drawn.
+ * Calls a function at each frame, until the returned function is called. The function returns whether it has drawn.
  * @param {(now: number) => boolean} draw [ms]
  */
 export function onFrames(draw) {
@@ -24,7 +24,7 @@ export function onFrames(draw) {
   return () => scenes.delete(draw);
 }
 
-/** Calls a function once at one of the next frames, however often it is asked for. @param {() => void} draw */
+/** Calls a function once at one of the next frames, however often it was requested. @param {() => void} draw */
 export function soon(draw) {
   waiting.add(draw);
   start();

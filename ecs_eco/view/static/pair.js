@@ -1,4 +1,4 @@
-// A second world beside the first: what would be if, or another one altogether. One clock and one camera for both.
+// A second world next to the first: a branch or an unrelated world. One clock and one camera control both.
 
 import { $, announce, h, number } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
@@ -10,7 +10,7 @@ import { Stage } from "./stage.js";
 /** @typedef {import("./protocol.js").Beside} Beside */
 /** @typedef {import("./eye.js").Eye} Eye */
 /** @typedef {{stage: Stage, charts: import("./charts.js").Charts, act: import("./act.js").Act | null}} Page */
-/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, said: string, seen: number[]}} Two where the first camera was and looked, at the last picture */
+/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, said: string, seen: number[]}} Two position and target of the first camera, at the last picture */
 
 /**
  * @param {import("./connection.js").Connection} connection
@@ -42,7 +42,7 @@ export function pair(connection, calls) {
   /** @param {Page} page @param {Beside} message @returns {Two} */
   function open(page, { hello, names = ["", ""], at = null, change = "", recipe = null }) {
     close();
-    const canvas = h("canvas", { id: "canvas2", tabindex: 0, role: "application", "aria-label": `The other world in three dimensions: ${names[1]}. Arrow keys move both.` });
+    const canvas = h("canvas", { id: "canvas2", tabindex: 0, role: "application", "aria-label": `The second world in three dimensions: ${names[1]}. Arrow keys move both.` });
     const over = h("canvas", { id: "over2", "aria-hidden": "true" });
     const ring = h("div", { class: "ring", hidden: true });
     const here = h("div", { class: "pane-name second", text: names[1], title: change || names[1] });
@@ -51,7 +51,7 @@ export function pair(connection, calls) {
     $("over").after(...parts);
     $("stage").classList.add("pair");
     const stage = new Stage(canvas, /** @type {import("./protocol.js").Hello} */ (hello), over);
-    stage.eye.touched = true; // it looks where the first one looks
+    stage.eye.touched = true; // it copies the view of the first camera
     /** @type {Two} */
     const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, said: "", seen: [] };
     stage.onrender = () => overlay.circle(stage, ring, tag);
@@ -60,7 +60,7 @@ export function pair(connection, calls) {
       if (copying || two !== made) return;
       look(stage, page.stage);
       page.stage.eye.touched = true;
-      made.seen = sight(page.stage.eye); // which it need not copy back
+      made.seen = sight(page.stage.eye); // no need to copy this view back
     });
     page.stage.eye.cover = () => [...overlay.covered(), ...overlay.covered([canvas.offsetLeft, canvas.offsetTop])];
     two = made;
@@ -69,14 +69,14 @@ export function pair(connection, calls) {
     calls.chosen.mark();
     $("pair").hidden = false;
     $("pairAgain").hidden = !recipe;
-    $("pairWhat").textContent = at === null ? names.join(" beside ") : `What if, from tick ${number(at)} on: ${change}`;
-    announce(at === null ? `Two worlds side by side: ${names.join(" and ")}` : `Forked at tick ${number(at)}: ${change}`);
+    $("pairWhat").textContent = at === null ? names.join(" and ") : `What if, from tick ${number(at)} on: ${change}`;
+    announce(at === null ? `Two worlds side by side: ${names.join(" and ")}` : `Branched at tick ${number(at)}: ${change}`);
     calls.count();
     page.stage.jump = stage.jump = true;
     return made;
   }
 
-  /** @param {boolean} [back] whether it comes again at once, as after a reconnection */
+  /** @param {boolean} [back] whether it will reopen at once, as after a reconnection */
   function close(back = false) {
     const page = calls.page();
     if (!two || !page) return;
@@ -95,7 +95,7 @@ export function pair(connection, calls) {
 
   let copying = false;
 
-  /** Lets one camera look as another one does. @param {Stage} from @param {Stage} to */
+  /** Copies the view of one camera to another one. @param {Stage} from @param {Stage} to */
   function look(from, to) {
     copying = true;
     const scale = to.eye.span / from.eye.span;
@@ -120,14 +120,14 @@ export function pair(connection, calls) {
     get stage() {
       return two?.stage ?? null;
     },
-    /** How many frames there were of it. */
+    /** The number of its frames so far. */
     get frames() {
       return two ? two.stage.frames : 0;
     },
     paint,
-    /** The colour of a kind that the first world may not know. @param {string} name */
+    /** The color of a kind that may be absent from the first world. @param {string} name */
     colourOf: (name) => two?.stage.colours[two.stage.kinds.findIndex((kind) => kind.name === name)],
-    /** Takes a binary message: a frame of the first, and where there is one, of the second. @param {ArrayBuffer} buffer */
+    /** Reads a binary message: a frame of the first world and, if there is one, of the second. @param {ArrayBuffer} buffer */
     take(buffer) {
       const page = calls.page();
       if (!page) return 0;
@@ -138,7 +138,7 @@ export function pair(connection, calls) {
       if (there) two.stage.take(buffer, page.stage.end);
       return number;
     },
-    /** After a picture of the first scene: the second looks the same way, and shows the same kinds. */
+    /** Called after a picture of the first scene: copies its view and the displayed kinds to the second. */
     follow() {
       const page = calls.page();
       if (!two || !page) return;
@@ -159,7 +159,7 @@ export function pair(connection, calls) {
   };
 }
 
-/** Says what differs by now. @param {Two} two @param {NonNullable<Beside["state"]>} state */
+/** Shows the present differences. @param {Two} two @param {NonNullable<Beside["state"]>} state */
 function say(two, { text, clauses, there }) {
   if (two.said === text) return;
   two.said = text;
@@ -174,10 +174,10 @@ function say(two, { text, clauses, there }) {
   $("stage").classList.toggle("alone", !there);
 }
 
-/** Where a camera is, where it looks, and the shift of its picture. @param {Eye} eye */
+/** The camera's position and target, and the shift of its picture. @param {Eye} eye */
 const sight = ({ camera, controls, shift }) => [...camera.position.toArray(), ...controls.target.toArray(), ...shift];
 
-/** How to have this fork again, without the page. @param {{toml: string, command: string}} recipe */
+/** Shows how to reproduce this branch without the page. @param {{toml: string, command: string}} recipe */
 function again({ toml, command }) {
   const part = (/** @type {string} */ title, /** @type {string} */ text) => {
     const copied = h("button", { class: "button", type: "button", text: "Copy", onclick: async () => {
@@ -193,9 +193,9 @@ function again({ toml, command }) {
     return [h("div", { class: "part-head" }, h("h3", { text: title }), copied), code];
   };
   const dialog = $("again");
-  dialog.replaceChildren(h("h2", { id: "againTitle", text: "The same again, without the page" }),
+  dialog.replaceChildren(h("h2", { id: "againTitle", text: "Reproduce this without the page" }),
     ...(command ? part("Command", command) : []), ...(toml ? part("In the world file", toml) : []),
-    h("p", { class: "about", text: "One pair is one throw of the dice: ecs-eco compare says with many seeds whether a difference is due to the change." }),
+    h("p", { class: "about", text: "One pair of runs can differ by chance: ecs-eco compare uses many seeds to test whether a change causes a difference." }),
     h("form", { method: "dialog" }, h("button", { class: "button", type: "submit", text: "Close" })));
   dialog.showModal();
 }

@@ -32,7 +32,7 @@ export class Panel {
     this.plot = null;
     this.kept = "";
     this.tree = new Tree({ select: calls.select, ask: calls.tree, clade: calls.clade, colourOf: calls.colourOf });
-    this.points = false; // whether the chart of one life shows points
+    this.points = false; // whether the chart of a single life shows points
     new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
     this.empty();
   }
@@ -40,9 +40,9 @@ export class Panel {
   empty() {
     this.forget();
     const kind = kindsOf(this.hello).find((species) => species.moves) ?? this.hello.species[0];
-    const replay = this.hello.mode === "replay" ? " In a replay, everyone in the recorded detail shows all; the others what was recorded." : "";
+    const replay = this.hello.mode === "replay" ? " In a replay, organisms recorded in detail show all data; others show what was recorded." : "";
     this.root.replaceChildren(h("div", { class: "empty" }, kind ? sign(kind, "currentColor") : null,
-      h("p", { text: `Click an organism, or press N for the next one, to look into its head.${replay}` })));
+      h("p", { text: `Click an organism, or press N for the next one, to see its senses, decisions and genome.${replay}` })));
   }
 
   forget() {
@@ -55,16 +55,16 @@ export class Panel {
     this.kept = "";
   }
 
-  /** Is about to show an organism. @param {number | null} uid @param {boolean} second whether it is one of the second world */
+  /** Prepares to show an organism. @param {number | null} uid @param {boolean} second whether it belongs to the second world */
   expect(uid, second) {
     if (uid === null) this.empty();
     else if (this.organism?.uid !== uid || (this.organism.second ?? false) !== second) {
       this.forget();
-      this.root.replaceChildren(h("div", { class: "empty", text: `Asking for #${uid} …` }));
+      this.root.replaceChildren(h("div", { class: "empty", text: `Loading #${uid} …` }));
     }
   }
 
-  /** There is nothing to show. @param {string} why */
+  /** Shows that there is no data. @param {string} why */
   refuse(why) {
     this.forget();
     this.root.replaceChildren(h("div", { class: "empty", text: why }));
@@ -105,7 +105,7 @@ export class Panel {
       h("span", { class: "grow" }),
       h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", disabled: !organism.alive, onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
-    const world = organism.world === undefined ? null : h("p", { class: organism.second ? "world second" : "world" }, "in ", h("b", { text: organism.world }), { true: ", born before the worlds parted", false: ", born after the worlds parted" }[String(organism.both)] ?? "");
+    const world = organism.world === undefined ? null : h("p", { class: organism.second ? "world second" : "world" }, "world: ", h("b", { text: organism.world }), { true: ", born before the worlds parted", false: ", born after the worlds parted" }[String(organism.both)] ?? "");
     this.root.replaceChildren(head, ...(world ? [world] : []), this.saidAt, ...this.note(organism), this.factsAt, this.diedAt, this.seesAt, this.kinAt, this.tree.root);
     const past = organism.as_of === undefined ? "" : ` in its last tick, ${number(organism.as_of)}`;
     this.root.classList.toggle("past", past !== "");
@@ -125,12 +125,12 @@ export class Panel {
     return (organism.second && this.calls.other()) || this.hello;
   }
 
-  /** What was recorded, where that is not all. @param {Organism} organism */
+  /** Shows which data were recorded, if not all. @param {Organism} organism */
   note(organism) {
     const { mode } = this.of(organism);
     if (!organism.note && (organism.detail === "full" || mode === "live")) return [];
     const fill = mode === "replay" && organism.detail !== "full"
-      && h("button", { class: "button", type: "button", text: "Fill in", title: "Replay from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
+      && h("button", { class: "button", type: "button", text: "Fill in", title: "Rerun from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
         const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
         button.disabled = true;
         setTimeout(() => (button.disabled = false), 4000);
@@ -186,7 +186,7 @@ export class Panel {
     const apart = organism.second && !organism.both;
     if (!this.kinAt || this.kinAt.dataset.key === key) return;
     this.kinAt.dataset.key = key;
-    const track = h("button", { class: "plain", type: "button", text: "track descendants", disabled: apart, title: apart ? "The colours of both worlds are those of families of the first one" : "Colour all that descend from it", onclick: () => this.calls.track(organism.uid) });
+    const track = h("button", { class: "plain", type: "button", text: "track descendants", disabled: apart, title: apart ? "Both worlds use the family colors of the first world" : "Color all its descendants", onclick: () => this.calls.track(organism.uid) });
     this.kinAt.replaceChildren(this.family("parents", organism.parents), this.family("children", organism.children), track);
   }
 
@@ -217,7 +217,7 @@ export class Panel {
     if (!trace?.tick.length || !this.traceAt) return;
     const data = [trace.tick, trace.happiness ?? trace.tick.map(() => null), trace.energy ?? trace.tick.map(() => null)];
     if (!this.plot) this.plot = this.draw(this.traceAt);
-    this.points = trace.tick.length < 3; // a line needs two
+    this.points = trace.tick.length < 3; // a line needs at least two points
     this.plot.setData(/** @type {any} */ (data));
   }
 
@@ -238,7 +238,7 @@ export class Panel {
     }, [[]], place);
   }
 
-  /** After the theme changed. */
+  /** Redraws after a change of theme. */
   redraw() {
     const { organism } = this;
     this.kept = "";
@@ -250,7 +250,7 @@ export class Panel {
 /** @param {string} name @param {string} text */
 const fact = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, title: text }));
 
-/** A fact whose words may take two lines. @param {string} name @param {string} text */
+/** A fact whose text may take two lines. @param {string} name @param {string} text */
 const wide = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, class: "wraps" }));
 
 /** @param {(number | null)[] | undefined} list */

@@ -1,11 +1,11 @@
-// What is at a point of the canvas: an organism, or a place of the ground.
+// The element at a point of the canvas: an organism, or a place on the ground.
 
 import { Raycaster, Vector2, Vector3 } from "./vendor.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
 /**
- * The organism nearest to a point of the canvas: animals before plants, plants before things.
+ * The organism nearest to a point of the canvas: animals before plants, plants before objects.
  * @param {Stage} stage
  * @param {number} x [px]
  * @param {number} y [px]
@@ -38,7 +38,7 @@ export function pick(stage, x, y, reach) {
 }
 
 /**
- * The place of the ground (of the water's middle) under a point of the canvas [m].
+ * The place on the ground (in water: on the middle plane) under a point of the canvas [m].
  * @param {Stage} stage
  * @param {number} x [px]
  * @param {number} y [px]
@@ -55,7 +55,7 @@ export function under(stage, x, y) {
     at.copy(direction).multiplyScalar(middle.sub(origin).dot(normal) / direction.dot(normal)).add(origin);
   } else {
     let level = 0;
-    for (let k = 0; k < 8; k++) { // walks towards where the ray meets the ground
+    for (let k = 0; k < 8; k++) { // moves toward the point where the ray meets the ground
       at.copy(direction).multiplyScalar((level - origin.z) / direction.z).add(origin);
       level = stage.relief.at(at.x, at.y);
     }

@@ -1,4 +1,4 @@
-// The pointer over the scene: what is clicked is selected, or placed; what is under it is named.
+// The pointer over the scene: a click selects an organism or places new ones, and the organism under the pointer is named.
 
 import * as overlay from "./overlay.js";
 import { pick, under } from "./point_at.js";

@@ -1,4 +1,4 @@
-// Two values of organisms as points, a colour for each species; a click selects one.
+// Two values of organisms as points in the color of their species; a click selects an organism.
 
 import { h, number, s } from "./dom.js";
 import { drawing } from "./save.js";
@@ -7,7 +7,7 @@ import { css } from "./theme.js";
 /** @typedef {import("./protocol.js").ScatterMessage} ScatterMessage */
 
 const KEPT = "ecs-eco-scatter"; // in localStorage: the two values
-const PACE = 1500; // [ms] from one look to the next, while time passes
+const PACE = 1500; // [ms] between two requests while time passes
 const [WIDE, HIGH] = [360, 250];
 const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
 
@@ -20,10 +20,10 @@ export class Scatter {
     this.tick = -1;
     /** @type {ScatterMessage | null} */
     this.message = null;
-    /** @type {HTMLElement | null} where it stands; null where it is not shown */
+    /** @type {HTMLElement | null} the element that contains it; null if it is not shown */
     this.place = null;
     this.choices = [0, 1].map((axis) => {
-      const choice = h("select", { class: "input", "aria-label": axis ? "Value upwards" : "Value to the right", onchange: () => {
+      const choice = h("select", { class: "input", "aria-label": axis ? "Value on the vertical axis" : "Value on the horizontal axis", onchange: () => {
         this.pair[axis] = choice.value;
         remember(this.pair);
         this.ask();
@@ -37,7 +37,7 @@ export class Scatter {
     this.place = h("div", { class: "figure" });
     this.ask();
     this.draw();
-    return h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Organisms" }), h("span", { class: "unit", text: "a point each" }), this.choices[1], "against", this.choices[0],
+    return h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Organisms" }), h("span", { class: "unit", text: "one point per organism" }), this.choices[1], "against", this.choices[0],
       h("span", { class: "grow" }), drawing("Organisms", () => this.place?.querySelector("svg"))), this.place);
   }
 
@@ -46,14 +46,14 @@ export class Scatter {
     this.calls.ask(this.pair[0], this.pair[1]);
   }
 
-  /** Time has come to this tick. @param {number} tick */
+  /** Called when time reaches a tick. @param {number} tick */
   time(tick) {
     if (!this.place?.checkVisibility() || tick === this.tick || performance.now() - this.at < PACE) return;
     this.tick = tick;
     this.ask();
   }
 
-  /** The values chosen are not known in this world. */
+  /** Shows that this world does not have the chosen values. */
   refuse() {
     if (this.pair.join() === "age,energy") return;
     this.pair = ["age", "energy"];
@@ -115,7 +115,7 @@ function recalled() {
   try {
     const pair = JSON.parse(localStorage.getItem(KEPT) ?? "null");
     if (Array.isArray(pair) && pair.length === 2 && pair.every((name) => typeof name === "string")) return pair;
-  } catch {} // as if nothing was kept
+  } catch {} // treated as if nothing was stored
   return ["age", "energy"];
 }
 
@@ -123,5 +123,5 @@ function recalled() {
 function remember(pair) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(pair));
-  } catch {} // private windows may forbid it
+  } catch {} // private windows may forbid storage
 }

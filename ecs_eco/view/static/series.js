@@ -1,4 +1,4 @@
-// Series of numbers by tick: appended, written as text, shaded by night; and which charts somebody has chosen.
+// Series of numbers by tick: appending, export as text, shading of nights; and the choice of charts.
 
 import { uPlot } from "./vendor.js";
 import { css } from "./theme.js";
@@ -31,7 +31,7 @@ export function nights(u, ticks, light) {
 }
 
 /**
- * Numbers as text, with commas.
+ * Numbers as comma-separated text.
  * @param {number[]} ticks
  * @param {string[]} names of columns
  * @param {Record<string, Line>} lines
@@ -43,10 +43,10 @@ export function table(ticks, names, lines) {
 }
 
 /**
- * Appends n values, with gaps where there were or are none.
+ * Appends n values, with gaps for missing ones.
  * @param {Line} line
  * @param {Line | undefined} values
- * @param {number} length of the ticks before
+ * @param {number} length number of earlier ticks
  * @param {number} n
  */
 export function append(line, values, length, n) {
@@ -57,7 +57,7 @@ export function append(line, values, length, n) {
   }
 }
 
-export const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
+export const REPORT = "report "; // prefix of reporters' names; each reporter has its own chart
 
 /** The lines of a message by chart. @param {import("./protocol.js").Series} series @returns {Record<string, Record<string, Line> | undefined>} */
 export const grouped = (series) => ({
@@ -65,12 +65,12 @@ export const grouped = (series) => ({
   ...Object.fromEntries(Object.entries(series.reports ?? {}).map(([name, lines]) => [REPORT + name, lines])),
 });
 
-/** Deaths by species and cause as one line each. @param {Record<string, Record<string, Line>>} causes */
+/** Deaths by species and cause, as one line each. @param {Record<string, Record<string, Line>>} causes */
 export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
 
-const RARE = ["births", "plane", "spread", "energy", "scatter"]; // that are hidden until somebody chooses them
+const RARE = ["births", "plane", "spread", "energy", "scatter"]; // hidden until the user selects them
 
-/** The charts that were hidden, in this browser. @returns {string[]} */
+/** The charts that were hidden in this browser. @returns {string[]} */
 export function recalled() {
   try {
     return JSON.parse(localStorage.getItem(KEPT) ?? "null") ?? RARE;
@@ -83,5 +83,5 @@ export function recalled() {
 export function remember(hidden) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(hidden));
-  } catch {} // private windows may forbid it
+  } catch {} // private windows may forbid storage
 }

@@ -1,20 +1,20 @@
-// The shaders of organisms. Positions come as 16-bit words of the frame; motion, colour by value and size are worked out here.
+// The shaders of organisms. Positions are the 16-bit words of the frame; motion, color by value and size are computed here.
 
 const COMMON = /* glsl */ `
 uniform vec3 size;        // of the world [m]
 uniform vec3 wrap;        // 1 along an axis that is a torus
-uniform float alpha;      // how far from the last frame to this one
+uniform float alpha;      // progress from the last frame to this one
 uniform float radius;     // of the body [m]
 uniform float least;      // smallest radius on the screen [px]
-uniform float lens;       // pixels of one metre at a distance of one metre
+uniform float lens;       // pixels per meter at a distance of one meter
 uniform float day;        // light at the surface 0 … 1
-uniform float murk;       // how fast light fades with depth [1/m], 0 on land
-uniform vec3 plain;       // colour of the kind
-uniform float byValue;    // 1 where the value chooses the colour
-uniform vec3 mute;        // colour of who has no value
+uniform float murk;       // attenuation of light with depth [1/m], 0 on land
+uniform vec3 plain;       // color of the kind
+uniform float byValue;    // 1 if the value determines the color
+uniform vec3 mute;        // color of organisms without a value
 uniform sampler2D ramp;
 uniform sampler2D relief; // heights of the ground [m]
-uniform vec2 cells;       // of relief; 0 where the ground is flat
+uniform vec2 cells;       // of relief; 0 if the ground is flat
 
 attribute vec4 now;       // x, y, z, heading | value << 8
 attribute vec4 before;    // x, y, z, heading | newborn << 8
@@ -53,7 +53,7 @@ float grown() { return before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0; }
 
 vec3 colour(float z) {
   float value = floor(now.w / 256.0);
-  vec3 told = value < 0.5 ? mute : texture2D(ramp, vec2((value - 0.5) / 255.0, 0.5)).rgb; // 0: has no such thing
+  vec3 told = value < 0.5 ? mute : texture2D(ramp, vec2((value - 0.5) / 255.0, 0.5)).rgb; // 0: no such value
   vec3 own = mix(plain, told, byValue);
   float light = day * exp(-murk * max(0.0, size.z - z));
   return own * mix(0.7, 1.0, light);
@@ -64,13 +64,13 @@ export const POINT_VERTEX = /* glsl */ `
 ${COMMON}
 varying vec2 vAhead;
 varying float vPixels;
-varying vec3 vUp;         // where up is on the screen, and the cosine of how steeply it is looked at
-uniform float pointed;    // 1 where the heading shows
-uniform float lying;      // 1 for what lies flat on the ground
-uniform float grows;      // 1 for plants on land: near, they are tufts
+varying vec3 vUp;         // upward direction on the screen, and the cosine of the viewing angle
+uniform float pointed;    // 1 if the heading is shown
+uniform float lying;      // 1 for bodies that lie flat on the ground
+uniform float grows;      // 1 for plants on land, which are tufts at close range
 varying float vGrows;
-varying float vTuft;      // 0 a point from afar … 1 a tuft
-varying float vWay;       // chance of its own, by place
+varying float vTuft;      // 0 a distant point … 1 a tuft
+varying float vWay;       // random number that depends on the place
 
 void main() {
   vec3 at = place();
@@ -91,9 +91,9 @@ void main() {
   vAhead = pointed > 0.5 && length(ahead) > 0.1 ? normalize(ahead) : vec2(0.0);
 }`;
 
-/** What is nearer than the followed organism and lies over it fades: a part of its pixels, finely spread, is left out. */
+/** Everything nearer than the followed organism that covers it fades: a fine, irregular pattern of pixels is left out. */
 export const HIDES = /* glsl */ `
-uniform vec4 clear;       // the followed organism: pixel, depth, and how far around it things fade [px], 0: nowhere
+uniform vec4 clear;       // the followed organism: pixel, depth, and radius of fading [px], 0: none
 
 bool hides() {
   if (clear.w <= 0.0 || gl_FragCoord.z >= clear.z) return false;
@@ -113,7 +113,7 @@ varying float vTuft;
 varying float vGrows;
 varying float vWay;
 
-// How much blades of grass cover: from the root at the bottom they bend to both sides.
+// Coverage by blades of grass, which bend to both sides from a root at the bottom.
 float blades(vec2 q) {
   float h = 0.5 * (q.y + 1.0), cover = 0.0;
   for (int i = 0; i < 5; i++) {
@@ -128,9 +128,9 @@ void main() {
   if (hides()) discard;
   vec2 q = vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
   if (vUp.z > 0.0) q = vec2(dot(q, vec2(vUp.y, -vUp.x)), dot(q, vUp.xy) / vUp.z);
-  float edge;               // 0 at the centre, 1 at the rim
+  float edge;               // 0 at the center, 1 at the rim
   if (vAhead == vec2(0.0) || vPixels < 2.5) edge = length(q);
-  else {                    // a drop, its tip ahead
+  else {                    // a drop that points forward
     float x = dot(q, vAhead), y = abs(dot(q, vec2(-vAhead.y, vAhead.x)));
     float round = length(vec2(x + 0.38, y)) / 0.6, tip = x > -0.2 ? y / max(0.001, 0.52 * (0.98 - x)) : 9.0;
     edge = min(round, tip);
@@ -149,18 +149,18 @@ void main() {
 
 export const BODY_VERTEX = /* glsl */ `
 ${COMMON}
-attribute vec3 corner;    // of the body, ahead is +x, in radii
+attribute vec3 corner;    // of the body, forward is +x, in radii
 attribute vec3 facing;
 uniform vec3 sun;
-uniform float rim;        // 0 for the body, else how far its dark copy reaches beyond it, in radii
-uniform vec3 edge;        // colour of the rim
+uniform float rim;        // 0 for the body, else the margin of its dark copy, in radii
+uniform vec3 edge;        // color of the rim
 uniform float nearer;     // share of the depth
 
 void main() {
   vec3 at = place();
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float scale = max(radius, least * -centre.z / lens) * grown();
-  bool sea = size.z > 0.0;  // there the rim stands behind the body, on land it lies flat below it
+  bool sea = size.z > 0.0;  // there the rim is behind the body, on land it lies flat below it
   vec3 form = rim <= 0.0 ? corner : sea ? corner * (1.0 + rim / max(0.3, length(corner)))
     : vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z);
   float h = heading(), c = cos(h), s = sin(h);
@@ -180,9 +180,9 @@ void main() {
 /** Capsules and boxes: a box, enlarged on all sides by a rounding. */
 export const SOLID_VERTEX = /* glsl */ `
 ${COMMON}
-attribute vec3 corner;    // of the box within: −1 or 1 along each axis, ahead is +x
+attribute vec3 corner;    // of the inner box: −1 or 1 along each axis, forward is +x
 attribute vec3 facing;
-attribute vec4 form;      // half of its length, width and height, and the rounding [m]
+attribute vec4 form;      // half length, width and height, and the rounding [m]
 uniform vec3 sun;
 
 void main() {

@@ -1,4 +1,4 @@
-// What the selected organism sees: how far, in which directions, and whom; rays end at the first body in their way.
+// The field of view of the selected organism: range, directions and seen targets; rays end at the first body they hit.
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";
@@ -12,14 +12,14 @@ import { css } from "./theme.js";
 
 const PARTS = 64; // of a circle
 
-/** Where an organism heads [rad]. @param {Stage} stage @param {Found} found */
+/** The heading of an organism [rad]. @param {Stage} stage @param {Found} found */
 export function heading(stage, { layer, row }) {
   const from = layer.before[4 * row + 3] & 255;
   const turn = (((layer.now[WORDS * row + 3] & 255) - from + 384) & 255) - 128;
   return ((from + turn * stage.shared.alpha.value) * 2 * Math.PI) / 256;
 }
 
-/** From one place to another, around a torus the short way [m]. @param {Stage} stage @param {Vector3} from @param {Vector3} to */
+/** The vector from one place to another, the shorter way around a torus [m]. @param {Stage} stage @param {Vector3} from @param {Vector3} to */
 export function way(stage, from, to) {
   const d = to.clone().sub(from);
   if (stage.hello.edges === "torus") {
@@ -27,12 +27,12 @@ export function way(stage, from, to) {
     d.x -= x * Math.round(d.x / x);
     d.y -= y * Math.round(d.y / y);
   }
-  if (stage.hello.size.length < 3) d.z = 0; // distances are those on the map
+  if (stage.hello.size.length < 3) d.z = 0; // distances are measured on the map
   return d;
 }
 
 /**
- * The nearest of a kind that is within reach and in view.
+ * The nearest organism of a kind that is within reach and in view.
  * @param {Stage} stage @param {Found} me @param {Layer} layer @param {{reach: number, fov: number}} eye @param {number} angle
  */
 export function nearest(stage, me, layer, { reach, fov }, angle) {
@@ -50,22 +50,22 @@ export function nearest(stage, me, layer, { reach, fov }, angle) {
   return best;
 }
 
-/** Angle of a direction from the heading, −π … π. @param {Vector3} d @param {number} angle */
+/** The angle of a direction from the heading, −π … π. @param {Vector3} d @param {number} angle */
 const bearing = (d, angle) => {
   const turn = Math.atan2(d.y, d.x) - angle;
   return Math.atan2(Math.sin(turn), Math.cos(turn));
 };
 
-/** Whether its own readings deny that it sees one, as where something is in between. @param {import("./protocol.js").Organism | null} organism @param {string} name */
+/** Whether its readings contradict that it sees a target, for example because something is in between. @param {import("./protocol.js").Organism | null} organism @param {string} name */
 function denied(organism, name) {
   const known = organism?.nerves?.sensors.filter((sensor) => sensor.name === `${name}_near` || (sensor.name.startsWith(`${name}_`) && /_\d+$/.test(sensor.name))) ?? [];
   return known.length > 0 && known.every(({ value }) => !value);
 }
 
-/** What an organism sees with, as far as its sensors reach now. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism | null} own */
+/** An organism's eyes with their present reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism | null} own */
 const eyesOf = (kind, own) => (kind.sees ?? []).map((eye) => ({ ...eye, reach: own?.reach?.[String(eye.number)] ?? eye.reach }));
 
-/** Whom it sees and how far, in words: those seen as far as each other together. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism} own */
+/** The targets that it sees and their distances as text, grouped by equal reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism} own */
 export function seeing(kind, own) {
   /** @type {Map<number, Set<string>>} */
   const far = new Map();
@@ -74,7 +74,7 @@ export function seeing(kind, own) {
 }
 
 /**
- * Draws it; says how many it sees, and how many rays there are.
+ * Draws the field of view; returns the numbers of seen targets and of rays.
  * @param {Over} over
  * @param {Found} me
  * @param {import("./protocol.js").Organism | null} organism
@@ -85,7 +85,7 @@ export function sight(over, me, organism) {
   const angle = heading(stage, me);
   const own = organism?.uid === stage.selected ? organism : null;
   const eyes = eyesOf(me.layer.kind, own);
-  /** @type {Map<string, typeof eyes>} circles of the same reach are one */
+  /** @type {Map<string, typeof eyes>} one circle for each reach */
   const rings = new Map();
   for (const eye of eyes) {
     const key = [eye.reach, eye.kind === "rays" ? "rays" : eye.fov].join();
@@ -108,13 +108,13 @@ export function sight(over, me, organism) {
   return { seen, rays };
 }
 
-/** Where something is on the screen, on the ground of land. @param {Stage} stage @param {Vector3} place */
+/** The position of a place on the screen, on land at ground level. @param {Stage} stage @param {Vector3} place */
 function seenAt(stage, place) {
   if (stage.hello.size.length < 3) place.z = stage.relief.at(place.x, place.y);
   return stage.project(place);
 }
 
-/** A circle or a sector, with the names of what is seen within. @param {Over} over @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye[]} eyes */
+/** A circle or sector with the names of its targets. @param {Over} over @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye[]} eyes */
 function ring(over, at, angle, eyes) {
   const { stage } = over;
   const { reach, fov } = eyes[0];
@@ -132,7 +132,7 @@ function ring(over, at, angle, eyes) {
 }
 
 /**
- * The highest of some points above which words have room: clear of cards and within the stage; else the highest of all.
+ * The highest of some points above which a label fits, within the stage and not under cards; otherwise the highest point.
  * @param {({x: number, y: number} | null)[]} points @param {number} wide @param {number[][]} cards left, top, right and bottom of each
  * @param {number[]} size of the stage
  */
@@ -143,7 +143,7 @@ export function highest(points, wide, cards, [width, height]) {
   return there.find(clear) ?? there[0] ?? null;
 }
 
-/** A line to the nearest of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */
+/** A line to the nearest organism of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */
 function look(over, me, at, angle, eye, target) {
   const { stage } = over;
   const k = stage.kinds.findIndex(({ name }) => name === target);
@@ -159,7 +159,7 @@ function look(over, me, at, angle, eye, target) {
 }
 
 /**
- * Rays, each as far as the first body; those that hit a target have its colour.
+ * Rays, each up to the first body; rays that hit a target have its color.
  * @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle
  * @param {import("./protocol.js").SeeingEye & {count: number, angle: number}} eye @param {import("./protocol.js").Organism | null} organism
  */
@@ -189,7 +189,7 @@ function fan(over, me, at, angle, eye, organism) {
   return [count, hits];
 }
 
-/** Bodies that may stop rays: targets, and others that are opaque. @param {Stage} stage @param {Found} me @param {Vector3} at @param {number} reach @param {string[]} targets */
+/** Bodies that may stop rays: targets, and other opaque bodies. @param {Stage} stage @param {Found} me @param {Vector3} at @param {number} reach @param {string[]} targets */
 function bodies(stage, me, at, reach, targets) {
   const place = new Vector3();
   /** @type {{d: Vector3, radius: number, k: number}[]} */

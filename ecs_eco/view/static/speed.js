@@ -1,18 +1,18 @@
-// How fast time passes: the slider, from a tick a second to as fast as the world runs.
+// The speed of time: a slider from one tick per second to full speed.
 
 import { $, number } from "./dom.js";
 
-const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks a second; the last: as fast as it runs
-const NORMAL = 10; // ticks a second that count as 1×
+const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks per second; the last: full speed
+const NORMAL = 10; // ticks per second that count as 1×
 
 /** @param {number | null} speed */
 function tell(speed) {
-  const text = speed === null ? "as fast as it runs" : `${number(speed / NORMAL)}× · ${number(speed)} ticks/s`;
+  const text = speed === null ? "full speed" : `${number(speed / NORMAL)}× · ${number(speed)} ticks/s`;
   $("speedText").textContent = text;
   $("speed").setAttribute("aria-valuetext", text);
 }
 
-/** Shows the speed that the server has. @param {number | null} speed */
+/** Shows the server's speed. @param {number | null} speed */
 export function showSpeed(speed) {
   const slot = SPEEDS.indexOf(speed);
   const nearest = slot >= 0 ? slot : SPEEDS.findIndex((one) => one === null || one >= (speed ?? Infinity));
@@ -20,7 +20,7 @@ export function showSpeed(speed) {
   tell(speed);
 }
 
-/** Chooses a place on the slider; returns its speed [ticks/s], null for as fast as it runs. @param {number} slot */
+/** Selects a position on the slider; returns its speed [ticks/s], null for full speed. @param {number} slot */
 export function speedAt(slot) {
   const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, slot))];
   $("speed").value = SPEEDS.indexOf(value);

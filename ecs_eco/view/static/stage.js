@@ -1,4 +1,4 @@
-// The scene: takes frames, draws them smoothly one after the other, and tells who is where on the screen.
+// The scene: receives frames, draws smooth motion between them, and returns the screen positions of organisms.
 
 import {
   AmbientLight, ColorManagement, DirectionalLight, Group, LinearSRGBColorSpace, Scene, Vector2, Vector3, WebGLRenderer,
@@ -17,15 +17,15 @@ import { Trail } from "./trail.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-const JUMP = 200; // [ticks] between frames beyond which nothing is drawn as motion
+const JUMP = 200; // [ticks] between frames above which no motion is drawn
 
-ColorManagement.enabled = false; // colours are shown as they are written
+ColorManagement.enabled = false; // colors are shown as written
 
 export class Stage {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Hello} hello
-   * @param {HTMLCanvasElement} over what lies over it
+   * @param {HTMLCanvasElement} over the overlay
    */
   constructor(canvas, hello, over) {
     this.canvas = canvas;
@@ -51,7 +51,7 @@ export class Stage {
       lens: { value: 500 },
       day: { value: 1 },
       murk: { value: this.ground.murk },
-      clear: { value: [0, 0, 0, 0] }, // where what hides the followed organism fades
+      clear: { value: [0, 0, 0, 0] }, // where elements in front of the followed organism fade
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
       mute: { value: [0.6, 0.63, 0.65] },
       ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // of bodies
@@ -63,7 +63,7 @@ export class Stage {
     this.colours = this.kinds.map((kind) => kind.color);
     this.frames = 0;
     this.tick = hello.tick;
-    this.end = 0; // of its frame in the bytes of the last message
+    this.end = 0; // end of its frame in the bytes of the last message
     this.light = 1;
     this.elevation = 1;
     this.arrived = 0;
@@ -90,9 +90,9 @@ export class Stage {
   }
 
   /**
-   * Takes a binary frame; returns its number.
+   * Reads a binary frame; returns its number.
    * @param {ArrayBuffer} buffer
-   * @param {number} [from] where it begins
+   * @param {number} [from] offset of its first byte
    */
   take(buffer, from = 0) {
     const start = performance.now();
@@ -116,13 +116,13 @@ export class Stage {
     return frame.frame;
   }
 
-  /** How far the motion from the last frame to this one has come. @param {number} now [ms] */
+  /** The progress of the motion from the last frame to this one. @param {number} now [ms] */
   share(now) {
     return Math.min(1, (now - this.arrived) / this.interval);
   }
 
   /**
-   * The light of the hour.
+   * Sets the present light.
    * @param {number} light 0 … 1
    * @param {number} elevation of the sun [rad]
    */
@@ -144,9 +144,9 @@ export class Stage {
   }
 
   /**
-   * Colours of kinds for a theme.
+   * Sets the colors of kinds for a theme.
    * @param {boolean} dark
-   * @param {boolean} own whether kinds have the colours of the world file, not those of the safe palette
+   * @param {boolean} own whether to use the colors of the world file rather than the safe palette
    */
   theme(dark, own) {
     this.dark = dark;
@@ -158,7 +158,7 @@ export class Stage {
     this.meadow.draw(true);
   }
 
-  /** What organisms are coloured by. @param {string} by */
+  /** Sets the quantity that colors organisms. @param {string} by */
   colourBy(by) {
     this.shared.ramp.value = this.ramps[rampOf(by)];
     for (const layer of this.layers) layer.own.byValue.value = by === "species" || layer.kind.inanimate ? 0 : 1;
@@ -176,7 +176,7 @@ export class Stage {
     this.shared.lens.value = (height * ratio) / (2 * Math.tan((this.eye.camera.fov * Math.PI) / 360));
     const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
     this.crowd = crowd;
-    const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px a head
+    const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px per organism
     for (const layer of this.layers) {
       const most = layer.kind.moves ? 6 : 3.4;
       const least = layer.kind.moves ? 1.8 : 1.3;
@@ -186,7 +186,7 @@ export class Stage {
   }
 
   /**
-   * Draws where there is anything new; returns whether it did.
+   * Draws if there is anything new; returns whether it did.
    * @param {number} now [ms]
    */
   draw(now) {
@@ -211,7 +211,7 @@ export class Stage {
     return true;
   }
 
-  /** Draws no more, and gives its memory back. */
+  /** Stops drawing and frees its memory. */
   close() {
     this.halt();
     this.sized.disconnect();
@@ -220,7 +220,7 @@ export class Stage {
     this.renderer.forceContextLoss();
   }
 
-  /** Whether the last frame is drawn, and neither organisms nor the camera are on their way. */
+  /** Whether the last frame is drawn, and neither organisms nor the camera are moving. */
   get still() {
     return !this.dirty && !this.eye.flight && this.share(performance.now()) >= 1 && this.shared.alpha.value >= 1;
   }
@@ -233,7 +233,7 @@ export class Stage {
   }
 
   /**
-   * Who has this uid: its layer and row.
+   * The layer and row of the organism with this uid.
    * @param {number} uid
    */
   find(uid) {
@@ -245,7 +245,7 @@ export class Stage {
   }
 
   /**
-   * Where an organism is drawn [m], null where it is not in the frame.
+   * The drawing position of an organism [m], or null if it is not in the frame.
    * @param {number} uid
    */
   place(uid) {
@@ -254,10 +254,10 @@ export class Stage {
   }
 
   /**
-   * The shader's `place`, on the processor.
+   * The shader's `place`, on the CPU.
    * @param {Layer} layer
    * @param {number} row
-   * @param {Vector3} at written
+   * @param {Vector3} at output
    */
   spot(layer, row, at) {
     const { now, before } = layer;
@@ -276,7 +276,7 @@ export class Stage {
   }
 
   /**
-   * Pixels of a place on the canvas, null where it is behind the camera.
+   * The pixel coordinates of a place on the canvas, or null if it is behind the camera.
    * @param {Vector3} place
    */
   project(place) {
@@ -285,12 +285,12 @@ export class Stage {
     return { x: ((seen.x + 1) / 2) * this.canvas.clientWidth, y: ((1 - seen.y) / 2) * this.canvas.clientHeight };
   }
 
-  /** Where the corners of the world are on the canvas [px]. */
+  /** The corners of the world on the canvas [px]. */
   corners() {
     return this.eye.edges(1).map((corner) => this.project(corner)).filter((at) => at !== null);
   }
 
-  /** Pixels of a metre where the camera looks. */
+  /** Pixels per meter at the camera's target. */
   scale() {
     return this.shared.lens.value / this.renderer.getPixelRatio() / this.eye.camera.position.distanceTo(this.eye.controls.target);
   }

@@ -1,11 +1,11 @@
-// The tab "Why": what happened, entry by entry, and the account that `ecs-eco why` gives of the run so far.
+// The tab "Why": a list of events, and the diagnosis of `ecs-eco why` for the run so far.
 
 import { $, announce, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Entry} Entry */
 
-const FEW = 60; // entries that are listed
-const NEAR = 60; // [ticks] further apart than this, a replay was not played but moved
+const FEW = 60; // entries in the list
+const NEAR = 60; // [ticks] a replay that advances further than this was moved, not played
 const SIGNS = { extinct: "✝", crash: "▼", boom: "▲", birth: "✶", return: "↺", act: "◆" };
 
 export class Story {
@@ -22,22 +22,22 @@ export class Story {
     /** @type {Entry[]} */
     this.acts = [];
     this.asked = false;
-    this.begun = this.marked = false; // whether the entries before this page have come
+    this.begun = this.marked = false; // whether the earlier entries have arrived
     this.list = h("ol", { class: "story", "aria-label": "What happened" });
     this.account = h("div", { class: "account" });
-    this.again = h("button", { class: "plain", type: "button", text: "explain again", onclick: () => this.explain() });
+    this.again = h("button", { class: "plain", type: "button", text: "update", onclick: () => this.explain() });
     $("why").replaceChildren(h("h2", { text: "What happened" }), this.list,
-      h("section", { class: "part" }, h("div", { class: "part-head" }, h("h2", { text: "Why, so far" }), this.again), this.account));
+      h("section", { class: "part" }, h("div", { class: "part-head" }, h("h2", { text: "Diagnosis so far" }), this.again), this.account));
     this.draw();
   }
 
-  /** When a kind died out, last, up to now; null where it has not. @param {string} name */
+  /** The tick of a kind's latest extinction up to now, or null. @param {string} name */
   extinct(name) {
     const ends = this.entries.filter(({ kind, species, tick }) => kind === "extinct" && species === name && tick <= Math.max(this.tick, 0));
     return ends.length ? ends[ends.length - 1].tick : null;
   }
 
-  /** All entries so far; those that are new are told. @param {Entry[]} entries */
+  /** Stores all entries so far and announces new ones. @param {Entry[]} entries */
   add(entries) {
     const last = this.entries.length ? this.entries[this.entries.length - 1].tick : this.begun ? -1 : Infinity;
     this.begun = true;
@@ -49,7 +49,7 @@ export class Story {
     if (this.hello.mode === "live") for (const entry of fresh) this.tell(entry);
   }
 
-  /** What people did. @param {import("./protocol.js").Mark[]} marks */
+  /** Stores the interventions. @param {import("./protocol.js").Mark[]} marks */
   mark(marks) {
     const before = this.acts.length;
     this.acts = marks.map(({ tick, text }) => ({ tick, kind: "act", species: "", n: 0, text, cause: "" }));
@@ -58,7 +58,7 @@ export class Story {
     this.marked = true;
   }
 
-  /** Time has come to this tick. @param {number} tick */
+  /** Called when time reaches a tick. @param {number} tick */
   at(tick) {
     if (tick === this.tick) return;
     const passed = this.hello.mode === "replay" && tick > this.tick && tick - this.tick < NEAR;
@@ -79,7 +79,7 @@ export class Story {
 
   draw() {
     const rows = this.all().slice(-FEW).reverse().map((entry) => this.row(entry));
-    this.list.replaceChildren(...(rows.length ? rows : [h("li", { class: "none", text: "No species has boomed, crashed or died out yet." })]));
+    this.list.replaceChildren(...(rows.length ? rows : [h("li", { class: "none", text: "No booms, crashes or extinctions yet." })]));
   }
 
   /** @param {Entry} entry */
@@ -92,7 +92,7 @@ export class Story {
       entry.cause && h("p", { text: entry.cause }));
   }
 
-  /** Asks for the account, the first time that somebody looks. */
+  /** Requests the diagnosis when the tab is first opened. */
   open() {
     if (!this.asked) this.explain();
     this.at(this.tick);
@@ -101,23 +101,23 @@ export class Story {
   explain() {
     this.asked = true;
     this.again.disabled = true;
-    if (!this.account.childElementCount) this.account.replaceChildren(h("p", { class: "about", text: "Looking back …" }));
+    if (!this.account.childElementCount) this.account.replaceChildren(h("p", { class: "about", text: "Analyzing …" }));
     this.calls.ask();
   }
 
   /** @param {import("./protocol.js").Why} why */
   show({ tick, first, sections, turns }) {
     this.again.disabled = false;
-    const span = this.hello.mode === "replay" ? "All of the recorded run." : `Ticks ${number(first)} to ${number(tick)}.`;
+    const span = this.hello.mode === "replay" ? "The whole recorded run." : `Ticks ${number(first)} to ${number(tick)}.`;
     this.account.replaceChildren(h("p", { class: "about", text: span }),
       ...Object.entries(sections).map(([head, lines]) => h("section", {}, h("h3", { text: head }), h("ul", {}, ...lines.map((text) => h("li", { text }))))));
     if (turns.length) {
       const row = (/** @type {import("./protocol.js").TurnTo} */ { key, value, turn, effect }) => h("li", {}, h("code", { text: key }), ` = ${typeof value === "number" ? number(value) : value}, ${turn}: ${effect}`);
-      this.account.append(h("section", {}, h("h3", { text: "What to turn" }), h("ul", {}, ...turns.map(row))));
+      this.account.append(h("section", {}, h("h3", { text: "What to change" }), h("ul", {}, ...turns.map(row))));
     }
   }
 
-  /** A request was refused. */
+  /** Called when a request was refused. */
   refuse() {
     this.again.disabled = false;
   }

@@ -1,9 +1,9 @@
-// The stretch of time that the timeline shows: all of it, or a part that is chosen by the wheel, by dragging with shift, by keys or by buttons.
+// The period that the timeline shows: all time, or a part selected by the wheel, by dragging with shift, by keys or by buttons.
 
-const LEAST = 10; // [ticks] that are shown
-const STEP = 2; // by which a key or a button zooms
-const NOTCH = 0.0016; // of the wheel [1/px], as an exponent
-const DRAGGED = 5; // [px] from which a drag chooses a stretch
+const LEAST = 10; // [ticks] that are shown at least
+const STEP = 2; // zoom factor of a key or a button
+const NOTCH = 0.0016; // zoom of the wheel [1/px], as an exponent
+const DRAGGED = 5; // [px] from which a drag selects a period
 
 /** @typedef {[number, number]} Ends first and last tick */
 
@@ -17,11 +17,11 @@ export class Stretch {
     this.changed = changed;
     /** @type {Ends | null} */
     this.part = null;
-    /** @type {Ends | null} what is being dragged over */
+    /** @type {Ends | null} the period being selected */
     this.choosing = null;
   }
 
-  /** First and last tick that are shown. @returns {Ends} */
+  /** First and last displayed tick. @returns {Ends} */
   get ends() {
     return this.part ?? this.whole();
   }
@@ -36,7 +36,7 @@ export class Stretch {
   }
 
   /**
-   * Shows so much more, or less, so that a tick stays where it is.
+   * Zooms by a factor while a tick keeps its position.
    * @param {number} factor
    * @param {number} about
    */
@@ -47,7 +47,7 @@ export class Stretch {
     this.choose(start, start + length);
   }
 
-  /** By a key or a button: nearer where `way` is 1, farther where it is −1; a tick that is out of sight comes to the middle. @param {number} way @param {number} tick */
+  /** Zooms by a key or a button: in if `way` is 1, out if it is −1. A tick that is out of view moves to the middle. @param {number} way @param {number} tick */
   step(way, tick) {
     const [from, to] = this.ends;
     const length = (to - from) * STEP ** -way;
@@ -55,20 +55,20 @@ export class Stretch {
     else this.choose(tick - length / 2, tick + length / 2);
   }
 
-  /** Moves along by a share of what is shown. @param {number} share */
+  /** Moves by a share of the displayed period. @param {number} share */
   move(share) {
     if (!this.part) return;
     const by = (this.part[1] - this.part[0]) * share;
     this.choose(this.part[0] + by, this.part[1] + by);
   }
 
-  /** Shows the whole time. */
+  /** Shows all time. */
   all() {
     this.part = null;
     this.changed();
   }
 
-  /** Time goes on: a stretch that it leaves goes with it. @param {number} before @param {number} now */
+  /** Moves the displayed period when time leaves it. @param {number} before @param {number} now */
   follow(before, now) {
     if (!this.part) return;
     const [from, to] = this.part;
@@ -78,7 +78,7 @@ export class Stretch {
   }
 
   /**
-   * Zooms by the wheel, moves by it sideways or with shift, and chooses what is dragged over with shift.
+   * Zooms by the wheel, moves by the wheel sideways or with shift, and selects a period by dragging with shift.
    * @param {HTMLElement} root
    * @param {(x: number) => number} tickAt [px] from the left of the window
    */
@@ -93,7 +93,7 @@ export class Stretch {
     root.addEventListener("pointerdown", (event) => {
       if (!event.shiftKey || event.button !== 0) return;
       event.preventDefault();
-      event.stopPropagation(); // the slider stays
+      event.stopPropagation(); // the slider does not move
       from = event.clientX;
       this.choosing = [tickAt(from), tickAt(from)];
       root.setPointerCapture(event.pointerId);

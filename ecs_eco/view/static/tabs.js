@@ -14,10 +14,10 @@ export function openPanel(name) {
   }
 }
 
-/** Which panel is shown. */
+/** The displayed panel. */
 export const opened = () => PANELS.find((name) => !$(name).hidden) ?? "charts";
 
-/** Clicks and arrow keys. @param {(name: PanelName) => void} open */
+/** Handles clicks and arrow keys. @param {(name: PanelName) => void} open */
 export function listenTabs(open) {
   for (const name of PANELS) $(`tab-${name}`).addEventListener("click", () => open(name));
   $("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {

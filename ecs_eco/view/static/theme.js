@@ -1,4 +1,4 @@
-// Dark or light: as the system says, or as chosen here.
+// The dark or light theme, from the system or chosen in the page.
 
 import { $ } from "./dom.js";
 
@@ -28,17 +28,17 @@ export function onTheme(listener) {
   tell();
 }
 
-/** Switches, and remembers it where the browser lets us. */
+/** Switches the theme, and stores the choice if the browser allows it. */
 export function switchTheme() {
   const theme = isDark() ? "light" : "dark";
   document.documentElement.dataset.theme = theme;
   try {
     localStorage.setItem("ecs-eco-theme", theme);
-  } catch {} // private windows may forbid it
+  } catch {} // private windows may forbid storage
   document.documentElement.dispatchEvent(new Event("themechange"));
 }
 
-/** Takes up what was chosen before. */
+/** Restores the previous choice. */
 export function recallTheme() {
   try {
     const theme = localStorage.getItem("ecs-eco-theme");

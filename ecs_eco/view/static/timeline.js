@@ -1,5 +1,5 @@
-// The timeline: labelled ticks, a lane for each species with births above and deaths below, and diamonds for what happened. It is dragged, and shows
-// the whole time or a stretch of it.
+// The timeline: labeled ticks, a lane for each species with births above and deaths below, and diamonds for events. Dragging changes the tick; the
+// timeline shows all time or a part of it.
 
 import { bars, heightOf, words } from "./detailed.js";
 import { $, h, number } from "./dom.js";
@@ -10,8 +10,8 @@ import { Stretch } from "./stretch.js";
 import { css, onTheme } from "./theme.js";
 
 const EDGE = 4; // [px] left and right of the axis
-const AXIS = 15; // [px] for labelled ticks
-const ROOMY = 60; // [px] of height from which there are lanes and labels
+const AXIS = 15; // [px] for labeled ticks
+const ROOMY = 60; // [px] of height required for lanes and labels
 const MOST = 5; // lanes
 const NAMED = 13; // [px] for names of diamonds
 
@@ -32,7 +32,7 @@ export class Timeline {
     this.entries = [];
     this.held = false;
     this.redraw = () => this.draw();
-    /** @type {import("./stretch.js").Ends | null} what is played again and again */
+    /** @type {import("./stretch.js").Ends | null} the period that repeats */
     this.loop = null;
     this.stretch = new Stretch(() => [hello.first, this.last()], () => this.fit());
     this.canvas = h("canvas", { "aria-hidden": "true" });
@@ -43,13 +43,13 @@ export class Timeline {
       clearTimeout(waiting);
       seek((this.tick = Math.min(Number(this.input.value), replay ? Infinity : this.newest)));
     };
-    this.newest = hello.tick; // of a living world: where it is
+    this.newest = hello.tick; // present tick of a living world
     this.input.addEventListener("input", () => {
       this.held = true;
       this.tick = Number(this.input.value);
       this.draw();
       clearTimeout(waiting);
-      if (replay) waiting = setTimeout(go, 60); // a living world goes back once, when the slider is let go
+      if (replay) waiting = setTimeout(go, 60); // a living world goes back once, when the slider is released
     });
     this.input.addEventListener("change", () => {
       go();
@@ -92,7 +92,7 @@ export class Timeline {
     this.fit();
   }
 
-  /** The slider covers what is shown. */
+  /** Adapts the slider to the displayed period. */
   fit() {
     const [from, to] = this.stretch.ends;
     Object.assign(this.input, { min: String(from), max: String(to) });
@@ -101,21 +101,21 @@ export class Timeline {
     soon(this.redraw);
   }
 
-  /** The tick at a place of the window. @param {number} x [px] */
+  /** The tick at a position in the window. @param {number} x [px] */
   tickAt(x) {
     const { left, width } = this.canvas.getBoundingClientRect();
     const [from, to] = this.stretch.ends;
     return Math.min(to, Math.max(from, from + ((x - left - EDGE) / Math.max(1, width - 2 * EDGE)) * (to - from)));
   }
 
-  /** What happened, oldest first: interventions, and entries of the story. */
+  /** Events, oldest first: interventions, and entries of the story. */
   happened() {
-    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first young of ${species}` : `${species} ${kind}`, species }));
+    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first births of ${species}` : `${species} ${kind}`, species }));
     const done = (this.marks.interventions ?? []).map(({ tick, text }) => ({ tick, text, name: text, species: "" }));
     return [...told, ...done].sort((a, b) => a.tick - b.tick);
   }
 
-  /** Tells what happened near the pointer. @param {PointerEvent} event */
+  /** Shows the events near the pointer. @param {PointerEvent} event */
   hover(event) {
     const [from, to] = this.stretch.ends;
     const tick = this.tickAt(event.clientX);
@@ -137,7 +137,7 @@ export class Timeline {
     const roomy = height >= ROOMY;
     const stretches = this.marks.stretches ?? [];
     const [top, bottom] = roomy ? [NAMED + 5, height - AXIS] : [0, height];
-    const low = bottom - heightOf(stretches); // of the lanes
+    const low = bottom - heightOf(stretches); // lower edge of the lanes
     const [from, to] = this.stretch.ends;
     const at = (/** @type {number} */ tick) => EDGE + ((tick - from) / Math.max(1, to - from)) * (width - 2 * EDGE);
     if (roomy) this.axis(pen, at, bottom, width);
@@ -177,7 +177,7 @@ export class Timeline {
   }
 
   /**
-   * A stretch of ticks, as a band with an edge at either side.
+   * A range of ticks, as a band with two edges.
    * @param {CanvasRenderingContext2D} pen
    * @param {(tick: number) => number} at
    * @param {import("./stretch.js").Ends} ends
@@ -223,7 +223,7 @@ export class Timeline {
    * @param {CanvasRenderingContext2D} pen
    * @param {(tick: number) => number} at
    * @param {number} y
-   * @param {boolean} named whether there is room for names
+   * @param {boolean} named whether there is space for names
    * @param {number} width
    */
   diamonds(pen, at, y, named, width) {

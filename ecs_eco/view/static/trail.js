@@ -1,4 +1,4 @@
-// The track of the selected organism: where it was in the last frames.
+// The track of the selected organism in the last frames.
 
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, LineBasicMaterial, LineSegments } from "./vendor.js";
 
@@ -19,14 +19,14 @@ export class Trail {
     this.last = null;
   }
 
-  /** Forgets it. */
+  /** Clears the track. */
   clear() {
     this.count = 0;
     this.last = null;
     this.drawn.geometry.setDrawRange(0, 0);
   }
 
-  /** Draws it on. @param {import("./vendor.js").Vector3 | null} place */
+  /** Extends the track. @param {import("./vendor.js").Vector3 | null} place */
   step(place) {
     const { stage, last } = this;
     if (!place || this.frame === stage.frames) return;

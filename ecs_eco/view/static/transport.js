@@ -1,4 +1,4 @@
-// Time: play, pause, steps, speed, the stretch that the timeline shows, and its repetition; by buttons and keys.
+// Time controls: play, pause, steps, speed, the displayed period and its repetition, by buttons and keys.
 
 import { $, number } from "./dom.js";
 import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
@@ -44,7 +44,7 @@ export class Transport {
     this.calls.send({ kind: "speed", value: speedAt(slot) });
   }
 
-  /** Plays or pauses; at the end of a recorded run plays it again from its beginning, or from that of what is repeated. */
+  /** Plays or pauses; at the end of a recorded run, plays again from its beginning or from the start of the repeated period. */
   play() {
     const page = this.calls.page();
     if (this.state?.done && page?.hello.mode === "replay") this.calls.send({ kind: "seek", tick: page.loop.ends?.[0] ?? page.hello.first });
@@ -58,7 +58,7 @@ export class Transport {
     this.calls.send({ kind: "step", ticks });
   }
 
-  /** One tick back, where time can be chosen. */
+  /** Goes one tick back, if time can be chosen. */
   back() {
     const page = this.calls.page();
     if (!page || (page.hello.mode === "live" && !page.hello.rewinds)) return;
@@ -67,7 +67,7 @@ export class Transport {
     this.calls.send({ kind: "seek", tick: Math.max(page.hello.first, (this.state?.tick ?? page.stage.tick) - 1) });
   }
 
-  /** A shorter stretch of time (1) or a longer one (−1). @param {number} way */
+  /** Selects a shorter (1) or longer (−1) period. @param {number} way */
   zoom(way) {
     const timeline = this.calls.page()?.timeline;
     timeline?.stretch.step(way, timeline.tick);

@@ -1,12 +1,12 @@
-// The family tree in the panel of an organism: asked for while it is open, drawn as SVG, walked by keyboard.
+// The family tree in the panel of an organism: loaded while it is open, drawn as SVG, navigable by keyboard.
 
 import { $, h, number, s } from "./dom.js";
 import { BOX, Genealogy } from "./genealogy.js";
 
 /** @typedef {import("./protocol.js").TreeMessage} TreeMessage @typedef {import("./protocol.js").Relative} Relative @typedef {import("./genealogy.js").Place} Place */
 
-const PACE = 2000; // [ms] from one look at a living world to the next
-const GENERATIONS = [5, 2]; // above that are shown: where each has one parent, and where it has two
+const PACE = 2000; // [ms] between two requests in a living world
+const GENERATIONS = [5, 2]; // generations of ancestors shown: if organisms have one parent, and if they have two
 const TOP = 6; // [px]
 const AXIS = 44; // [px]
 const WAYS = /** @type {Record<string, [number, number]>} */ ({ ArrowUp: [0, -1], ArrowDown: [0, 1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] });
@@ -18,16 +18,16 @@ export class Tree {
   constructor(calls) {
     this.calls = calls;
     /** @type {import("./protocol.js").Hello | null} */
-    this.hello = null; // of the world that the organism lives in
-    this.second = false; // whether that is the second one
+    this.hello = null; // of the organism's world
+    this.second = false; // whether that is the second world
     /** @type {number | null} */
     this.uid = null;
     /** @type {TreeMessage | null} */
     this.tree = null;
     this.tick = 0;
-    this.at = 0; // when it was asked for last
+    this.at = 0; // time of the last request
     /** @type {number | null} */
-    this.asked = null; // of whom
+    this.asked = null; // the organism of the last request
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.later = undefined;
     /** @type {Map<Place, SVGElement>} */
@@ -36,12 +36,12 @@ export class Tree {
     this.drawn = "";
     /** @type {Set<string>} */
     this.open = new Set();
-    this.back = false; // whether the keyboard was in the tree of the one before
+    this.back = false; // whether the keyboard focus was in the previous tree
     this.box = h("div", { class: "tree-box" });
     this.root = h("details", { class: "tree", ontoggle: () => this.look() }, h("summary", { text: "Family tree" }), this.box);
   }
 
-  /** Shows the tree of an organism, if it is open. @param {import("./protocol.js").Organism} organism @param {import("./protocol.js").Hello} hello of its world */
+  /** Shows the tree of an organism, if the section is open. @param {import("./protocol.js").Organism} organism @param {import("./protocol.js").Hello} hello of its world */
   show(organism, hello) {
     const second = organism.second ?? false;
     if (organism.uid !== this.uid || second !== this.second) {
@@ -62,7 +62,7 @@ export class Tree {
     this.box.replaceChildren();
   }
 
-  /** Time has come to this tick. @param {number} tick */
+  /** Called when time reaches a tick. @param {number} tick */
   time(tick) {
     if (tick === this.tick) return;
     this.tick = tick;
@@ -71,7 +71,7 @@ export class Tree {
     else this.draw();
   }
 
-  /** Asks, where it is open: of a living world now and then. */
+  /** Requests the tree if the section is open; in a living world, at intervals. */
   look() {
     if (this.uid === null || !this.root.open) return;
     const stale = this.hello?.mode === "live" && this.tree?.tick !== this.tick;
@@ -84,7 +84,7 @@ export class Tree {
     this.calls.ask();
   }
 
-  /** Asks anew, where it is open: the colours are others. */
+  /** Requests the tree again if the section is open, because colors have changed. */
   again() {
     this.asked = this.tree = null;
     this.look();
@@ -104,14 +104,14 @@ export class Tree {
     this.drawn = "";
   }
 
-  /** How an organism fares at the tick that is shown. @param {Relative} life */
+  /** The state of an organism at the displayed tick. @param {Relative} life */
   state(life) {
     if (life.born === null) return "unknown";
     if (life.died && life.died.tick <= this.tick) return "dead";
     return life.born > this.tick ? "unborn" : "alive";
   }
 
-  /** @param {boolean} [anew] though nothing may have changed */
+  /** @param {boolean} [anew] redraw even if nothing has changed */
   draw(anew = false) {
     const { tree } = this;
     if (!tree) return;
@@ -137,7 +137,7 @@ export class Tree {
     if (focus) this.focus([...this.nodes].find(([place]) => place.key === focus) ?? [...this.nodes].find(([place]) => place.life?.uid === tree.uid));
   }
 
-  /** The ticks of births, at the left. @param {Genealogy} laid @param {number} height */
+  /** The ticks of births, on the left. @param {Genealogy} laid @param {number} height */
   axis(laid, height) {
     const root = s("svg", { class: "tree-axis", width: AXIS, height, viewBox: `0 ${-TOP} ${AXIS} ${height}`, "aria-hidden": "true" });
     let last = -Infinity;
@@ -156,7 +156,7 @@ export class Tree {
     return s("path", { class: to.life && from.life ? "tree-line" : "tree-line more", d: `M${from.x} ${top}V${to.above ? bottom - 9 : top + 9}H${to.x}V${bottom}` });
   }
 
-  /** @param {Place} place @param {number} uid of the focal one */
+  /** @param {Place} place @param {number} uid of the focal organism */
   node(place, uid) {
     const { life, x, y, hidden } = place;
     const left = x - BOX[0] / 2;
@@ -180,9 +180,9 @@ export class Tree {
     return root;
   }
 
-  /** An organism in words. @param {Relative} life */
+  /** The description of an organism. @param {Relative} life */
   words(life) {
-    if (life.born === null) return `#${life.uid}, of which nothing is known`;
+    if (life.born === null) return `#${life.uid}, no data`;
     const state = this.state(life);
     const fate = state === "dead" ? `${life.died?.cause} at ${number(life.age)} s, tick ${number(life.died?.tick)}` : state === "unborn" ? "not yet born" : "alive";
     const young = life.young === null ? "" : `, ${number(life.young)} ${life.young === 1 ? "child" : "children"}`;
@@ -190,7 +190,7 @@ export class Tree {
     return `${life.species} #${life.uid}, born at tick ${number(life.born)}, ${fate}${young}${clade ? `, ${clade.words}` : ""}`;
   }
 
-  /** How old the living are now. */
+  /** Updates the ages of the living. */
   ages() {
     for (const [{ life }, node] of this.nodes) {
       const at = node.querySelector(".age");
@@ -198,7 +198,7 @@ export class Tree {
     }
   }
 
-  /** Shows more. @param {Place} place */
+  /** Expands a group. @param {Place} place */
   more({ key }) {
     if (key.startsWith("up ")) this.up += GENERATIONS[(this.tree?.lives[0].parents.length ?? 0) > 1 ? 1 : 0];
     else this.open.add(key);
@@ -216,7 +216,7 @@ export class Tree {
     event.stopPropagation();
   }
 
-  /** The next one in a direction: along lines where there are any. @param {Place} from @param {[number, number]} way */
+  /** The next box in a direction, preferably along lines. @param {Place} from @param {[number, number]} way */
   nearest(from, [right, down]) {
     const kin = (/** @type {Place} */ { key, to }) => (down > 0 ? from.to.includes(key) : to.includes(from.key));
     const nodes = [...this.nodes];
@@ -238,7 +238,7 @@ export class Tree {
 const SAYS = /** @type {Record<string, string>} */ ({ alive: "alive", unborn: "not yet", unknown: "unknown" });
 const pen = document.createElement("canvas").getContext("2d");
 
-/** Words that have room: the first of them ("† eaten" of "† eaten by wolf"), or a part of one. @param {string} text @param {number} room [px] @param {number} size [px] */
+/** The longest beginning of a text that fits: whole words ("† eaten" of "† eaten by wolf"), or part of a word. @param {string} text @param {number} room [px] @param {number} size [px] */
 export function fit(text, room, size) {
   if (!pen) return text;
   pen.font = `600 ${size}px ${getComputedStyle(document.body).fontFamily}`;

@@ -1,9 +1,9 @@
-// "What if …?": chooses a tick and a change, from which the world goes on twice.
+// "What if …?": the choice of a tick and a change at which the world branches.
 
 import { $, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
-/** @typedef {{label: string, fields: () => (Node | null)[], what: () => Record<string, unknown> | null}} Change a kind of change: what is asked, and the intervention that it makes */
+/** @typedef {{label: string, fields: () => (Node | null)[], what: () => Record<string, unknown> | null}} Change a kind of change: its form, and the resulting intervention */
 
 export class WhatIf {
   /**
@@ -45,35 +45,35 @@ export class WhatIf {
     this.tick = h("input", { class: "input", type: "number", value: tick, step: 1, max: tick, "aria-label": "From tick", disabled: hello.mode === "replay" });
     this.tick.addEventListener("input", () => (this.chosen = true));
     this.chosen = false;
-    this.kept = h("span", { class: "about", text: hello.mode === "replay" ? "the tick that is shown" : "now" });
+    this.kept = h("span", { class: "about", text: hello.mode === "replay" ? "the displayed tick" : "now" });
     this.changes = this.all(hello, counts);
     if (!(this.kind in this.changes)) this.kind = "set";
     const choice = Object.entries(this.changes).map(([key, { label }]) => h("label", { class: "pick" }, h("input", { type: "radio", name: "change", value: key, checked: key === this.kind, onchange: () => this.choose(key) }), h("span", { text: label })));
     this.fields = h("div", { class: "form" });
     this.problem = h("p", { class: "problem", role: "alert", hidden: true });
-    this.go = h("button", { class: "button primary", type: "submit", text: "Show both" });
+    this.go = h("button", { class: "button primary", type: "submit", text: "Branch" });
     const form = h("form", { class: "ask" },
       h("div", { class: "row" }, h("label", { class: "from" }, "From tick ", this.tick), this.kept),
-      h("div", { class: "ideas", role: "group", "aria-label": "Ideas" }, "at once:", ...this.ideas(hello, counts)),
-      h("fieldset", {}, h("legend", { text: "the one change is" }), h("div", { class: "picks" }, ...choice), this.fields), this.problem,
+      h("div", { class: "ideas", role: "group", "aria-label": "Ideas" }, "quick choices:", ...this.ideas(hello, counts)),
+      h("fieldset", {}, h("legend", { text: "the change" }), h("div", { class: "picks" }, ...choice), this.fields), this.problem,
       h("div", { class: "row end" }, h("button", { class: "button", type: "button", text: "Cancel", onclick: () => this.dialog.close() }), this.go));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       this.send(this.changes?.[this.kind].what() ?? null);
     });
     this.dialog.replaceChildren(h("h2", { id: "askTitle", text: "What if …?" }),
-      h("p", { class: "about", text: "The world goes on twice, side by side: as it was, and with one change. The original is not touched." }), form);
+      h("p", { class: "about", text: "This copies the world and runs both side by side: the original and a copy with one change. The original is not affected." }), form);
     this.choose(this.kind);
   }
 
-  /** What a click fills in. @param {import("./protocol.js").Hello} hello @param {Record<string, number>} counts */
+  /** Buttons that fill in the form. @param {import("./protocol.js").Hello} hello @param {Record<string, number>} counts */
   ideas(hello, counts) {
     const animals = hello.species.filter(({ name, moves }) => moves && counts[name]).map(({ name }) => name);
     const idea = (/** @type {string} */ text, /** @type {Record<string, unknown>} */ what) => h("button", { class: "toggle", type: "button", text, onclick: () => this.send(what) });
     return [
       ...animals.slice(0, 3).map((name) => idea(`without ${name}`, { kind: "cull", species: name, share: 1 })),
       ...animals.slice(0, 1).map((name) => idea(`twice as many ${name}`, { kind: "add", species: name, count: counts[name] })),
-      idea("nobody is born any more", { kind: "switch", reproduction: false }),
+      idea("no more births", { kind: "switch", reproduction: false }),
     ];
   }
 
@@ -81,7 +81,7 @@ export class WhatIf {
   all(hello, counts) {
     const kinds = [...hello.species, ...(hello.objects ?? [])].map(({ name }) => name);
     const row = (/** @type {string} */ text, /** @type {HTMLElement[]} */ ...field) => [h("label", { text }), ...field];
-    const key = h("input", { class: "input", list: "whatifKeys", placeholder: "type to search", "aria-label": "Value", autocomplete: "off", spellcheck: "false", required: true });
+    const key = h("input", { class: "input", list: "whatifKeys", placeholder: "Type to search", "aria-label": "Value", autocomplete: "off", spellcheck: "false", required: true });
     const value = h("input", { class: "input", "aria-label": "New value", autocomplete: "off", required: true });
     const about = h("p", { class: "about" });
     const times = (/** @type {string} */ text, /** @type {number} */ factor) => h("button", { class: "toggle", type: "button", text, onclick: () => (value.value = String(Number((Number(value.value) * factor).toPrecision(6)))) });
@@ -89,30 +89,30 @@ export class WhatIf {
     this.keys = h("datalist", { id: "whatifKeys" });
     const told = () => {
       const found = this.parameters.find((parameter) => parameter.key === key.value);
-      key.setCustomValidity(found ? "" : "one of the list");
+      key.setCustomValidity(found ? "" : "choose a key from the list");
       about.textContent = found ? `${found.about ?? ""}${found.unit ? ` [${found.unit}]` : ""}, now ${found.value}` : "";
       if (found) value.value = typeof found.value === "string" ? found.value : JSON.stringify(found.value);
       factors.hidden = typeof found?.value !== "number";
     };
     key.addEventListener("input", told);
     told();
-    const [fewer, more, whom] = [choice(kinds, "Kind of which some die"), choice(kinds, "Kind of which some come"), choice(["all species", ...this.names ?? []], "Species")];
-    const share = h("input", { class: "input", type: "number", min: 1, max: 100, value: 50, "aria-label": "Share that dies, in percent", required: true });
-    const first = choice(["random", "oldest", "youngest", "richest", "poorest"], "Who first");
-    const count = h("input", { class: "input", type: "number", min: 1, max: 1000000, value: 20, "aria-label": "How many come", required: true });
+    const [fewer, more, whom] = [choice(kinds, "Kind to cull"), choice(kinds, "Kind to add"), choice(["all species", ...this.names ?? []], "Species")];
+    const share = h("input", { class: "input", type: "number", min: 1, max: 100, value: 50, "aria-label": "Share to cull, in percent", required: true });
+    const first = choice(["random", "oldest", "youngest", "richest", "poorest"], "Order");
+    const count = h("input", { class: "input", type: "number", min: 1, max: 1000000, value: 20, "aria-label": "How many to add", required: true });
     more.addEventListener("change", () => (count.value = String(Math.max(1, counts[more.value] ?? 20))));
     const [w, d] = hello.size;
     /** @type {Record<string, Record<string, unknown>>} */
     const lines = { "across the middle, west to east": { line: [[0, d / 2], [w, d / 2]] }, "across the middle, south to north": { line: [[w / 2, 0], [w / 2, d]] }, "around the middle": { region: [w / 4, d / 4, (3 * w) / 4, (3 * d) / 4] } };
-    const fence = choice(Object.keys(lines), "Where the fence stands");
-    const what = choice(["reproduction", "learning"], "What is switched"), on = choice(["off", "on"], "Off or on");
+    const fence = choice(Object.keys(lines), "Position of the fence");
+    const what = choice(["reproduction", "learning"], "Property to switch"), on = choice(["off", "on"], "Off or on");
     return {
       set: { label: "a value", fields: () => [...row("value of", key), this.keys ?? null, ...row("is", value), h("span"), factors, about], what: () => ({ kind: "set", set: { [key.value]: parsed(value.value) } }) },
-      cull: { label: "fewer", fields: () => [...row("kind", fewer), ...row("percent", share), ...row("who first", first)], what: () => ({ kind: "cull", species: fewer.value, share: Number(share.value) / 100, which: first.value }) },
+      cull: { label: "fewer", fields: () => [...row("kind", fewer), ...row("percent", share), ...row("order", first)], what: () => ({ kind: "cull", species: fewer.value, share: Number(share.value) / 100, which: first.value }) },
       add: { label: "more", fields: () => [...row("kind", more), ...row("how many", count)], what: () => ({ kind: "add", species: more.value, count: Number(count.value) }) },
       ...(hello.size.length < 3 ? { fence: { label: "a fence", fields: () => row("where", fence), what: () => ({ kind: "fence", ...lines[fence.value] }) } } : {}),
       switch: { label: "a switch", fields: () => [...row("species", whom), ...row("what", what), ...row("is", on)], what: () => ({ kind: "switch", [what.value]: on.value === "on", ...(whom.value === "all species" ? {} : { species: whom.value }) }) },
-      none: { label: "nothing", fields: () => [h("p", { class: "about", text: "Both stay the same, to the last animal: a check." })], what: () => null },
+      none: { label: "nothing", fields: () => [h("p", { class: "about", text: "A control: both worlds stay identical, down to the last animal." })], what: () => null },
     };
   }
 
@@ -123,16 +123,16 @@ export class WhatIf {
     if (this.problem) this.problem.hidden = true;
   }
 
-  /** @param {Parameter[]} list @param {number[]} [forks] first and last tick of a fork */
+  /** @param {Parameter[]} list @param {number[]} [forks] first and last tick at which a branch may start */
   offer(list, forks) {
     this.parameters = list;
     this.keys?.replaceChildren(...list.map(({ key, about }) => h("option", { value: key, text: about ?? "" })));
     if (!forks || !this.tick || !this.kept || this.now()?.hello.mode === "replay") return;
     const [first, last] = forks;
     for (const [name, value] of [["min", first], ["max", last]]) this.tick.setAttribute(String(name), String(value));
-    this.kept.textContent = first < last ? `kept: ${number(first)} to ${number(last)}, which is now` : "now; earlier ticks are not kept";
+    this.kept.textContent = first < last ? `available: ${number(first)} to ${number(last)}, the present tick` : "only the present tick is available";
     this.tick.disabled = first === last;
-    if (!this.chosen) this.tick.value = String(last); // time may have gone on before it was paused
+    if (!this.chosen) this.tick.value = String(last); // time may have passed before the pause
   }
 
   /** @param {Record<string, unknown> | null} what */
@@ -146,7 +146,7 @@ export class WhatIf {
 /** @param {string[]} names @param {string} label */
 const choice = (names, label) => h("select", { class: "input", "aria-label": label }, ...names.map((name) => h("option", { text: name, value: name })));
 
-/** A number, true or false, a list where it reads as one; else text. @param {string} text */
+/** Parses a number, true, false or a list; otherwise returns the text. @param {string} text */
 function parsed(text) {
   try {
     return JSON.parse(text);

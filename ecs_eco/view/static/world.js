@@ -1,20 +1,20 @@
-// The first minute: what this world is, who eats whom, and hints that go away.
+// The introduction: a description of the world, its food web, and hints that can be closed.
 
 import { $, h, number, s } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
 
 const [WIDE, ROW, GAP] = [360, 74, 30]; // of the food web, in its own units
-const KEPT = "ecs-eco-hints"; // in localStorage: the hints that are gone
+const KEPT = "ecs-eco-hints"; // in localStorage: closed hints
 
 /** @type {Record<string, string>} */
 const HINTS = {
-  select: "Click an animal: what it senses, wants and decides stands in Organism.",
-  pause: "Space pauses. Drag the timeline below to go to another tick.",
-  why: "Why tells what happened, and of what they died.",
+  select: "Click an animal: the Organism tab shows what it senses, wants and decides.",
+  pause: "Press space to pause. Drag the timeline below to go to another tick.",
+  why: "The Why tab explains events and causes of death.",
 };
 
 /**
- * How far each species is from those that eat nobody: 0 for plants; who eats in a circle stands as high as the others say.
+ * The trophic level of each species: 0 for plants; species in a cycle take the level that the others imply.
  * @param {string[]} names
  * @param {Record<string, string[]>} foods
  */
@@ -30,7 +30,7 @@ export function levels(names, foods) {
 }
 
 /**
- * The food web: an arrow goes from who is eaten to who eats.
+ * The food web: arrows point from food to eater.
  * @param {import("./protocol.js").Hello} hello
  * @param {(name: string) => string} colourOf
  */
@@ -46,7 +46,7 @@ function web(hello, colourOf) {
   rows.forEach((row, r) => row.forEach(({ name }, i) => (at[name] = [(WIDE * (i + 1)) / (row.length + 1), r * ROW + GAP])));
   const meals = names.flatMap((eater) => (foods[eater] ?? []).filter((food) => food in at).map((food) => /** @type {[string, string]} */ ([food, eater])));
   const words = meals.map(([food, eater]) => `${eater} eats ${food}`).join("; ");
-  const root = s("svg", { viewBox: `0 0 ${WIDE} ${high}`, class: "web", role: "img", "aria-label": `Who eats whom: ${words || "nobody eats anybody"}` });
+  const root = s("svg", { viewBox: `0 0 ${WIDE} ${high}`, class: "web", role: "img", "aria-label": `Who eats whom: ${words || "no species eats another"}` });
   for (const [food, eater] of meals) {
     const [[x0, y0], [x1, y1]] = [at[food], at[eater]];
     const own = food === eater;
@@ -70,7 +70,7 @@ function web(hello, colourOf) {
  */
 export function world(hello, colourOf) {
   const size = hello.size.map((side) => number(side)).join(" × ");
-  const facts = [["size", `${size} m, ${hello.edges === "torus" ? "without edges: who leaves comes in opposite" : "with walls"}`], ["a tick", `${number(hello.dt)} s`],
+  const facts = [["size", `${size} m, ${hello.edges === "torus" ? "torus: leaving on one side means entering on the opposite side" : "with walls"}`], ["tick length", `${number(hello.dt)} s`],
     ["seed", String(hello.seed ?? "–")], ["species", hello.species.map(({ name }) => name).join(", ")]];
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
@@ -78,7 +78,7 @@ export function world(hello, colourOf) {
     h("h2", { text: "Who eats whom" }), web(hello, colourOf));
 }
 
-/** Hints that go away: when they are closed, or when what they say was done. @returns {(name: string) => void} to be called with what was done */
+/** Hints that disappear when they are closed, or when the user has followed them. @returns {(name: string) => void} call it with the action of the user */
 export function hints() {
   const root = $("hints");
   const gone = new Set(recalled());
@@ -87,7 +87,7 @@ export function hints() {
     gone.add(name);
     try {
       localStorage.setItem(KEPT, JSON.stringify([...gone]));
-    } catch {} // private windows may forbid it
+    } catch {} // private windows may forbid storage
     draw();
   };
   const draw = () => {

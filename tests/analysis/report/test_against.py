@@ -46,6 +46,6 @@ def test_the_command_takes_a_file_and_which_column_is_which_species(tmp_path, mo
     words = ["report", "run", "--against", "pelts.csv", "--match"]
     done = CliRunner().invoke(app, [*words, f"hare={name}"])
     assert done.exit_code == 0, done.output
-    assert "Beside the outside series" in (tmp_path / "run" / "report.html").read_text()
+    assert "Comparison with the outside series" in (tmp_path / "run" / "report.html").read_text()
     assert CliRunner().invoke(app, [*words, "hare"]).exit_code == 2
     assert CliRunner().invoke(app, ["report", "run", "--match", "hare=deer"]).exit_code == 2

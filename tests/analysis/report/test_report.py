@@ -90,7 +90,7 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     # the last tick with at least half of 40 is tick 120
     end = series.columns["died: starved"][121:141, 2].sum() / series.columns["deaths"][121:141, 2].sum()
     assert (
-        f"From tick 120, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
+        f"Since tick 120, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
     )
     assert f"starved {end:.0%}" in text
 
@@ -98,7 +98,7 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("empty_pictures")
 def test_a_run_too_short_for_cycles_says_so(tmp_path: Path) -> None:
     text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(20))))
-    assert "too short to look for cycles: 18 ticks are left" in text
+    assert "too short to look for cycles: 18 ticks remain" in text
 
 
 @pytest.mark.slow
@@ -113,7 +113,7 @@ def test_a_single_species_is_reported(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(1500)[:, :1], species=("grass",))
     text = words(write_report(run))
     assert "The only species, grass, persisted to tick 1,500." in text
-    assert "Which species follows which" not in text or "follows grass" not in text
+    assert "Lags between species" not in text or "follows grass" not in text
 
 
 @pytest.mark.usefixtures("empty_pictures")
@@ -128,7 +128,7 @@ def test_a_species_without_animals_is_named_and_does_not_count_as_extinct(tmp_pa
 def test_everybody_dead_from_the_start_is_reported(tmp_path: Path) -> None:
     text = words(write_report(chains.write_run(tmp_path / "run", np.zeros((50, 3), np.int64))))
     assert "No species had a living member" in text
-    assert "Nobody died." in text
+    assert "No organism died." in text
 
 
 @pytest.mark.usefixtures("empty_pictures")
@@ -136,7 +136,7 @@ def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(50))
     manifest = json.loads((run / "manifest.json").read_text()) | {"finished": False, "ticks": 1000}
     (run / "manifest.json").write_text(json.dumps(manifest))
-    assert "50 ticks of 1 s of 1,000 asked for: the run was interrupted" in words(write_report(run))
+    assert "50 ticks of 1 s of 1,000 requested: the run was interrupted" in words(write_report(run))
 
 
 @pytest.mark.slow
@@ -197,7 +197,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"no manifest\.json"):
         write_report(tmp_path)
     (tmp_path / "manifest.json").write_text("{}")
-    with pytest.raises(FileNotFoundError, match="holds no series"):
+    with pytest.raises(FileNotFoundError, match="contains no series"):
         write_report(tmp_path)
 
 
