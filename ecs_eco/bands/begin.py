@@ -1,4 +1,4 @@
-"""The beginning of a world over many processes: all have built the same one, and share it from here on."""
+"""Division of a world among many processes, each of which has built the same world."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ if TYPE_CHECKING:
 
 
 def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state: bool = False) -> Any:
-    """Let this process share the work of a world with those of an MPI communicator (None: all there are).
+    """Divide the work of a world among the processes of an MPI communicator (None: all processes).
 
-    Each of them must have built the same world, from the same configuration and seed, and let the same ticks
-    pass: `digest()` is then the same in all of them, and that of one process. Species of fewer than `least`
-    organisms are the work of every process. With `state` each process goes on with its own part of the world
-    alone (`ecs_eco.bands.divided`), else all hold the whole of it. Returns the bands. Raises RuntimeError for
-    worlds that differ, ConfigError for one whose state cannot be divided, or not into so many bands.
+    Each process must have built the same world, from the same configuration and seed, and run the same number
+    of ticks: then `digest()` is the same in all of them, and equal to that of a single process. Work on
+    species of fewer than `least` organisms is repeated in every process. With `state`, each process keeps
+    only its part of the world (`ecs_eco.bands.divided`); otherwise all keep the whole world. Returns the
+    bands. Raises RuntimeError for worlds that differ, and ConfigError for a world whose state cannot be
+    divided, or not into so many bands.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     bands: Any = Bands(world, comm, least)
@@ -30,7 +31,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     if len(digests := set(comm.allgather(world.digest()))) > 1:
         raise RuntimeError(
             f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
-            f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
+            f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same world in "
             "each: configuration, seed, policies, learn"
         )
     if state:

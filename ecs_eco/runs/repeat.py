@@ -19,11 +19,11 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 
 
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
-    """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
+    """Return the world file of a recorded run as a dict, with the interventions that were carried out.
 
-    Interventions of the world file that were still to come are kept, since the digest covers them, and
-    `ticks` reaches beyond the first of each. Run for as many ticks as were done, with the manifest's seed,
-    policies, learn and controls, it ends with the manifest's digest.
+    Interventions of the world file that were still due are kept, because the digest covers them, and `ticks`
+    extends beyond the first of each. Run for the recorded number of ticks with the manifest's seed, policies,
+    learn and controls, the world ends with the manifest's digest.
     """
     done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
     interventions = done + _to_come(manifest)
@@ -34,8 +34,8 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the interventions of the world file that are due after what was recorded,
-    each from its next tick on."""
+    """Return the interventions of the world file that are due after the recorded ticks, each from its next
+    tick on."""
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)
@@ -51,26 +51,26 @@ def repeat(
     threads: int = 1,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
+    """Repeat a recorded run up to the end of its recording, into a folder or without one, and compare.
 
-    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may
-    differ. `trust` allows the code that its folder keeps to run in this process.
-    Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
+    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and the likely
+    reason for a difference. `trust` allows the code in the run's folder to run in this process. Raises
+    RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
     """
 
     manifest = read_manifest(Path(path))
     if "forked" in manifest:
         raise RecordingError(
-            f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again"
+            f"{path}: is a fork of {manifest['forked']['from']}; repeat that run, then fork it again"
         )
     if "island" in manifest:
         raise RecordingError(
-            f"{path}: is the island {manifest['island']} of an archipelago; "
-            "run that again, and compare the digests"
+            f"{path}: is the island {manifest['island']} of an archipelago; run the archipelago "
+            "again, and compare the digests"
         )
     if not manifest.get("digest"):
         raise RecordingError(
-            f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}"
+            f"{path}: was killed before its end was recorded; resume it with: ecs-eco resume {path}"
         )
     how, done = start_of(Path(path), manifest, repeatable(manifest), trust), manifest["done"]
     config = how.pop("config")

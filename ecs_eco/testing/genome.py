@@ -11,8 +11,8 @@ SAMPLES = 2000
 def check_genome(layout: Layout, n: int = SAMPLES) -> None:
     """Check a layout on `n` random genomes.
 
-    All code for finite values in bounds, a row decodes alone as it does among others, values survive encoding
-    and decoding, and the text of a genome is the sum of its parts.
+    All genomes must code for finite values in bounds, decode independently of each other, survive encoding
+    and decoding, and have a text that is the sum of its parts.
     """
     loci = layout.random(np.arange(n, dtype=np.uint64))
     values = layout.decode(loci)
@@ -24,18 +24,19 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
         where, decoded = f"gene {code.name!r}", values[code.name]
         if decoded.shape != (n, *code.width) or not np.isfinite(decoded).all():
             raise AssertionError(
-                f"{where}: random genomes code for values of the shape {decoded.shape}, not all finite"
+                f"{where}: random genomes code for values of the shape {decoded.shape} that are not "
+                "all finite"
             )
         if not (
             np.array_equal(turned[code.name], decoded[order])
             and np.array_equal(alone[code.name], decoded[:1])
         ):
-            raise AssertionError(
-                f"{where}: the values of a genome depend on the others that are decoded with it"
-            )
+            raise AssertionError(f"{where}: the values of a genome depend on the other genomes in the batch")
         _check_bounds(where, code, decoded)
         if layout.longest is None or (code.gene.doubled or layout.doubled) in ("first", "greatest"):
-            _check_again(where, code, first[code.name], decoded_again[code.name])  # not what copies make
+            _check_again(
+                where, code, first[code.name], decoded_again[code.name]
+            )  # not the combined value of copies
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")
     if "".join(piece.letters for piece in layout.mark(text)) != letters or not np.array_equal(
@@ -64,4 +65,4 @@ def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.
         row = (
             np.abs(decoded.astype(np.float64) - decoded_again).reshape(len(decoded), -1).max(axis=1).argmax()
         )
-        raise AssertionError(f"{where}: {decoded[row]} encoded and decoded again is {decoded_again[row]}")
+        raise AssertionError(f"{where}: {decoded[row]} after encoding and decoding is {decoded_again[row]}")

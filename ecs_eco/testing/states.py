@@ -17,7 +17,8 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies."""
+    """Return copies of all columns of all tables in the order of uids: {table: {"uid": …, "Position.x":
+    …}}."""
     out: State = {}
     for table in world.tables.values():
         rows = table.by_uid()
@@ -30,7 +31,7 @@ def state(world: World) -> State:
 
 
 def difference(one: State, other: State) -> str:
-    """Return where two states first differ, "" where they are the same bytes."""
+    """Return the first difference between two states, "" if they are bitwise equal."""
     for table, columns in one.items():
         mine, theirs = columns["uid"], other[table]["uid"]
         if mine.tobytes() != theirs.tobytes():
@@ -38,7 +39,7 @@ def difference(one: State, other: State) -> str:
                 np.setdiff1d(mine, theirs)[:5].tolist(),
                 np.setdiff1d(theirs, mine)[:5].tolist(),
             )
-            return f"{table}: uids {only} live in one, {only_there} in the other"
+            return f"{table}: uids {only} are only in one, {only_there} only in the other"
         for name, array in columns.items():
             if array.tobytes() != other[table][name].tobytes():
                 rows = [i for i in range(len(mine)) if array[i].tobytes() != other[table][name][i].tobytes()]
@@ -51,8 +52,8 @@ def difference(one: State, other: State) -> str:
 
 
 def shuffle(world: World, seed: int = 0) -> Any:
-    """Permute the rows of the living in every table at random, which must not change any result;
-    return the world."""
+    """Permute the rows of the living in every table at random, which must not change any result; return the
+    world."""
     generator = np.random.Generator(np.random.Philox(seed))
     for table in world.tables.values():
         table.reorder(generator.permutation(table.rows()))
@@ -60,10 +61,10 @@ def shuffle(world: World, seed: int = 0) -> Any:
 
 
 def arrange(world: World, name: str, **fields: Any) -> Any:
-    """Set fields of all living of one kind, by name, to a value or to one each in the order of uids;
-    return the table.
+    """Set fields of all living members of a kind, by name, to one value or to one value each in the order of
+    uids; return the table.
 
-    Raises KeyError for a field that no component of the table has, ValueError for another number of values.
+    Raises KeyError for a field that no component of the table has, ValueError for a wrong number of values.
     """
     table = world.table(name)
     rows = table.by_uid()
@@ -79,8 +80,8 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
 
 
 def act(world: World, kind: type[System]) -> None:
-    """Let the world's system of one kind act once, outside of any tick;
-    births and deaths wait for `world.flush()`."""
+    """Run the world's system of one kind once, outside of any tick; births and deaths wait for
+    `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:
         raise UnknownName(
@@ -92,7 +93,7 @@ def act(world: World, kind: type[System]) -> None:
 
 @contextmanager
 def all_threads() -> Iterator[None]:
-    """Within this block worlds use all their threads, however few organisms they have."""
+    """Make worlds use all their threads within this block, even with few organisms."""
     before, workers.PARALLEL_FROM = workers.PARALLEL_FROM, 0
     try:
         yield

@@ -22,7 +22,7 @@ def test_nan_in_a_column_is_caught(caught):
         table[Biology].age[table.by_uid()[1]] = np.nan
 
     assert caught(work) == (
-        f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; allowed are finite numbers"
+        f"species 'deer': Biology.age of uid {caught.uids[1]} (row 1) is nan; expected finite numbers"
     )
 
 
@@ -36,12 +36,12 @@ def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
     message = caught(work, components=[Wool])
     assert (
         message == f"species 'deer': Wool.length[1] of uid {caught.uids[0]} (row 0) is inf (1 more); "
-        "allowed are finite numbers"
+        "expected finite numbers"
     )
     assert (
         caught(heavy, components=[Wool])
         == f"species 'deer': Wool.weights[2] of uid {caught.uids[0]} (row 0) is -inf; "
-        "allowed are finite numbers"
+        "expected finite numbers"
     )
 
 
@@ -68,7 +68,7 @@ def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
         world.run(1)
     assert str(error.value) == (
         "after Sense, tick 0, species 'deer': the reading 'ear' "
-        f"of uid {second} (row 1) is nan; allowed are finite numbers"
+        f"of uid {second} (row 1) is nan; expected finite numbers"
     )
 
 
@@ -78,8 +78,7 @@ def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
 
     message = caught(work, policy={"kind": "shared", "hidden": [4]}, options={"policies": "untrained"})
     assert (
-        message == "species 'deer': weight policy.head.bias[1] of the policy is nan; "
-        "allowed are finite numbers"
+        message == "species 'deer': weight policy.head.bias[1] of the policy is nan; expected finite numbers"
     )
 
 
@@ -92,16 +91,19 @@ def test_nan_in_the_brain_of_one_is_caught(debug):
     with pytest.raises(DebugError) as error:
         world.run(1)
     assert str(error.value).startswith(
-        "after what was done between ticks, tick 1, species 'goat': Policy.weights[0] of uid "
+        "after code between ticks, tick 1, species 'goat': Policy.weights[0] of uid "
     )
-    assert "(row 7) is nan; allowed" in str(error.value)
+    assert "(row 7) is nan; expected" in str(error.value)
 
 
 def test_a_cause_of_death_where_nobody_lives_is_caught(caught):
     def work(table, world):
         table.cause[9] = 1
 
-    assert caught(work) == "species 'deer': cause of row 9 is 1; the row is free: who lives dies"
+    assert (
+        caught(work)
+        == "species 'deer': cause of row 9 is 1; the row is free; deaths are requested only for living organisms"
+    )
 
 
 # --- who is who ---------------------------------------------------------------------------------------------
@@ -114,17 +116,15 @@ def test_two_with_one_uid_are_caught(debug, meadow):
     with pytest.raises(DebugError) as error:
         world.run(1)
     assert str(error.value) == (
-        "after what was done between ticks, tick 1, species 'grass': "
-        f"uid {uid} lives in row 1 and in row 0 of 'deer'; a uid is given once"
+        "after code between ticks, tick 1, species 'grass': "
+        f"uid {uid} is in row 1 and in row 0 of 'deer'; each uid may be assigned once"
     )
 
 
 def test_a_uid_that_was_never_given_is_caught(debug, meadow):
     world = meadow().run(1)
     world.table("deer").uid[1] = 50
-    with pytest.raises(
-        DebugError, match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"
-    ):
+    with pytest.raises(DebugError, match=r"species 'deer': uid 50 is in row 1, but the next free uid is 5"):
         world.run(1)
 
 
@@ -171,7 +171,7 @@ def test_components_that_a_processor_replaces_are_caught(debug):
     world.add_table("mouse", Position, Metabolism)
     world.add_system(Swap())
     world.spawn("mouse")
-    with pytest.raises(DebugError, match="Metabolism of esper's entity 1 is not that of uid 1"):
+    with pytest.raises(DebugError, match="Metabolism of esper's entity 1 is not the component of uid 1"):
         world.run(1)
 
 
@@ -181,10 +181,10 @@ def test_components_that_a_processor_replaces_are_caught(debug):
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; allowed is [0, 20)"),
-        ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; allowed is [0, 20)"),
-        ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; allowed is [0, 2π)"),
-        ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; allowed is [0, 2π)"),
+        ("x", 20.0, "Position.x of uid {uid} (row 1) is 20.0; expected [0, 20)"),
+        ("y", -0.5, "Position.y of uid {uid} (row 1) is -0.5; expected [0, 20)"),
+        ("heading", 7.0, "Position.heading of uid {uid} (row 1) is 7.0; expected [0, 2π)"),
+        ("heading", -1.0, "Position.heading of uid {uid} (row 1) is -1.0; expected [0, 2π)"),
     ],
 )
 def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, message):
@@ -202,6 +202,6 @@ def test_an_index_that_a_system_disorders_is_caught(caught):
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5, y=1.5))
     assert (
-        message == "species 'deer': entry 1 of the index of neighbours, uid "
-        f"{caught.uids[0]}, follows uid {caught.uids[1]} in one cell; systems only read it"
+        message == "species 'deer': entry 1 of the neighbor index, uid "
+        f"{caught.uids[0]}, follows uid {caught.uids[1]} in the same cell; systems may only read the index"
     )

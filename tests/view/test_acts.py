@@ -137,7 +137,7 @@ def test_a_fork_that_lost_its_checkpoints_does_not_begin_anew(tmp_path):
     fork(tmp_path / "run", tmp_path / "fork", until=6, report=False)
     for file in (tmp_path / "fork" / "checkpoints").iterdir():
         file.unlink()
-    with pytest.raises(CheckpointError, match="fork that one again"):
+    with pytest.raises(CheckpointError, match="fork that run again"):
         resume(tmp_path / "fork", 8, report=False)
 
 
