@@ -22,7 +22,7 @@ for (const [name, made] of [["vendor.js", script], ["vendor.css", style]]) {
   if (process.argv.includes("--check")) {
     const kept = await readFile(file, "utf8").catch(() => "");
     if (kept !== made.text) {
-      console.error(`ecs_eco/view/static/${name} is not what its sources make: run "npm run vendor" in view-page`);
+      console.error(`ecs_eco/view/static/${name} is out of date: run "npm run vendor" in view-page`);
       stale = true;
     }
   } else {

@@ -110,7 +110,8 @@ def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndar
 
 
 def generation_time(lineage: Pedigree, species: str) -> float:
-    """Return the mean age of parents at the births of their offspring.
+    """Return the mean age of parents at the birth of their offspring [ticks], over all births of a species
+    with parents; NaN if there are none.
 
     Parameters
     ----------

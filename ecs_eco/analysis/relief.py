@@ -13,7 +13,7 @@ from ecs_eco.config.land.raster import DAMAGED
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
 GROUNDS = ["open", "water", "rock"]  # of a class, by the number of the ground
 SUN = 315.0, 45.0  # direction of light on maps: from the upper left, halfway up [degrees]
-STEEP = 0.5  # the largest slope that is drawn; steeper ground looks the same
+STEEP = 0.5  # heights are scaled so that the 98th percentile of slopes is drawn as this
 
 
 class Relief(NamedTuple):

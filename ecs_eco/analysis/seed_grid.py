@@ -139,8 +139,8 @@ def variance_shares(
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Return components of tables drawn by the pigeonhole bootstrap, shifted to the means of the table's own
-    components."""
+    """Return components of tables drawn by the pigeonhole bootstrap, corrected so that their means equal the
+    table's own components."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
     return np.stack(
         [

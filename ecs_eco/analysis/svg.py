@@ -217,7 +217,7 @@ def _extent(path: str) -> float:
 
 
 def _hoist(part: ET.Element) -> None:
-    """Remove groups without attributes."""
+    """Remove empty groups and dissolve groups without attributes."""
     for child in part:
         _hoist(child)
     kept: list[ET.Element] = []

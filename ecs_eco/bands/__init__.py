@@ -1,7 +1,9 @@
-"""One world over many processes: each does the work of a band of the map, or holds it alone.
+"""One world on many processes: each process does the work of a band of the map, and may also hold only that
+band.
 
-What of a system may be divided, the system says, by `world.bands` (`ecs_eco.space.one_band`); many worlds
-belong to `ecs_eco.lab`. mpi4py is imported when a world is divided. See docs/explanation/bands.md.
+A system declares through `world.bands` which of its work can be divided (`ecs_eco.space.one_band`). Runs of
+many worlds belong to `ecs_eco.lab`. mpi4py is imported when a world is divided. See
+docs/explanation/bands.md.
 """
 
 from ecs_eco._lazy import lazy

@@ -1,4 +1,4 @@
-"""Bands on MPI: who does which part, and how the others get to know what came of it."""
+"""Bands on MPI: the assignment of work to processes, and the exchange of results."""
 
 from __future__ import annotations
 
@@ -19,48 +19,48 @@ if TYPE_CHECKING:
     from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
-LEAST = 64  # organisms: fewer are the work of every process, for an exchange takes as long
+LEAST = 64  # organisms; work on fewer is repeated in every process, because an exchange would take as long
 
 
 @dataclass
 class Traffic:
-    """What a process has exchanged with the others: calls, bytes that it received, seconds, waiting included."""
+    """Communication of a process: calls, bytes received, seconds including waiting."""
 
     calls: int = 0
     received: int = 0
     seconds: float = 0.0
 
     def copy(self) -> Traffic:
-        """Return what it is now."""
+        """Return a copy."""
         return replace(self)
 
 
 class Bands(OneBand):
     """The processes of an MPI communicator, each with a band of the map; `divide` returns them.
 
-    A band is a run of whole rows of cells of the neighbor index, cut so that all bands have about as many
-    organisms of the species at hand. Work without a place, such as gradients, is divided into equal parts.
+    A band is a range of whole rows of cells of the neighbor index, cut so that all bands have about as many
+    organisms of the species in question. Work without a place, such as gradients, is divided equally.
     """
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
         self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
         self.workers = world.workers
         self.traffic = Traffic()
-        self.wishes = False  # whether this process has been told to stop
-        self._rows: dict[int, Any] = {}  # the MPI type of a row of so many bytes
+        self.wishes = False  # whether this process has been asked to stop
+        self._rows: dict[int, Any] = {}  # the MPI type of a row, by its size in bytes
 
-    # --- what is whose --------------------------------------------------------------------------------------
+    # --- assignment of work ---------------------------------------------------------------------------------
 
     def bounds(self, n: int) -> list[int]:
-        """Return where the parts of n items begin and end: size + 1 numbers."""
+        """Return the boundaries of the parts of n items: size + 1 numbers."""
         return [n * k // self.size for k in range(self.size + 1)]
 
     def part(self, n: int) -> tuple[int, int]:
-        """Return which of n independent items, first … last − 1, this process is to do."""
+        """Return the range first … last − 1 of n independent items that this process handles."""
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
     def cut(self, index: Index) -> tuple[np.ndarray, np.ndarray]:
-        """Return where bands begin and end, in rows of cells and in entries of an index: i64[size + 1] each."""
+        """Return the boundaries of bands in rows of cells and in entries of an index: i64[size + 1] each."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
         above = np.searchsorted(along, aims)
@@ -70,15 +70,15 @@ class Bands(OneBand):
         return rows, along[rows]
 
     def mine(self, names: Iterable[str]) -> list[str]:
-        """Return which of some independent things this process is to do."""
+        """Return the independent items that this process handles."""
         return list(names)[self.rank :: self.size]
 
     # --- shared work ----------------------------------------------------------------------------------------
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
-        process's band alone; afterwards the `outputs` [index.n, …] are completed."""
-        # where both are as many it cannot be told which of them are meant
+        """Restrict `World.split` over the entries of an index, or over the rows of its cells, to this
+        process's band within the block. Afterwards the `outputs` [index.n, …] are completed."""
+        # with equal numbers of entries and rows, the two cases are indistinguishable
         if self.size == 1 or index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
             return nullcontext()
         return self._over(index, outputs)
@@ -112,7 +112,7 @@ class Bands(OneBand):
         return out
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy the array of each name from the process whose it is (`mine`) to all others."""
+        """Copy the array of each name from the process that handles it (`mine`) to all other processes."""
         if self.size == 1:
             return
         start = time.perf_counter()
@@ -123,7 +123,7 @@ class Bands(OneBand):
         self.traffic.seconds += time.perf_counter() - start
 
     def _complete(self, array: np.ndarray, edges: Sequence[int] | np.ndarray) -> None:
-        """Get the rows between edges[k] and edges[k + 1] from process k, for all k."""
+        """Receive the rows between edges[k] and edges[k + 1] from process k, for all k."""
         size = array.itemsize * int(np.prod(array.shape[1:]))
         if not size or self.size == 1:
             return
@@ -147,18 +147,19 @@ class Bands(OneBand):
     # --- stopping together ----------------------------------------------------------------------------------
 
     def stops(self) -> bool:
-        """Note that this process is to stop, and wait for the others: `agree`."""
+        """Note that this process should stop, and wait for the others to agree: `agree`."""
         self.wishes = True
         return False
 
     def agree(self) -> bool:
-        """Return whether any process has been told to stop; all ask before each tick."""
+        """Return whether any process has been asked to stop; all processes call this before each tick."""
         wishes, self.wishes = self.wishes, False
         return bool(self.comm.allreduce(int(wishes)))
 
 
 def mpi() -> Any:
-    """Return the module mpi4py.MPI; ConfigError that says how to install it where it is not there."""
+    """Return the module mpi4py.MPI. If it is not installed, raise a ConfigError with installation
+    instructions."""
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:

@@ -1,4 +1,4 @@
-"""The beginning of a world over many processes: all have built the same one, and share it from here on."""
+"""Division of a world among many processes, each of which has built the same world."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     if len(digests := set(comm.allgather(world.digest()))) > 1:
         raise RuntimeError(
             f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
-            f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
+            f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same world in "
             "each: configuration, seed, policies, learn"
         )
     if state:

@@ -1,4 +1,5 @@
-"""Births and deaths in divided state: all processes give the same uids, that of the place the life."""
+"""Births and deaths in divided state: all processes assign the same uids, and the process of the place
+creates the newborn."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Parents(dict[type, Any]):
-    """Parents of newborn in the place of a table: what heredity reads of them, in the order of uids."""
+    """Parents of newborns in the form of a table: the columns that heredity reads, in the order of uids."""
 
     def __init__(self, table: Table, uid: np.ndarray, columns: dict[tuple[type, str], np.ndarray]) -> None:
         super().__init__(
@@ -40,14 +41,14 @@ class _Columns:
 
 
 class Births(Turnover):
-    """What the processes tell each other of births and deaths, and the sites of plants, which all know."""
+    """The exchange of births and deaths, and the sites of plants, which all processes know."""
 
     def __init__(self, bands: Any, world: SpatialWorld) -> None:
         super().__init__(world)
         self.bands = bands
         self.sites: dict[str, np.ndarray] = {}
         self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of the dead
-        for table in bands.tables:  # all hold everything yet
+        for table in bands.tables:  # all processes still hold everything
             way = table.species.reproduction
             if way is not None and way.kind == "spread":
                 size = self.world.space.size
@@ -62,13 +63,13 @@ class Births(Turnover):
         return table[Position].x[rows], table[Position].y[rows]
 
     def _site(self, table: Table, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the numbers of the sites of places: i64[n]."""
+        """Return the site numbers of places: i64[n]."""
         ny, nx = self.sites[table.name].shape
         inverse = np.array([nx / self.world.space.size[0], ny / self.world.space.size[1]], np.float32)
         return cells_of(y, inverse[1], ny) * nx + cells_of(x, inverse[0], nx)
 
     def sites_of(self, table: Table, shape: tuple[int, ...]) -> np.ndarray:
-        """Return the uids of the plants on each site i64[ny, nx], −1 where none stands."""
+        """Return the uid of the plant on each site i64[ny, nx], −1 if the site is empty."""
         sites = self.sites[table.name].reshape(-1)
         gone = self.cleared[table.name]
         none = np.zeros(0, np.int64)
@@ -82,11 +83,11 @@ class Births(Turnover):
     # --- deaths and births take effect ----------------------------------------------------------------------
 
     def heard(self) -> bool:
-        """Return True: deaths clear the sites of plants."""
+        """Return True, because deaths clear the sites of plants."""
         return True
 
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
-        """Free the rows of some that have a cause of death; of ghosts nobody is told."""
+        """Free the rows of organisms that have a cause of death; deaths of ghosts are not reported."""
         ghosts = self.bands.ghosts[table.name]
         own = rows[self.bands.living(table)[rows]] if ghosts.size else rows
         self.bands.ghosts[table.name] = ghosts[table.cause[ghosts] == 0]
@@ -101,7 +102,8 @@ class Births(Turnover):
         table.vacate(rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Give uids to all newborn, as one process does, and life to those whose place is in the own band."""
+        """Assign uids to all newborns, as a single process does, and create those whose place is in this
+        band."""
         world, bands = self.world, self.bands
         born = []
         bands.forget()
@@ -129,15 +131,17 @@ class Births(Turnover):
         return np.flatnonzero(self.bands.edges.owner_of(np.asarray(y, np.float32)) == self.bands.place)
 
     def _stand(self, table: Table, values: Values, uid: np.ndarray) -> None:
-        """Note on which sites newborn plants stand."""
+        """Record the sites of newborn plants."""
         if table.name in self.sites and uid.size:
             x, y = (np.asarray(values[Position, axis], np.float32) for axis in "xy")
             self.sites[table.name].reshape(-1)[self._site(table, x, y)] = uid
 
-    # --- who is born ----------------------------------------------------------------------------------------
+    # --- heredity
+    # --------------------------------------------------------------------------------------------
 
     def litters(self, mine: Litters, where: Around) -> Litters:
-        """Return the litters of all processes in the order of their parents' uids, and where they may be."""
+        """Return the litters of all processes in the order of their parents' uids, and where they may be
+        placed."""
         n = mine.uid.size
         each = [isinstance(value, np.ndarray) for value in where]
         got = self.bands.everyone(
@@ -169,7 +173,8 @@ class Births(Turnover):
         second: np.ndarray | None,
         sperm: np.ndarray | None,
     ) -> Values:
-        """Return the columns that newborn inherit; rows whose places y f32[n] [m] are elsewhere are zeros."""
+        """Return the columns that newborns inherit; rows with places y f32[n] [m] outside this band are
+        zeros."""
         held = self._parents(table, litters.uid[which], second)
         fathers = None
         if sperm is not None:
@@ -191,7 +196,8 @@ class Births(Turnover):
         return values
 
     def _parents(self, table: Table, first: np.ndarray, second: np.ndarray | None) -> Parents:
-        """Return the living parents with these uids, wherever they are, as their heredity reads them."""
+        """Return the living parents with these uids from all processes, with the columns that heredity
+        reads."""
         heredity = table.species.heredity
         wanted = np.unique(first if second is None else np.concatenate([first, second]))
         rows = rows_of(table, wanted)

@@ -1,4 +1,5 @@
-"""Divided state: each process holds the organisms of its band alone, and in a tick ghosts of those beyond."""
+"""Divided state: each process holds only the organisms of its band and, within a tick, ghosts of organisms
+beyond it."""
 
 from __future__ import annotations
 
@@ -34,14 +35,15 @@ if TYPE_CHECKING:
     from ecs_eco.space.index import Index
 
 T = TypeVar("T")
-EVERY = 32  # ticks between two looks at whether the load is balanced
-UNEVEN = 1.1  # load of the heaviest band, as a share of the mean, from which edges move
-SEEN = (Position, Body, Traits)  # what others see of an organism
-MIND = 10  # load of one that senses and decides, in units of one that does not
+EVERY = 32  # ticks between two checks of the load balance
+UNEVEN = 1.1  # load of the heaviest band, relative to the mean, above which edges move
+SEEN = (Position, Body, Traits)  # components of ghosts
+MIND = 10  # load of an organism that senses and decides, relative to one that does not
 
 
 def stays(table: Table) -> bool:
-    """Return whether the members of a table never move: their ghosts serve for all of a tick."""
+    """Return whether the members of a table never move, so that their ghosts remain valid for the whole
+    tick."""
     species = table.species
     return (
         Velocity not in table
@@ -52,23 +54,24 @@ def stays(table: Table) -> bool:
 
 
 class Step(esper.Processor):
-    """What processes tell each other between two systems."""
+    """An exchange between processes, between two systems."""
 
     def __init__(self, act: Callable[[], None]) -> None:
         self.act = act
 
     def process(self, *_: object) -> None:
-        """Tell, and listen."""
+        """Run the exchange."""
         self.act()
 
 
 class Divided(OneBand):
     """The part of a world that this process holds, a band of whole rows of cells; `divide` returns it.
 
-    Before sensing, it gets ghosts: copies of everything that its own organisms may sense. After moving,
-    organisms that crossed an edge change their process, and it gets ghosts of all whose meals and matings
-    could affect its own organisms. Every process receives all births, and the process of the place adds the
-    newborn. Ghosts are removed before the tick ends.
+    Before sensing, the process receives ghosts of all organisms that its own organisms may sense. Only its
+    own organisms sense, learn and decide. After moving, organisms that crossed an edge change their process,
+    and ghosts arrive of all organisms whose meals and matings could affect its own. Meals and matings are
+    then computed for own organisms and ghosts alike; the results are correct for its own. Births are sent to
+    all processes, and the process of the place creates the newborn. Ghosts are removed before the tick ends.
     """
 
     divided = True
@@ -105,13 +108,14 @@ class Divided(OneBand):
             for table in self.tables
             if table.species.nerves is not None and table.species.nerves.learner is not None
         }
-        for table in self.tables:  # what others hold
+        for table in self.tables:  # organisms of other bands
             table.vacate(table.rows()[~self._is_mine(table, table.rows())])
         self._take_part(world)
-        self.early = share_recording(world, comm)  # events of before
+        self.early = share_recording(world, comm)  # events before the division
 
     def _take_part(self, world: World) -> None:
-        """Put what is told between the systems of a tick, and in the place of births and deaths."""
+        """Insert the exchanges between the systems of a tick, and replace the handling of births and
+        deaths."""
         put = world.schedule.put
         put(Step(self.look_around), priority_of("environment", 0))
         for system in world.systems:
@@ -125,20 +129,21 @@ class Divided(OneBand):
     # --- ghosts ---------------------------------------------------------------------------------------------
 
     def look_around(self) -> None:
-        """Before a tick: move the edges if that is worth it, and get to know who may be sensed."""
+        """Before a tick: move the edges if that is worthwhile, and receive ghosts for sensing."""
         if self.world.tick % EVERY == 0:
             self.balance()
         self.copy(self.movers, self.sensing, self.seen)
         self.copy(self.fixed, max(self.sensing, self.acting), self.light)
 
     def meet(self) -> None:
-        """After moving: let those over an edge go, and get to know who may be met."""
+        """After moving: send organisms beyond the edges to their process, and receive ghosts for
+        encounters."""
         if self.movers:
             self.migrate(self.movers)
         self.copy(self.movers, self.acting, self.light)
 
     def copy(self, tables: Sequence[Table], width: int, columns: Mapping[str, Columns]) -> None:
-        """Get ghosts of all in some tables that live no more than `width` rows of cells beyond the own edges."""
+        """Receive ghosts of all organisms in some tables at most `width` rows of cells beyond this band."""
         if not tables:
             return
         rows = [table.rows() for table in tables]
@@ -155,15 +160,15 @@ class Divided(OneBand):
                 self.copied += came.size
 
     def forget(self, tables: Sequence[Table] | None = None) -> None:
-        """Let all ghosts go, or those of some tables."""
+        """Remove all ghosts, or the ghosts of some tables."""
         for table in self.tables if tables is None else tables:
             if (rows := self.ghosts[table.name]).size:
                 table.vacate(rows)
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Let those of some tables who are beyond the own edges go to the processes whose bands they are in;
-        there are no ghosts of these."""
+        """Send organisms of some tables that are outside this band to the processes of their bands. These
+        tables must not have ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -186,11 +191,13 @@ class Divided(OneBand):
                 if table.name in self.rollouts:
                     rest = self.rollouts[table.name].give(rows, rest)
         for table in tables:
-            if (nerves := table.species.nerves) is not None:  # who has decided is elsewhere now
+            if (
+                nerves := table.species.nerves
+            ) is not None:  # organisms that have decided may be elsewhere now
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
-        """Move the edges where some bands have much more to do than others."""
+        """Move the edges if some bands have a much higher load than others."""
         load = self.wire.total(self._load())
         rows = self.edges.even(load)
         if self.edges.uneven(load) > UNEVEN and (rows != self.edges.rows).any():
@@ -200,7 +207,7 @@ class Divided(OneBand):
             self.migrate(self.tables)
 
     def _load(self) -> np.ndarray:
-        """Return the load of each row of cells, of what this process holds: i64[ny]."""
+        """Return the load of each row of cells from the organisms of this process: i64[ny]."""
         load = np.zeros(self.edges.ny, np.int64)
         for table in self.tables:
             each = 1 if table.species.nerves is None else MIND
@@ -215,7 +222,7 @@ class Divided(OneBand):
         return mine
 
     def close_rollouts(self) -> None:
-        """After deciding: let all know how many transitions of this tick each has stored."""
+        """After deciding: exchange how many transitions each process has stored in this tick."""
         learning = [rollout for rollout in self.rollouts.values() if rollout.learns]
         if learning:
             stored = np.array([[rollout.stored for rollout in learning]], np.int64)
@@ -223,16 +230,17 @@ class Divided(OneBand):
             for rollout, count in zip(learning, counts.T, strict=True):
                 rollout.close(count)
 
-    # --- what systems ask -----------------------------------------------------------------------------------
+    # --- interface for systems ------------------------------------------------------------------------------
 
     @property
     def common(self) -> OneBand:
-        """The processes that share work on what all of them hold: policies and rollouts."""
+        """The processes as a group that shares work on data that all of them hold: policies and rollouts."""
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Within, `World.split` over the entries of an index, or the rows of its cells, runs for no ghosts."""
-        if self.processes == 1 or index.n == self.edges.ny:  # it cannot be told which of them are meant
+        """Exclude ghosts from `World.split` over the entries of an index, or the rows of its cells, within
+        the block."""
+        if self.processes == 1 or index.n == self.edges.ny:  # the two cases are indistinguishable
             return nullcontext()
         return self._own(index)
 
@@ -248,28 +256,28 @@ class Divided(OneBand):
             workers.own = None
 
     def entries(self, index: Index) -> slice:
-        """Return which entries of an index are no ghosts: they are in one piece."""
+        """Return the entries of an index that are not ghosts; they are contiguous."""
         nx = index.space.shape[0]
         first, last = self.edges.rows[self.place], self.edges.rows[self.place + 1]
         return slice(int(index.start[first * nx]), int(index.start[last * nx]))
 
     def living(self, table: Table) -> np.ndarray:
-        """Return which rows of a table live and are no ghosts: bool[capacity]."""
+        """Return which rows of a table are alive and not ghosts: bool[capacity]."""
         alive: np.ndarray = table.alive.copy()
         alive[self.ghosts[table.name]] = False
         return alive
 
     def count(self, table: Table) -> int:
-        """Return how many of a table live, in all processes."""
+        """Return the number of living members of a table in all processes."""
         return int(self.wire.total(np.array([table.n - self.ghosts[table.name].size]))[0])
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] with those of all processes behind one another: in canonical order, if each
-        stands in this order."""
+        """Return arrays [n, …] concatenated over all processes. They are in canonical order if each part
+        is."""
         return self.wire.everyone(*arrays)
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
-        """Return which places f32[n] [m] are in the band of this process: bool[n]."""
+        """Return which places f32[n] [m] are in this band: bool[n]."""
         return self.edges.owner_of(y) == self.place
 
     def either(self, flags: np.ndarray) -> np.ndarray:
@@ -277,19 +285,20 @@ class Divided(OneBand):
         return self.wire.any(flags)
 
     def litters(self, litters: Any, where: Any) -> Any:
-        """Return the litters of all processes in the order of their parents' uids, and where they may be."""
+        """Return the litters of all processes in the order of their parents' uids, and where they may be
+        placed."""
         return self.births.litters(litters, where)
 
     def inherited(self, *arguments: Any) -> Any:
-        """Return what newborn inherit, of parents wherever they are."""
+        """Return the columns that newborns inherit from parents in any process."""
         return self.births.inherited(*arguments)
 
     def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
-        """Return the uids of the plants on each site i64[ny, nx], −1 where none stands."""
+        """Return the uid of the plant on each site i64[ny, nx], −1 if the site is empty."""
         return self.births.sites_of(table, stands.shape)
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Note what individuals have learnt in this tick, an entry each; return it."""
+        """Store what individuals have learned in this tick, one entry each, for the record; return it."""
         if len(arrays[0]) and self.world.recorder is not None:
             name = next(
                 t.name
@@ -302,12 +311,12 @@ class Divided(OneBand):
     # --- stopping together ----------------------------------------------------------------------------------
 
     def stops(self) -> bool:
-        """Note that this process is to stop, and wait for the others."""
+        """Note that this process should stop, and wait for the others to agree."""
         self.talk.wishes = True
         return False
 
     def agree(self) -> bool:
-        """Do what process 0 asks for; return whether any process has been told to stop."""
+        """Serve the requests of process 0; return whether any process has been asked to stop."""
         return self.talk.go_on()
 
     def undivided(self, world: T) -> T | None:
@@ -315,15 +324,15 @@ class Divided(OneBand):
         return self.talk.undivided()
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return what a function says of the whole world, in all processes that ask."""
+        """Return the value of a function of the whole world, in all processes that ask for it."""
         return self.talk.ask(what)
 
     def collect(self, recorder: Any) -> None:
-        """Bring what all have recorded since the last time to process 0."""
+        """Send the records since the last collection from all processes to process 0."""
         self.talk.collect(recorder)
 
     @property
     def traffic(self) -> Traffic:
-        """What this process has exchanged with the others."""
+        """Communication of this process."""
         one, other = self.wire.traffic, self.common_bands.traffic
         return Traffic(one.calls + other.calls, one.received + other.received, one.seconds + other.seconds)

@@ -1,4 +1,5 @@
-"""The edges between bands: which rows of cells of the neighbour index are whose, and which are near whom."""
+"""The edges between bands: the owner of each row of cells of the neighbor index, and the rows near each
+band."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 class Edges:
     """Bands of whole rows of cells, from y = 0 up: band k has the rows `rows[k]` … `rows[k + 1]` − 1.
 
-    Each is at least `least` rows high. `owner` i64[ny] is whose each row is.
+    Each band is at least `least` rows high. `owner` i64[ny] is the band of each row.
     """
 
     def __init__(self, space: Space, size: int, least: int) -> None:
@@ -21,14 +22,13 @@ class Edges:
         self.move(self.even(np.ones(self.ny)))
 
     def move(self, rows: np.ndarray) -> None:
-        """Let bands begin at these rows i64[size + 1]."""
+        """Set the first rows of the bands i64[size + 1]."""
         self.rows = rows
         self.owner = np.repeat(np.arange(self.size), np.diff(rows))
         self._near: dict[tuple[int, int], dict[int, np.ndarray]] = {}
 
     def even(self, weights: np.ndarray) -> np.ndarray:
-        """Return where bands would have to begin that have about as much of the weights f64[ny] each:
-        i64[size + 1]."""
+        """Return the first rows of bands with about equal sums of the weights f64[ny]: i64[size + 1]."""
         sums = np.concatenate([[0.0], np.cumsum(weights)])
         aims = sums[-1] * np.arange(1, self.size) / self.size
         rows = [0]
@@ -39,21 +39,21 @@ class Edges:
         return np.array([*rows, self.ny])
 
     def uneven(self, weights: np.ndarray) -> float:
-        """Return the weight of the heaviest band, as a share of the mean."""
+        """Return the weight of the heaviest band, relative to the mean."""
         each = np.add.reduceat(weights, self.rows[:-1])
         return float(each.max() / max(each.mean(), 1e-300))
 
     def row_of(self, y: np.ndarray) -> np.ndarray:
-        """Return the rows of cells of places f32[n] [m], as the index of neighbours has them: i64[n]."""
+        """Return the rows of cells of places f32[n] [m], as in the neighbor index: i64[n]."""
         return (y * self.space.inverse[1]).astype(np.int64).clip(0, self.ny - 1)
 
     def owner_of(self, y: np.ndarray) -> np.ndarray:
-        """Return in whose bands places f32[n] [m] are: i64[n]."""
+        """Return the bands of places f32[n] [m]: i64[n]."""
         return self.owner[self.row_of(y)]
 
     def near(self, rank: int, width: int) -> dict[int, np.ndarray]:
-        """Return which rows of a band lie no more than `width` rows beyond the edges of each other band:
-        bool[ny] for those that have such rows."""
+        """Return, for each other band, the rows of a band at most `width` rows beyond that band's edges:
+        bool[ny], without bands that have no such rows."""
         if (rank, width) not in self._near:
             mine, out = self.owner == rank, {}
             for other in range(self.size):
@@ -65,7 +65,7 @@ class Edges:
 
 
 def beyond(first: int | np.integer, last: int | np.integer, n: int, width: int, torus: bool) -> np.ndarray:
-    """Return which of n rows are not first … last − 1, and no more than `width` from these: bool[n]."""
+    """Return which of n rows are outside first … last − 1, but at most `width` rows away: bool[n]."""
     rows = np.concatenate([np.arange(first - width, first), np.arange(last, last + width)])
     rows = rows % n if torus else rows[(rows >= 0) & (rows < n)]
     out = np.zeros(n, np.bool_)

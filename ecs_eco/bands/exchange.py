@@ -1,4 +1,4 @@
-"""Messages between the processes of a world: rows of tables as bytes, and arrays of all as one."""
+"""Messages between the processes of a world: rows of tables as bytes, and concatenated arrays."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ TAG = 17
 
 
 class Wire:
-    """What goes between the processes of a communicator, and how much it was."""
+    """The connection of a process to the others in its communicator, and statistics of the traffic."""
 
     def __init__(self, comm: Comm) -> None:
         self.comm, self.size, self.rank = comm, comm.Get_size(), comm.Get_rank()
         self.traffic = Traffic()
 
     def swap(self, parts: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
-        """Send bytes u8[…] to some processes, by their ranks; return what came from others. All must call."""
+        """Send bytes u8[…] to some processes, by rank; return the bytes received. All processes must call
+        this."""
         if self.size == 1:
             return {}
         start, comm = time.perf_counter(), self.comm
@@ -44,8 +45,8 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] of all processes behind one another, in the order of ranks; n is the same for
-        all arrays of a process."""
+        """Return arrays [n, …] of all processes concatenated in the order of ranks; n is the same for all
+        arrays of a process."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm
@@ -66,7 +67,7 @@ class Wire:
     def _joined(
         out: np.ndarray, counts: np.ndarray, each: Sequence[int], i: int, like: np.ndarray
     ) -> np.ndarray:
-        """Return array i of all processes, of bytes in which those of a process stand together."""
+        """Return array i of all processes from bytes in which the arrays of each process are contiguous."""
         before, pieces, at = sum(each[:i]), [], 0
         for n in counts.tolist():
             first = at + n * before
@@ -84,7 +85,7 @@ class Wire:
         return out.view(np.bool_)
 
     def total(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the sum over all processes of whole numbers i64[n]."""
+        """Return the sum of integers i64[n] over all processes."""
         if self.size == 1:
             return numbers
         start, out = time.perf_counter(), np.empty_like(numbers)
@@ -105,7 +106,8 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return components and fields of a table: all, or all but the `heavy` ones, or those `seen` alone."""
+    """Return components and fields of a table: all, all but the `heavy` ones, or only the components
+    `seen`."""
     return [
         (component, field)
         for component, held in table.columns.items()
@@ -128,7 +130,8 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
 def settled(
     tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Bring what `packed` made to life; return the rows i64[k] in each table, and what is left of the bytes."""
+    """Add the rows in bytes from `packed` to the tables; return the new rows i64[k] in each table, and the
+    remaining bytes."""
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 

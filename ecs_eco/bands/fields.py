@@ -1,4 +1,4 @@
-"""Smells in bands: each process lets its own rows of a field spread, and has copies of some beyond them."""
+"""Smells in bands: each process updates its own rows of a field, and has copies of some rows beyond them."""
 
 from __future__ import annotations
 
@@ -16,19 +16,22 @@ if TYPE_CHECKING:
 
 
 class BandField:
-    """The rows of one field that belong to a band: those whose middle is in it.
+    """The rows of one field that belong to a band: those with their center in it.
 
-    `halo` is the number of rows beyond them whose values are those of another process, after `trade`.
+    `halo` is the number of rows beyond them that `trade` copies from other processes.
     """
 
     def __init__(self, field: Field, edges: Edges, rank: int, halo: int) -> None:
         self.field, self.edges, self.rank, self.halo = field, edges, rank, halo
         field.band = self
-        self._of: tuple[Any, np.ndarray] = (None, np.zeros(0, np.int64))  # whose each row is, by edges
+        self._of: tuple[Any, np.ndarray] = (
+            None,
+            np.zeros(0, np.int64),
+        )  # the process of each row, cached by edges
         self._traded: dict[tuple[int, int], np.ndarray] = {}
 
     def owners(self) -> np.ndarray:
-        """Return whose each row of the field is: i64[ny]."""
+        """Return the process of each row of the field: i64[ny]."""
         if self._of[0] is not self.edges.rows:
             ny = self.field.shape[1]
             middle = (np.arange(ny) + 0.5) * self.field.space.size[1] / ny
@@ -42,7 +45,7 @@ class BandField:
         return int(first), int(last)
 
     def rows_for(self, reader: int, owner: int) -> np.ndarray:
-        """Return which rows of a process another reads: bool[ny]."""
+        """Return which rows of process `owner` the process `reader` needs: bool[ny]."""
         owners = self.owners()
         if (reader, owner) not in self._traded:
             near = beyond(*self.span(reader), self.field.shape[1], self.halo, self.field.space.torus)
@@ -50,7 +53,8 @@ class BandField:
         return self._traded[reader, owner]
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Let sources flow into the own rows, and these spread and fade: as `Field.pass_time`, to the bit."""
+        """Add sources to this band's rows and let them spread and decay; bit for bit the same as
+        `Field.pass_time`."""
         field, torus = self.field, self.field.space.torus
         if emitted:
             field.emit(*emitted)
@@ -73,13 +77,13 @@ class BandField:
 
 
 def halo_of(field: Field, dt: float, noses: float) -> int:
-    """Return how many rows of a field are read beyond those of a band, by noses up to so far [m] from the
-    middles of bodies."""
+    """Return how many rows of a field are read beyond a band by noses at most this far [m] from the centers
+    of bodies."""
     return max(field._plan(dt)[0], 2 + math.ceil(noses * float(field.inverse[1])))
 
 
 def trade(fields: Sequence[BandField], wire: Wire) -> None:
-    """Let each process have the rows that it reads beyond its own."""
+    """Give each process the rows that it reads beyond its own."""
     parts, mine = {}, wire.rank
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]
@@ -102,7 +106,7 @@ def trade(fields: Sequence[BandField], wire: Wire) -> None:
 
 
 def complete(fields: Sequence[BandField], wire: Wire) -> None:
-    """Let every process have all rows of all fields: before edges move, or the world is looked at."""
+    """Give every process all rows of all fields, before edges move or the whole world is needed."""
     for f in fields:
         first, last = f.span(wire.rank)
         (rows,) = wire.everyone(np.ascontiguousarray(f.field.value[:, first:last].swapaxes(0, 1)))

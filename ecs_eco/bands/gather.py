@@ -1,4 +1,4 @@
-"""The whole world in process 0, of the parts that all processes hold."""
+"""Assembly of the whole world in process 0 from the parts of all processes."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Arrays = dict[str, np.ndarray]
 
 
 def gather(bands: Any) -> Any:
-    """Return a world of its own with the organisms of all processes, in process 0; None in the others.
+    """Return a separate world with the organisms of all processes, in process 0; None in the others.
 
-    It is what one process would hold, but for the rows, which mean nothing: it has the same digest, and the
-    same future.
+    It equals the world of a single process except for the order of rows, which has no effect: digest and
+    future are the same.
     """
     world = bands.world
     complete(bands.fields, bands.wire)
@@ -55,7 +55,7 @@ def gather(bands: Any) -> Any:
 
 
 def _of_organisms(key: str) -> bool:
-    """Return whether an array of a frozen world has a row for each of the living of a table."""
+    """Return whether an array of a frozen world has one row for each living member of a table."""
     parts = key.split("/")
     return parts[0] == "table" and len(parts) == 3
 
@@ -63,10 +63,10 @@ def _of_organisms(key: str) -> bool:
 def _log(
     arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray], uid: np.ndarray
 ) -> None:
-    """Put the rollout of all processes into a frozen world, in which organism uid[i] u64[n] has row i."""
+    """Insert the rollout of all processes into a frozen world in which organism uid[i] u64[n] has row i."""
     at = np.minimum(np.searchsorted(uid, lives), max(uid.size - 1, 0))
     living = uid[at] == lives if uid.size else np.zeros(lives.size, np.bool_)
-    rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a row of its own for each that is dead
+    rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a separate row for each dead organism
     whole = Rollout(
         columns[0].shape[1], columns[1].shape[1], mine.discount, columns[3].shape[1], columns[2].shape[1]
     )

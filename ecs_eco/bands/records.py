@@ -1,4 +1,4 @@
-"""The records of all processes as one: each counts its own organisms, process 0 writes."""
+"""The combined records of all processes: each counts its own organisms, process 0 writes."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Groups = dict[str, list[tuple[np.ndarray, ...]]]
 
 
 def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
-    """Let all processes record as process 0 does; return the events of its records so far."""
+    """Make all processes record like process 0; return the events of its records so far."""
     if (recorder := world.recorder) is not None:
-        recorder.flush()  # pages begin together
+        recorder.flush()  # pages start at the same time
     how = comm.bcast(None if recorder is None else (recorder.block, recorder.snapshot_every, recorder.keeps))
     if comm.Get_rank() == 0 or how is None:
         return [] if recorder is None else [group for groups in recorder._events.values() for group in groups]
@@ -36,14 +36,15 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Bring what all have recorded since the last time to process 0, as one would have recorded it.
+    """Send the records since the last collection from all processes to process 0, in the form of a single
+    process.
 
-    Counts are the same. Sums of energies are added band by band, not row by row, so their last digits may be
-    others.
+    Counts are the same. Sums of energies are added band by band, not row by row, so their last digits may
+    differ.
     """
     pages, at = recorder.learning.rows, page_end(recorder)
     if bands.place:
-        recorder._counts["refused"] = 0  # all processes count the same
+        recorder._counts["refused"] = 0  # all processes have the same count
     mine = {
         "sums": [array[:at] for array in sums(recorder)],
         "stocks": stocks(recorder),
@@ -76,10 +77,9 @@ def collect(bands: Any, recorder: Recorder) -> None:
 def _merged(
     parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]], turn: np.ndarray
 ) -> Groups:
-    """Return the events of all processes in the order of ticks, tables and uids, in which one process would
-    have noted them; those up to tick `last` first. What was noted `early`, before the world was divided,
-    stays before all others. `turn` i64[species] are the places of their tables.
-    """
+    """Return the events of all processes in the order of ticks, tables and uids, as a single process would
+    have recorded them; events up to tick `last` come first. Events recorded `early`, before the world was
+    divided, come before all others. `turn` i64[species] gives the order of their tables."""
     out: Groups = {kind: [] for kind in EVENTS}
     for kind in EVENTS:
         groups = [group for part in parts for group in part[kind]]
@@ -97,7 +97,7 @@ def _merged(
 
 
 def _counted(rows: list[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-    """Return the numbers of those who did each action, in all processes."""
+    """Return the numbers of organisms that did each action, over all processes."""
     sums: dict[tuple[Any, ...], np.ndarray] = {}
     for tick, species, action, n, of in rows:
         key = tick, species, action
@@ -111,8 +111,8 @@ def _learnt(
     rows: list[tuple[Any, ...]],
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
 ) -> list[tuple[Any, ...]]:
-    """Return what a tick has of learning: of shared policies as it is, for all learn the same; of individuals
-    the means over those of all processes."""
+    """Return a tick's learning statistics: for shared policies unchanged, because all processes learn the
+    same; for individuals the means over all processes."""
     alone = {
         s
         for name, s in place.items()

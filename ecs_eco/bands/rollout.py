@@ -1,4 +1,5 @@
-"""The rollout of a shared policy in bands: each process logs its own, and all learn from all of it."""
+"""The rollout of a shared policy in bands: each process stores its own transitions, and all learn from all of
+them."""
 
 from __future__ import annotations
 
@@ -15,15 +16,16 @@ if TYPE_CHECKING:
     from ecs_eco.bands.exchange import Wire
     from ecs_eco.engine.table import Table
 
-DEAD = np.uint64(1 << 63)  # numbers of lives that are over begin here: no uid is as large
+DEAD = np.uint64(1 << 63)  # lives that have ended get numbers from here on; all uids are smaller
 
 
 class BandRollout(Rollout):
-    """The transitions of those in a band, with the uid of each and its place among those of all bands.
+    """The transitions of organisms in a band, each with its uid and its place among the transitions of all
+    bands.
 
-    The record that is still open goes along where an organism goes to another process, so that its reward
-    finds it. `advantages` gathers the records of all in every process, in the order in which one would have
-    stored them; what is learnt from them is then work on what all hold.
+    An open record moves with its organism to another process, so that the reward is added to it. `advantages`
+    gathers the records of all processes in every process, in the order in which a single process would have
+    stored them; learning from them is then work on common data.
     """
 
     table: Table
@@ -33,8 +35,8 @@ class BandRollout(Rollout):
 
     @classmethod
     def of(cls, table: Table, wire: Wire, holds: Callable[[np.ndarray], np.ndarray]) -> BandRollout:
-        """Take the place of the rollout of a species that learns together; of what that has stored, keep what
-        is still open for organisms in rows that `holds(rows)` says, and in process 0 the rest."""
+        """Replace the rollout of a species with shared learning. Of its stored records, keep the open ones of
+        organisms in rows for which `holds(rows)` is true, and in process 0 also all others."""
         learner = table.species.nerves.learner
         old: Rollout = learner.rollout
         out = cls(
@@ -51,8 +53,12 @@ class BandRollout(Rollout):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._lives = np.empty(0, np.uint64)  # whose each record is: a uid, or a number for one that is dead
-        self._places = np.empty(0, np.int64)  # among the records of all processes; −1: it went elsewhere
+        self._lives = np.empty(
+            0, np.uint64
+        )  # the life of each record: a uid, or a number for a dead organism
+        self._places = np.empty(
+            0, np.int64
+        )  # index among the records of all processes; −1: it moved to another process
 
     def _columns(self) -> tuple[np.ndarray, ...]:
         return (*super()._columns(), self._lives, self._places)
@@ -80,11 +86,12 @@ class BandRollout(Rollout):
 
     @property
     def learns(self) -> bool:
-        """Whether the species learns now."""
+        """True if the species is learning now."""
         return bool(self.table.species.nerves.learning)
 
     def store(self, rows: np.ndarray, *arrays: Any) -> None:
-        """Append one tick; its places follow when all know how many each has stored: `close`."""
+        """Append one tick. Its places are assigned in `close`, when the numbers of all processes are
+        known."""
         ticks, start = self.ticks, self.n
         super().store(rows, *arrays)
         self.ticks, self.stored = ticks, len(rows)
@@ -99,10 +106,11 @@ class BandRollout(Rollout):
         self.ticks += int(counts.sum() > 0)
         self.stored = 0
 
-    # --- organisms that go to another process ---------------------------------------------------------------
+    # --- organisms that move to another process
+    # ---------------------------------------------------------------
 
     def take(self, rows: np.ndarray) -> np.ndarray:
-        """Return the open records of rows i64[k] as bytes u8[…], and forget them."""
+        """Return the open records of rows i64[k] as bytes u8[…], and remove them."""
         self._cover(rows)
         at = self.last[rows]
         of = np.flatnonzero(at >= 0)
@@ -112,7 +120,7 @@ class BandRollout(Rollout):
         return np.concatenate([np.ascontiguousarray(p).reshape(-1).view(np.uint8) for p in pieces])
 
     def give(self, rows: np.ndarray, data: np.ndarray) -> np.ndarray:
-        """Take the open records of organisms that came to rows i64[k]; return what is left of the bytes."""
+        """Add the open records of organisms that arrived in rows i64[k]; return the remaining bytes."""
         n, at = int(data[:8].copy().view(np.int64)[0]), 8
 
         def read(dtype: DTypeLike, inner: tuple[int, ...] = ()) -> np.ndarray:
@@ -135,8 +143,8 @@ class BandRollout(Rollout):
     # --- learning -------------------------------------------------------------------------------------------
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Gather the records of all processes, and fill in their advantages; rows now alive in this one
-        expect values f32[n] of what comes."""
+        """Gather the records of all processes, and compute their advantages; `values` f32[n] are the expected
+        returns of the rows alive in this process."""
         uid, later = self.wire.everyone(self.table.uid[rows], np.asarray(values, np.float32))
         known, columns = self.gathered()
         self._hold(columns)
@@ -146,8 +154,8 @@ class BandRollout(Rollout):
         super().advantages(at[acted], later[acted], gae_lambda)
 
     def gathered(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return whose the records of all processes are u64[k], and their columns, in the order in which one
-        process would have stored them: a record's row is a place in the former."""
+        """Return the lives u64[k] of the records of all processes, and their columns, in the order in which a
+        single process would have stored them. A record's row is an index into the lives."""
         kept = np.flatnonzero(self._places[: self.n] >= 0)
         columns = self.wire.everyone(*(column[: self.n][kept] for column in self._columns()))
         order = np.argsort(columns[-1])
@@ -157,14 +165,14 @@ class BandRollout(Rollout):
         return known, sorted_
 
     def clear(self) -> None:
-        """Forget all transitions."""
+        """Remove all transitions."""
         self._hold([column[:0].copy() for column in self._columns()])
         self.last = np.empty(0, np.int64)
         self.n = self.ticks = self.total = self.stored = 0
 
 
 def last_of(row: np.ndarray, ended: np.ndarray, n: int) -> np.ndarray:
-    """Return the open record of each of n lives, −1 where it has ended: i64[n]."""
+    """Return the open record of each of n lives, −1 if it has ended: i64[n]."""
     last = np.full(n, -1)
     np.maximum.at(last, row, np.arange(len(row)))
     acts = np.flatnonzero(last >= 0)

@@ -1,4 +1,4 @@
-"""A run in bands: process 0 records it, the others let the same ticks pass beside it."""
+"""A run in bands: process 0 records it, and the other processes run the same ticks in step."""
 
 from __future__ import annotations
 
@@ -19,9 +19,15 @@ if TYPE_CHECKING:
 
     from ecs_eco.ecosystem import World
 
-GRACE = 5.0  # [s] that another process leaves process 0 to say what is wrong: most faults are those of all
-HEARD = 1.0  # [s] that mpiexec is given to pass on what a process has said before it ends all of them
-PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError  # that need no traceback
+GRACE = 5.0  # [s] for process 0 to report an error first, because most errors occur in all processes
+HEARD = 1.0  # [s] for mpiexec to pass on the output of a process before it ends all processes
+PLAIN = (
+    ConfigError,
+    CheckpointError,
+    RecordingError,
+    FloatingPointError,
+    OSError,
+)  # errors that need no traceback
 
 
 def together(
@@ -32,13 +38,14 @@ def together(
     *,
     state: bool = False,
 ) -> tuple[Any, Any] | None:
-    """Let the processes of an MPI communicator (None: all there are) share the work of one run.
+    """Run one world on the processes of an MPI communicator (None: all processes).
 
-    In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file says) and calls
-    `prepare(world)` before the first, as `runs.run.run_to_folder` does; in the others `build()` returns the
-    same world, of which each holds a part alone with `state`. Returns what `lead` does and the bands; None in
-    the others. An error in one process ends all, with exit code 1, or 2 for a wrong file; so does the
-    RuntimeError of processes that came to different worlds, where each holds a whole one.
+    In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file sets) and calls
+    `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
+    returns the same world, of which each holds only a part with `state`. Returns the result of `lead` and the
+    bands in process 0, None in the others. An error in one process ends all, with exit code 1, or 2 for an
+    invalid file. The same happens with the RuntimeError if each process holds a whole world and their worlds
+    come to differ.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
@@ -56,13 +63,14 @@ def together(
     except BaseException as error:
         if led and led[0].stopped and led[0].underway is None:
             _end_of(led[0])
-            raise  # a run that was told to stop
+            raise  # a run that was asked to stop
         _end_all(error, comm)
         raise
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a process that follows; process 0 reports errors first, since most occur there too."""
+    """Return the world of a process that follows; process 0 reports errors first, because most errors occur
+    there too."""
     try:
         return build()
     except Exception as error:
@@ -82,14 +90,14 @@ def _follow(world: World, ticks: int | None, comm: Comm, state: bool) -> None:
 
 
 def _end_of(world: World) -> None:
-    """Tell the others that it is the end, where they wait for it."""
+    """Tell waiting processes that the run has ended."""
     bands: Any = world.bands
     if bands.divided:
         bands.talk.end()
 
 
 def _agreed(world: World, comm: Comm) -> Any:
-    """Return the bands of a world; RuntimeError if not all processes came to the same one."""
+    """Return the bands of a world; raise RuntimeError if not all processes have the same world."""
     _end_of(world)
     if world.bands.divided:
         return world.bands
@@ -104,7 +112,7 @@ def _agreed(world: World, comm: Comm) -> Any:
 
 
 def _end_all(error: BaseException, comm: Comm) -> None:
-    """Say what is wrong and end all processes: those that wait for this one would wait for ever."""
+    """Report an error and end all processes, because processes that wait for this one would wait forever."""
     if comm.Get_size() == 1:
         return
     if comm.Get_rank():
@@ -114,4 +122,4 @@ def _end_all(error: BaseException, comm: Comm) -> None:
     time.sleep(HEARD)
     code = 2 if isinstance(error, ConfigError) else 1
     comm.Abort(code)
-    os._exit(code)  # some libraries return before they have ended the process
+    os._exit(code)  # some libraries return before the process has ended

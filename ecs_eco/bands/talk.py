@@ -1,4 +1,4 @@
-"""What processes do together between two ticks: stop, look at the whole world, collect records."""
+"""Joint actions of processes between two ticks: stop, assemble the whole world, collect records."""
 
 from __future__ import annotations
 
@@ -14,37 +14,38 @@ from ecs_eco.bands.records import collect
 if TYPE_CHECKING:
     from ecs_eco.record.recorder import Recorder
 
-STOP, GATHER, ASK, COLLECT, END = 1, 2, 4, 8, 16  # bits of what a process says
+STOP, GATHER, ASK, COLLECT, END = 1, 2, 4, 8, 16  # bits of a message
 
 
 class Talk:
-    """Process 0 asks, the others answer: before each tick they hear whether to go on, or what to do first.
+    """Process 0 sends requests and the others serve them: before each tick they learn whether to continue, or
+    which request to serve first.
 
-    Where all processes run the same script, all may ask at once, and get the same answer.
+    If all processes run the same script, all may send the same request at once and get the same answer.
     """
 
     def __init__(self, bands: Any) -> None:
         self.bands, self.world = bands, bands.world
-        self.wishes = False  # whether this process has been told to stop
+        self.wishes = False  # whether this process has been asked to stop
         self._answering = False
 
     def say(self, word: int) -> int:
-        """Say something, or 0; return all that is said."""
+        """Send a message, or 0; return the messages of all processes combined."""
         said = np.array([word | (STOP if self.wishes else 0)], np.int32)
         out = np.empty_like(said)
         self.bands.wire.comm.Allreduce(said, out, op=mpi().BOR)
         return int(out[0])
 
     def go_on(self) -> bool:
-        """Answer until all are to go on; return whether to stop."""
+        """Serve requests until all processes continue; return whether to stop."""
         return bool(self._answer(0, 0) & STOP)
 
     def serve(self) -> None:
-        """Answer until process 0 says that it is the end."""
+        """Serve requests until process 0 announces the end."""
         self._answer(0, END)
 
     def end(self) -> None:
-        """Say that it is the end."""
+        """Announce the end."""
         self.say(END)
 
     def _answer(self, word: int, until: int) -> int:
@@ -71,7 +72,7 @@ class Talk:
         return gather(self.bands)
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return what a function says of the whole world, in all processes that ask."""
+        """Return the value of a function of the whole world, in all processes that ask for it."""
         self.say(ASK)
         return self._all(what)
 
@@ -80,7 +81,7 @@ class Talk:
         return self.bands.wire.comm.bcast(what(whole) if what is not None and whole is not None else None)
 
     def collect(self, recorder: Recorder) -> None:
-        """Bring what all have recorded to process 0."""
+        """Send the records of all processes to process 0."""
         if not self._answering and not self.world.ticking:
             self.say(COLLECT)
         collect(self.bands, recorder)

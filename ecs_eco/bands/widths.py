@@ -1,4 +1,5 @@
-"""How far beyond its edges a band looks, by what happens in a tick; and what cannot be divided."""
+"""The width of the ghost zone beyond a band's edges, from the events of a tick; and the features that cannot
+be divided."""
 
 from __future__ import annotations
 
@@ -16,17 +17,19 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-INSTEAD = "--bands without --divided, where each process holds all of it"
+INSTEAD = "--bands without --divided, so that each process holds the whole state"
 SENSES = ("own", "nearest", "touch", "smell", "rays", "property", "light", "temperature", "pressure")
 
 
 class Widths(NamedTuple):
-    """How far ghosts and rows of fields reach beyond the edges."""
+    """The reach of ghosts and of rows of fields beyond the edges."""
 
-    sensing: float  # [m] ghosts before sensing: the widest sense, and what flows into the own rows of fields
-    acting: float  # [m] ghosts after moving: all whose fate may touch that of an own organism in this tick
+    sensing: (
+        float  # [m] ghosts before sensing: the widest sense, and the flow into this band's rows of fields
+    )
+    acting: float  # [m] ghosts after moving: all organisms whose fate may affect an own organism in this tick
     halos: list[int]  # rows of each field
-    properties: bool  # whether some sense more of others than places and bodies
+    properties: bool  # whether some sensors need more than places and bodies
 
     def rows(self, world: SpatialWorld) -> tuple[int, int]:
         """Return both widths of ghosts in rows of cells."""
@@ -38,7 +41,7 @@ class Widths(NamedTuple):
 
 
 def widths_of(world: SpatialWorld) -> Widths:
-    """Return how far a band of a world has to look."""
+    """Return how far beyond its edges a band of a world needs data."""
     living = [t for t in world.tables.values() if Body in t]
     largest = max((largest_of(t) for t in living), default=0.0)
     noses = max((nose_of(t) for t in living), default=0.0)
@@ -64,8 +67,8 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
-    """Return how far from a body the ghosts are that decide whether it eats or is eaten [m]: its eater, that
-    eater's rivals, and what is nearer to these; one reach more where an eater may win several items."""
+    """Return the distance [m] within which ghosts can decide whether a body eats or is eaten: its eater, that
+    eater's rivals, and items closer to these; one more reach if an eater may win several items."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -78,13 +81,13 @@ def meals_of(world: SpatialWorld, living: list[Table]) -> float:
 
 
 def largest_of(table: Table) -> float:
-    """Return the radius of the largest body of a table [m], of those to come, too."""
+    """Return the radius of the largest body of a table [m], including future ones."""
     radius = table[Body].radius[table.rows()]
     return max(float(table.species.radius or 0.0), float(radius.max(initial=0.0)))
 
 
 def nose_of(table: Table) -> float:
-    """Return how far from the middle of a body its furthest nose is [m]."""
+    """Return the largest distance of a nose from the center of a body [m]."""
     return largest_of(table) * max(
         (math.hypot(*sensor.at[:2]) for sensor in _sensors(table) if sensor.kind == "smell"), default=0.0
     )
@@ -109,12 +112,13 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
     return ((t, t.species.reproduction) for t in tables if t.species.reproduction is not None)
 
 
-# --- what cannot be divided ---------------------------------------------------------------------------------
+# --- features that cannot be divided
+# ---------------------------------------------------------------------------
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
-    """Return how far bands look; ConfigError that names all of a world whose state cannot be divided, or not
-    between so many processes."""
+    """Return the widths of ghost zones. Raise a ConfigError that lists everything in a world that cannot be
+    divided, or not between so many processes."""
     problems = [
         Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
         for key, what in (*_of_world(world), *_of_tables(world))
@@ -128,7 +132,7 @@ def require_divisible(world: SpatialWorld, size: int) -> Widths:
 
 def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     if world.config is None:
-        yield (), "a world made by hand"
+        yield (), "a world built in Python"
         return
     if world.space.volume:
         yield ("space", "size"), "a volume"
@@ -144,12 +148,12 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     if world.reporters:
         yield ("reporters",), "a world with reporters"
     if world.environment:
-        yield ("environment",), "a world with functions of its surroundings"
+        yield ("environment",), "a world with functions as environment"
     for system in world.systems:
-        if not vars(type(system)).get("divisible"):  # a system that extends another may do more
+        if not vars(type(system)).get("divisible"):  # a subclass of a divisible system may do more
             yield ("systems",), f"a world with the system {type(system).__name__}"
     if world.recorder is not None and world.recorder.details is not None:
-        yield ("record",), "a recording of single organisms"
+        yield ("record",), "a recording of individual organisms"
 
 
 def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
@@ -166,7 +170,7 @@ def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
 
 
 def _of_table(table: Table) -> Iterator[tuple[str, str]]:
-    """Yield places and words, "" where there is nothing to say."""
+    """Yield keys and phrases for everything that cannot be divided; "" means no problem."""
     s, nerves = table.species, table.species.nerves
     yield "body", "without places" if Position not in table else ""
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
@@ -179,20 +183,20 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         or s.own_places
         or any(key.endswith((".reach", ".radius", ".spacing")) for key in s.traits)
     )
-    yield "genome", "whose genes say how large it is, or how far it senses or reaches" if far else ""
+    yield "genome", "whose genes set its size, or the reach of its senses or actions" if far else ""
     if s.heredity is not None:
         operators = s.heredity.operators
         variable = s.heredity.layout is not None and s.heredity.layout.longest is not None
         yield "genome", "with strings of variable length" if variable else ""
         yield "genome", "whose genes are shuffled" if s.heredity.shuffled else ""
         own = operators is not None and operators.choice not in range(len(CHOICES))
-        yield "genome", "with a choice of mates of its own" if own else ""
+        yield "genome", "with a custom choice of mates" if own else ""
     for sensor in _sensors(table):
         yield "sensors", f"with a sensor of kind {sensor.kind!r}" if sensor.kind not in SENSES else ""
         yield "sensors", "with a sensor of kin" if getattr(sensor, "kin", None) is not None else ""
     if nerves is None:
         return
-    yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
+    yield "policy", "with choices from outside" if nerves.outside is not None else ""
     learner, minds = nerves.learner, nerves.individuals
     yield (
         "policy.network",
@@ -201,23 +205,23 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         else "",
     )
     network = nerves.brain if minds is None else minds
-    yield "policy.network", "with a network of its own" if network is not None and not network.by_row else ""
+    yield "policy.network", "with a custom network" if network is not None and not network.by_row else ""
     yield (
         "policy",
         "that learns in several worlds" if learner is not None and not hasattr(learner, "optimiser") else "",
     )
     own = s.reflex is not None and s.reflex.function
-    yield "reflex.function", "with a reflex network of its own" if own else ""
+    yield "reflex.function", "with a custom reflex network" if own else ""
     own = s.happiness is not None and s.happiness.function
-    yield "happiness.function", "with a happiness network of its own" if own else ""
+    yield "happiness.function", "with a custom happiness network" if own else ""
 
 
 def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -> None:
-    """Raise ConfigError where bands of a world would be lower than ghosts reach."""
+    """Raise ConfigError if bands of a world would be lower than the reach of ghosts."""
     ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
     if size > 1 and least * size > ny:
         fault = (
-            f"{size} bands would be {world.space.size[1] / size:g} m high, and ghosts reach "
+            f"{size} bands would be {world.space.size[1] / size:g} m high, but ghosts reach "
             f"{least * side:g} m: {widths.sensing:g} m for sensing, {widths.acting:g} m for eating, "
             f"mating and births, in whole rows of cells of {side:g} m"
         )
@@ -234,5 +238,5 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:
-    """Return how many rows of cells a band must have: ghosts come from the next band alone."""
+    """Return the smallest number of rows of cells in a band: ghosts come only from adjacent bands."""
     return max(widths.rows(world))

@@ -1,9 +1,9 @@
-"""Debug mode, ECS_ECO_DEBUG=1: checks after each system, too slow to be always on;
-they name it and change no result.
+"""Debug mode, ECS_ECO_DEBUG=1: checks after each system, which name the faulty system and never change
+results. They are too slow to be always on.
 
-`invariants` holds at any time, `comparison` between before and after a system, `handles` for what users keep;
-`watch` says when. What outsiders may write into a world is looked at always, in `ecs_eco.space.gate`. See
-docs/how-to/debugging.md.
+`invariants` checks what must hold at any time, `comparison` compares the world before and after a system, and
+`watch` runs the checks. Data written into a world from outside is always checked, in `ecs_eco.space.gate`.
+See docs/how-to/debugging.md.
 """
 
 from ecs_eco.debug.errors import DebugError, StaleHandle

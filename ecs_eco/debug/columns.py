@@ -1,4 +1,4 @@
-"""Views of a table for the checks, and how they name its rows."""
+"""Views of a table for the checks, and names for its rows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ecs_eco.components import Metabolism
 from ecs_eco.engine.table import Table
 from ecs_eco.record.ledger import FLOWS
 
-IDENTITY = ("alive", "uid", "born")  # columns that only flushes change
+IDENTITY = ("alive", "uid", "born")  # columns that change only in flushes
 
 
 def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
@@ -22,23 +22,23 @@ def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
 
 
 def budget(table: Table) -> dict[str, np.ndarray]:
-    """Return energy and flows of a table with Metabolism; nothing of another."""
+    """Return energy and flows of a table with Metabolism; {} for other tables."""
     return (
         {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
     )
 
 
 def bytes_of(array: np.ndarray) -> np.ndarray:
-    """Return the rows of an array as bytes u8[n, …]: NaN then equals itself, and −0 differs from 0."""
+    """Return the rows of an array as bytes u8[n, …], so that NaN equals itself and −0 differs from 0."""
     array = np.ascontiguousarray(array)
     return array.reshape(len(array), -1).view(np.uint8).reshape(len(array), -1)
 
 
 def owner_of(uid: np.ndarray, row: int | np.integer) -> str:
-    """Return the words for a row: its owner's uid, or that it is free."""
+    """Return a phrase for a row: its owner's uid, or that it is free."""
     return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
 
 
 def more(n: int) -> str:
-    """Return the words for all but the first of n."""
+    """Return a phrase for all but the first of n."""
     return f" ({n - 1} more)" if n > 1 else ""

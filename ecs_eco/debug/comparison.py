@@ -1,4 +1,4 @@
-"""Checks of what one system, or flush, changed: a copy of the world before, and the comparison afterwards."""
+"""Checks of the changes by one system or flush: a copy of the world before, and a comparison afterwards."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import ResetFlows
 
-# [1] tolerance of a float32 sum, relative to its largest number: 8 units in the last place
+# tolerance of a float32 sum relative to its largest number (dimensionless): 8 units in the last place
 ROUNDING = np.float32(1e-6)
 
 
 class Before:
-    """The world before one system acts, and the comparison with the world after."""
+    """The world before one system acts, and the comparison with the world after it."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
@@ -42,7 +42,7 @@ class Before:
         self.page = system._at if isinstance(system, Recorder) else None
 
     def compare(self) -> None:
-        """Check the world as the system leaves it."""
+        """Check the world after the system."""
         for table in self.world.tables.values():
             if table.name in self.identity:
                 if not self.flush:
@@ -62,23 +62,28 @@ class Before:
             if was.shape != now.shape:
                 self.fail(
                     table,
-                    f"{column} has {len(now)} rows and had {len(was)}; "
-                    "births make room at the end of `reproduce`",
+                    (
+                        f"{column} has {len(now)} rows and had {len(was)}; births add rows only at the "
+                        "end of `reproduce`"
+                    ),
                 )
             if (rows := np.flatnonzero(was != now)).size:
                 r = rows[0]
                 owner = owner_of(self.identity[table.name]["uid"], r)
                 self.fail(
                     table,
-                    f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; "
-                    "births and deaths are asked for: table.request, world.spawn, table.cause, "
-                    "world.kill",
+                    (
+                        f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; request "
+                        "births and deaths with table.request, world.spawn, table.cause or world.kill"
+                    ),
                 )
         if self.counts[table.name][:2] != (table.n, table.high):
             self.fail(
                 table,
-                f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; "
-                "births and deaths alone change it",
+                (
+                    f"(n, high) was {self.counts[table.name][:2]} and is {(table.n, table.high)}; only "
+                    "births and deaths may change it"
+                ),
             )
 
     def _shapes(self, table: Table) -> None:
@@ -89,7 +94,7 @@ class Before:
                 self.fail(
                     table,
                     f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is "
-                    f"{is_now}; write into it: table[{component.__name__}].{name}[rows] = …",
+                    f"{is_now}; write into the column: table[{component.__name__}].{name}[rows] = …",
                 )
 
     def _free_rows(self, table: Table) -> None:
@@ -106,18 +111,18 @@ class Before:
             if now_free.tobytes() == kept.tobytes():
                 continue
             now, old = bytes_of(now_free), bytes_of(kept)
-            wrong = (now != old).any(axis=1) & now.any(axis=1)  # clearing a free row is nobody's loss
+            wrong = (now != old).any(axis=1) & now.any(axis=1)  # a system may clear a free row
             if wrong.any():
                 i = int(np.flatnonzero(wrong)[0])
                 self.fail(
                     table,
                     f"{component.__name__}.{name} of row {free[i]}, which is free, "
                     f"was {kept[i]} and is {now_free[i]}{more(int(wrong.sum()))}; "
-                    "write to the living only: table.rows() or table.alive",
+                    "write only to living rows: table.rows() or table.alive",
                 )
 
     def _moved(self, table: Table) -> None:
-        """Check that the index was invalidated where places changed; plain processors need not do that."""
+        """Check that the index was invalidated if places changed; plain processors are exempt."""
         if table.version != self.counts[table.name][2] or (
             self.system is not None and not isinstance(self.system, System)
         ):
@@ -134,7 +139,7 @@ class Before:
                     table,
                     f"Position.{name} of {owner_of(table.uid, r)} was {was[r]} and is "
                     f"{now[r]}{more(rows.size)}, but table.version is the same; "
-                    "say `table.version += 1`, or neighbours are looked for where they were",
+                    "add `table.version += 1`, so that the neighbor index is updated",
                 )
 
     def _energy(self, table: Table) -> None:
@@ -165,13 +170,18 @@ class Before:
         off, room = gap.sum(), float((ROUNDING * scale)[gap != 0].sum())
         if abs(off) > room:
             i = int(np.abs(gap).argmax())
-            owner, came = owner_of(table.uid, rows[i]), "came from nothing" if off > 0 else "went to nowhere"
+            owner, came = (
+                owner_of(table.uid, rows[i]),
+                "appeared without a source" if off > 0 else "disappeared without a sink",
+            )
             self.fail(
                 table,
-                f"energy {came}: that of all living changed by {gained.sum():.6g}, but taken − "
-                f"burnt − given by {booked.sum():.6g}, {abs(off):.6g} apart; the largest gap, "
-                f"{gap[i]:.6g}, is that of {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
-                f"{now['energy'][i]:.6g}; book it in taken, burnt or given",
+                (
+                    f"energy {came}: the energy of all living changed by {gained.sum():.6g}, but taken − "
+                    f"burnt − given by {booked.sum():.6g}, a difference of {abs(off):.6g}; the largest "
+                    f"gap, {gap[i]:.6g}, is in {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
+                    f"{now['energy'][i]:.6g}; add it to taken, burnt or given"
+                ),
             )
 
     def _ledger(self) -> None:
@@ -193,5 +203,5 @@ class Before:
                     "endowed {endowed:.6g} + taken_in {taken_in:.6g} − burnt {burnt:.6g} − "
                     "given {given:.6g} − lost {lost:.6g} is not stock_after "
                     "{stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
-                    + f", {abs(apart):.6g} apart; no system did it: a death or a birth did",
+                    + f", a difference of {abs(apart):.6g}; the cause is a death or a birth, not a system",
                 )

@@ -1,10 +1,10 @@
-"""What a failed check raises."""
+"""Errors of failed checks."""
 
 
 class DebugError(RuntimeError):
-    """A check of the debug mode that failed: the system, the tick, the species, the column,
-    the organism and the value."""
+    """Raised by a failed check of the debug mode, with the system, tick, species, column, organism and
+    value."""
 
 
 class StaleHandle(DebugError):
-    """A handle that was kept past its owner's death."""
+    """Raised for a handle that was used after its owner's death."""

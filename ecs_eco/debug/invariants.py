@@ -1,4 +1,5 @@
-"""What holds in a world at any time: who lives, finite values, places in bounds, an index in order."""
+"""Conditions that hold in a world at any time: consistent rows, finite values, places in bounds, an ordered
+index."""
 
 from __future__ import annotations
 
@@ -20,20 +21,20 @@ FULL_TURN = 6.2831855  # [rad]
 
 
 class Invariants:
-    """What must hold in a world after `name` acted; `system` is the system of that name, if it is one."""
+    """Checks of a world after `name` acted; `system` is the system of that name, if it is one."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None = None) -> None:
         self.world, self.name, self.system = world, name, system
 
     def fail(self, table: Table | None, fault: str, kind: type[DebugError] = DebugError) -> NoReturn:
-        """Raise with the place: the system, the tick, the species."""
+        """Raise an error with the system, the tick and the species."""
         where = (
             "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
         )
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {fault}")
 
     def check(self) -> None:
-        """Raise DebugError where one of them does not hold."""
+        """Raise DebugError if a condition does not hold."""
         for table in self.world.tables.values():
             self._living(table)
             self._finite(table)
@@ -59,9 +60,13 @@ class Invariants:
                 f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive",
             )
         for name, wrong, fault in (
-            ("uid", table.alive & (table.uid == 0), "lives and has none"),
+            ("uid", table.alive & (table.uid == 0), "is alive and has none"),
             ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
-            ("cause", ~table.alive & (table.cause != 0), "is free: who lives dies"),
+            (
+                "cause",
+                ~table.alive & (table.cause != 0),
+                "is free; deaths are requested only for living organisms",
+            ),
         ):
             if (rows := np.flatnonzero(wrong)).size:
                 self.fail(
@@ -81,17 +86,18 @@ class Invariants:
             for row in table.rows():
                 u = int(table.uid[row])
                 if u in seen:
-                    self.fail(table, f"uid {u} lives in row {row} and in {seen[u]}; a uid is given once")
+                    self.fail(
+                        table, f"uid {u} is in row {row} and in {seen[u]}; each uid may be assigned once"
+                    )
                 if not is_given(u, self.world.next_uid):
                     self.fail(
-                        table,
-                        f"uid {u} lives in row {row}, but the next to be given is {self.world.next_uid}",
+                        table, f"uid {u} is in row {row}, but the next free uid is {self.world.next_uid}"
                     )
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
-        """Compare esper's entities with those living, where somebody has looked:
-        the doors keep others from changing them."""
+        """Compare esper's entities with the living organisms if any code has accessed them; guards prevent
+        other code from changing them."""
         registry = self.world.context.registry
         for table in self.world.tables.values():
             for row, number, entity in registry.met(table):
@@ -102,8 +108,8 @@ class Invariants:
                     ):
                         self.fail(
                             table,
-                            f"{component.__name__} of esper's entity {number} is not that of "
-                            f"{owner}; write into its fields, and do not replace or remove it",
+                            f"{component.__name__} of esper's entity {number} is not the component of "
+                            f"{owner}; write into its fields instead of replacing or removing it",
                         )
 
     def _finite(self, table: Table) -> None:
@@ -153,7 +159,7 @@ class Invariants:
             )
 
     def _resolution(self, table: Table) -> None:
-        """Check that steps of energy and place are not rounded away at the present values."""
+        """Check that steps of energy and place are not lost to rounding at the present values."""
         dt, rows = np.float32(self.world.dt), table.rows()
         basal = np.float32(table.species.metabolism.basal) * dt
         if basal > 0 and Metabolism in table:
@@ -180,9 +186,11 @@ class Invariants:
             least = np.spacing(np.abs(values[at[0]]))
             self.fail(
                 table,
-                f"{name} of {owner_of(table.uid, rows[at[0]])} is "
-                f"{values[at[0]]}{more(at.size)}, and a step of {step:g} is "
-                f"rounded away there; float32 holds steps of {least:g} and more",
+                (
+                    f"{name} of {owner_of(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, "
+                    f"where a step of {step:g} is lost to rounding; the smallest step of float32 is "
+                    f"{least:g}"
+                ),
             )
 
     def _nerves(self, table: Table) -> None:
@@ -218,16 +226,18 @@ class Invariants:
         if index.n != table.n or cell.size != index.n or (table.uid[index.rows] != index.uid).any():
             self.fail(
                 table,
-                f"the index of neighbours holds {index.n} entries that are not the {table.n} "
-                "living; systems only read it",
+                (
+                    f"the neighbor index has {index.n} entries, which are not the {table.n} living "
+                    "organisms; systems may only read the index"
+                ),
             )
         back = np.flatnonzero((np.diff(cell) == 0) & (index.uid[1:] <= index.uid[:-1]))
         if back.size:
             i = back[0] + 1
             self.fail(
                 table,
-                f"entry {i} of the index of neighbours, uid {index.uid[i]}, "
-                f"follows uid {index.uid[i - 1]} in one cell; systems only read it",
+                f"entry {i} of the neighbor index, uid {index.uid[i]}, "
+                f"follows uid {index.uid[i - 1]} in the same cell; systems may only read the index",
             )
 
 

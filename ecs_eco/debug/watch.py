@@ -1,4 +1,4 @@
-"""When the checks run: around every system and every flush, and once before a tick."""
+"""Execution of the checks: around every system and every flush, and once before a tick."""
 
 from __future__ import annotations
 
@@ -19,22 +19,21 @@ from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.table import Table
 from ecs_eco.space.world import SpatialWorld
 
-BETWEEN = "what was done between ticks"
+BETWEEN = "code between ticks"
 
 
 def start(world: SpatialWorld) -> Debug | None:
-    """Return the checks of a new world where the environment asks for them: ECS_ECO_DEBUG is set,
-    and not to 0; else None."""
+    """Return the checks of a new world if ECS_ECO_DEBUG is set to a value other than 0, else None."""
     return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
 
 
 class Debug:
-    """The checks of one world. Its systems and its flushes pass through `watch`."""
+    """The checks of one world. Its systems and its flushes run inside `watch`."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.before: Before | None = None  # the world before the running system
-        self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which no ledger has
+        self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which is in no ledger
         world.schedule.put(Opening(world), priority_of("environment", 0))
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
@@ -42,7 +41,7 @@ class Debug:
         return Guard(table, component, row, int(table.uid[row]))
 
     def act(self, processor: esper.Processor) -> None:
-        """Let a processor act; check what a system did."""
+        """Run a processor; check the changes if it is a system."""
         if processor in self.world.systems:
             self.watch(type(processor).__name__, processor.process, processor)
         else:
@@ -51,8 +50,8 @@ class Debug:
     def watch(
         self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
-        """Run a system, or a flush, and check what it did; a flush within a system splits
-        that system's check in two."""
+        """Run a system or a flush and check its changes; a flush within a system splits that system's check
+        in two."""
         outer = self.before
         if outer is not None:
             outer.compare()
@@ -72,13 +71,14 @@ class Debug:
 
 
 class Opening(esper.Processor):
-    """First in a tick: changes made between ticks are checked under that name, not the first system's."""
+    """The first processor of a tick: attributes changes made between ticks to that code instead of the first
+    system."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
 
     def process(self, *_: object) -> None:
-        """Check the world as the tick finds it, and note what the ledger of this tick cannot know."""
+        """Check the world at the start of the tick, and note changes that are not in this tick's ledger."""
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
@@ -94,14 +94,14 @@ class Opening(esper.Processor):
 
 
 class Guard(Columns):
-    """One organism's columns, as its handle sees them in debug mode:
-    it refuses to read or write a row that is no longer its own."""
+    """One organism's columns for its handle in debug mode: it refuses access to a row that belongs to another
+    organism."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")
     __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own
 
     def __init__(self, table: Table, component: type[Any], row: int, uid: int) -> None:
-        table[component]  # raises the error that names what there is
+        table[component]  # raises the error that lists the components
         self._table, self._component, self._row, self._uid = table, component, row, int(uid)
 
     def __getattr__(self, name: str) -> Any:
@@ -110,13 +110,15 @@ class Guard(Columns):
             here = int(table.uid[row])
             now = f"row {row} belongs to uid {here} now" if here else f"row {row} is free now"
             fate = (
-                f"uid {uid} is dead, and {now}; keep uids and ask world.get again"
+                f"uid {uid} is dead, and {now}; store uids and call world.get again"
                 if not (table.uid == uid).any()
-                else (f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again")
+                else (
+                    f"uid {uid} is no longer in row {row}, because rows were reordered; call world.get again"
+                )
             )
             raise StaleHandle(
-                f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle "
-                f"kept too long: {fate}"
+                f"tables[{table.name!r}]: {self._component.__name__}.{name} through an outdated "
+                f"handle: {fate}"
             )
         return getattr(table[self._component], name)
 

@@ -1,4 +1,5 @@
-"""Runs that leave a folder: begun, stopped, resumed, forked, repeated.
+"""Runs that leave a folder: starting, stopping, resuming, forking, repeating.
 
-One run belongs here, many runs to `ecs_eco.lab`, the files in a run's folder to `ecs_eco.record`.
+Single runs belong here, runs of many worlds to `ecs_eco.lab`, the files in a run's folder to
+`ecs_eco.record`.
 """

@@ -1,5 +1,5 @@
-"""The start of a recorded run: its policies and first checkpoint are written, then its manifest;
-and how it starts again."""
+"""The start of a recorded run: its policies and first checkpoint are written, then its manifest; and how the
+run is restarted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.record.seal import write_manifest
 from ecs_eco.worlds.policies import Policies
 
-POLICIES = "policies"  # the folder of the policies that a run starts from
+POLICIES = "policies"  # the folder with the initial policies of a run
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def begin(
 ) -> Folder:
     """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest.
 
-    Raises ConfigError where a species waits for choices from outside.
+    Raises ConfigError if a species waits for choices from outside.
     """
 
     if world.awaited is not None:
@@ -84,7 +84,7 @@ def begin(
 
 
 def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
-    """Return the folder of a run, whose parts name it."""
+    """Return the folder of a run; its parts carry the run's id."""
     return Folder(
         claim.path,
         world,
@@ -109,7 +109,7 @@ def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -
 
 
 def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest of a run, in the folder that it claimed."""
+    """Write the manifest of a run in its claimed folder."""
     if folder.claim is not None:
         folder.claim.check()
     write_manifest(folder.path, manifest)
@@ -118,11 +118,11 @@ def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
 def start_of(
     path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, trust: bool = False
 ) -> dict[str, Any]:
-    """Return what `World.from_config` takes to begin a recorded run again, with its own policies,
+    """Return the arguments of `World.from_config` that restart a recorded run, with its own policies,
     wherever its folder is now.
 
-    `config` replaces that of the manifest. Raises RecordingError if a policy is not the one
-    that the run began with, ConfigError.
+    `config` replaces the manifest's configuration. Raises RecordingError if a policy differs from the run's
+    initial one, ConfigError.
     """
     policies, weights = manifest["policies"], manifest.get("weights", {})
     for name, wanted in weights.items():
@@ -148,7 +148,7 @@ def config_of(
     path: Path = Path(),
     trust: bool = False,
 ) -> Any:
-    """Return the configuration of a recorded run, which names no files of policies: they are in the run's
+    """Return the configuration of a recorded run without files of policies, because they are in the run's
     folder. Raises ConfigError."""
 
     data = dict(manifest["config"] if config is None else config)
@@ -161,7 +161,7 @@ def config_of(
 
 
 def policies_as_json(policies: Policies) -> Any:
-    """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
+    """Return the initial policies as JSON: a word or a folder, or these by species."""
     return (
         {name: str(source) for name, source in policies.items()}
         if isinstance(policies, Mapping)
@@ -183,20 +183,20 @@ def _check_policy(file: Path, wanted: str) -> None:
         actual = hash_of(file)
     except OSError as error:
         raise RecordingError(
-            f"{file}: the policy that this run began with cannot be read: {error.strerror}"
+            f"{file}: the initial policy of this run cannot be read: {error.strerror}"
         ) from None
     if actual != wanted:
         raise RecordingError(
-            f"{file}: is not the policy that this run began with: "
-            f"its SHA-256 is {actual[:12]}…, not {wanted[:12]}…"
+            f"{file}: is not the initial policy of this run: its SHA-256 is {actual[:12]}…, expected "
+            f"{wanted[:12]}…"
         )
 
 
 def _keep_data(config: WorldConfig, folder: Path) -> None:
-    """Copy the file that [data] names into the folder of a run, where its report finds it.
+    """Copy the data file named in [data] into the folder of a run, where its report finds it.
 
-    There is none where the world has none, or is one of a record whose file is not at hand. Raises
-    ConfigError where the file of a world file cannot be used.
+    Nothing is copied if the world has no such file, or if it comes from a record whose file is not available.
+    Raises ConfigError if the data file of a world file cannot be used.
     """
     if config.data is not None and measured(config, config._source) is not None:
         files.write(folder / KEPT, config.file(config.data.file).read_bytes())

@@ -52,8 +52,8 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the interventions of the world file that are due after what was recorded,
-    each from its next tick on."""
+    """Return the interventions of the world file that are due after the recorded ticks, each from its next
+    tick on."""
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)
@@ -107,16 +107,16 @@ def repeat(
     manifest = read_manifest(Path(path))
     if "forked" in manifest:
         raise RecordingError(
-            f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again"
+            f"{path}: is a fork of {manifest['forked']['from']}; repeat that run, then fork it again"
         )
     if "island" in manifest:
         raise RecordingError(
-            f"{path}: is the island {manifest['island']} of an archipelago; "
-            "run that again, and compare the digests"
+            f"{path}: is the island {manifest['island']} of an archipelago; run the archipelago "
+            "again, and compare the digests"
         )
     if not manifest.get("digest"):
         raise RecordingError(
-            f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}"
+            f"{path}: was killed before its end was recorded; resume it with: ecs-eco resume {path}"
         )
     how, done = start_of(Path(path), manifest, repeatable(manifest), trust), manifest["done"]
     config = how.pop("config")

@@ -11,7 +11,7 @@ from ecs_eco.systems.intervene import Intervene
 
 
 def waiting(world: World) -> list[dict[str, Any]]:
-    """Return the interventions requested for the next tick, as in a world file."""
+    """Return the interventions requested for the next tick, in the form of a world file."""
     system = next((s for s in world.systems if isinstance(s, Intervene)), None)
     return [] if system is None else [intervention.once(world.tick) for intervention in system.requests]
 
@@ -24,8 +24,8 @@ def forget(world: World) -> None:
 
 
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
-    """Request again what the manifest notes for the next tick, except what is pending already,
-    from a checkpoint."""
+    """Request the interventions that the manifest notes for the next tick, except pending ones from a
+    checkpoint."""
     for request in without(
         [request for tick, request in manifest.get("asked", []) if tick == world.tick], waiting(world)
     ):
@@ -49,7 +49,7 @@ class RequestLog:
 
 
 def without(some: list[Any], others: list[Any]) -> list[Any]:
-    """Return `some` without `others`, each of which removes one."""
+    """Return the list `some` without the items of `others`; each of those removes one item."""
     remaining, out = list(others), []
     for x in some:
         if x in remaining:

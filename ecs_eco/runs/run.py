@@ -1,5 +1,5 @@
-"""A run that writes a folder, can be stopped at any moment,
-and continues from its last checkpoint bit for bit."""
+"""A run that writes a folder, can be stopped at any moment, and continues from its last checkpoint bit for
+bit."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ KEEP = 3  # checkpoints
 
 
 class Stopped(KeyboardInterrupt):
-    """A run that was told to stop, after the end of its tick and with a checkpoint."""
+    """Raised when a run was asked to stop, after the end of its tick and with a checkpoint."""
 
     def __init__(self, tick: int, folder: Path) -> None:
-        super().__init__(f"stopped at tick {tick}; go on with: ecs-eco resume {folder}")
+        super().__init__(f"stopped at tick {tick}; resume with: ecs-eco resume {folder}")
         self.tick, self.folder = tick, folder
 
 
@@ -217,8 +217,8 @@ def resume(
         manifest = _with_id(path, read_manifest(path))
         if "island" in manifest:
             raise RecordingError(
-                f"{path}: is the island {manifest['island']} of an archipelago, which goes "
-                f"on as a whole: ecs-eco resume {path.parent.parent}"
+                f"{path}: is the island {manifest['island']} of an archipelago, which can only be "
+                f"resumed as a whole: ecs-eco resume {path.parent.parent}"
             )
         if why := portable.other_mode(manifest):
             raise RecordingError(f"{path}: {why}")
@@ -226,7 +226,7 @@ def resume(
         newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if newest is None and "forked" in manifest:
             raise CheckpointError(
-                f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again"
+                f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that run again"
             )
         world, folder = (
             _begin_anew(claim, manifest, threads, trust)
@@ -235,13 +235,12 @@ def resume(
         )
         if until < world.tick:
             raise RecordingError(
-                f"{path}: is at tick {world.tick} already; "
-                f"--until {until} lies before that. A fork goes on from an "
-                f"earlier one: --from-tick {until} --out NEW"
+                f"{path}: is already at tick {world.tick}, later than --until {until}. Fork it from "
+                f"an earlier tick: --from-tick {until} --out NEW"
             )
         check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, **folder.written}
-        keep_manifest(folder, manifest)  # before parts that it counts are deleted
+        keep_manifest(folder, manifest)  # before parts in this count are deleted
         folder.forget_later()
         if prepare is not None:
             prepare(world)
@@ -309,9 +308,7 @@ def fork(
             reconfigure(world, changed(world.config, changes))
         until = max(manifest["ticks"], world.tick) if until is None else until
         if until < world.tick:
-            raise RecordingError(
-                f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that"
-            )
+            raise RecordingError(f"{path}: the fork begins at tick {world.tick}, later than --until {until}")
         listed = dict(changes) if isinstance(changes, dict) else list(changes or ())
         manifest |= {
             "config": world.config.resolved(),
@@ -345,7 +342,7 @@ def world_at(
     complain: Callable[[str], None],
     trust: bool,
 ) -> Any:
-    """Return the world of a recorded run at a tick, at its last checkpoint where that is None, unrecorded."""
+    """Return the world of a recorded run at a tick (None: at its last checkpoint), without recording."""
 
     file = checkpoint.latest(
         path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest)
@@ -390,25 +387,26 @@ def read_manifest(path: Path) -> dict[str, Any]:
         manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:
         early = (
-            "; a run was killed there before it began: run it again with --out" if stopped_early(path) else ""
+            "; a run was killed there before it started: run it again with --out"
+            if stopped_early(path)
+            else ""
         )
         raise RecordingError(f"{error}{early} {path}" if early else str(error)) from None
     if manifest.get("format") not in (1, belonging.FORMAT) or not {"config", "seed", "ticks"} <= set(
         manifest
     ):
         raise RecordingError(
-            f"{path / 'manifest.json'}: is no manifest of a run, or of another version of ecs-eco"
+            f"{path / 'manifest.json'}: is not the manifest of a run, or is from another version of ecs-eco"
         )
     return manifest
 
 
 def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
-    """Return a manifest that lists the files of its run; RecordingError for one of an older format."""
+    """Return a manifest that lists the files of its run; raise RecordingError for an older format."""
     if "id" not in manifest:
         raise RecordingError(
-            f"{path / 'manifest.json'}: was written in format {manifest['format']}, "
-            "by an older version of ecs-eco: "
-            "such a run can be read and repeated, but not resumed"
+            f"{path / 'manifest.json'}: has format {manifest['format']} of an older version of "
+            "ecs-eco: such a run can be read and repeated, but not resumed"
         )
     return manifest
 
@@ -435,7 +433,7 @@ def built(
 def manifest_of(
     world: World, ticks: int, policies: Policies, learn: Learn, controls: Sequence[str]
 ) -> dict[str, Any]:
-    """Return what a manifest says of a run of a world that was built so."""
+    """Return the manifest's data on a run of a world with this configuration."""
     config = world.config
     return {
         "format": belonging.FORMAT,
@@ -458,7 +456,7 @@ def manifest_of(
 
 
 def snapshots(config: WorldConfig, ticks: int) -> int:
-    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day."""
+    """Return the ticks between snapshots, about 100 per run; with a sun, they cover all hours of the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:
@@ -469,8 +467,8 @@ def snapshots(config: WorldConfig, ticks: int) -> int:
 def restored(
     file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool
 ) -> tuple[Any, Folder]:
-    """Restore a checkpoint of a run, and its recorder as it was then,
-    after checking that all parts up to there are the run's."""
+    """Restore a checkpoint of a run, and its recorder at that tick, after checking that all earlier parts
+    belong to the run."""
 
     written = belonging.check_checkpoint(file, checkpoint.describe(file), manifest)
     del written["id"]
@@ -507,7 +505,7 @@ def go_on(
     report: bool,
     begin: float,
 ) -> dict[str, Any]:
-    """Let a recorded world run to a tick, with checkpoints; leave a consistent folder whatever happens."""
+    """Run a recorded world up to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
     requests = RequestLog(world, manifest, lambda: keep_manifest(folder, manifest))
@@ -537,7 +535,7 @@ def go_on(
     if not manifest["finished"]:
         raise Stopped(world.tick, path)
     pass_on()
-    if report and folder.parts.get("series"):  # a run of no tick has nothing to report
+    if report and folder.parts.get("series"):  # a run without ticks has nothing to report
         from ecs_eco.analysis.report import write_report
 
         write_report(path)
@@ -545,13 +543,13 @@ def go_on(
 
 
 def _of_all(progress: Progress, at: int, until: int) -> Progress:
-    """Return a progress function that is called with some ticks, and reports them among all."""
+    """Return a progress function that converts the ticks of a part of the run to ticks of the whole run."""
     return lambda done, _: progress(at + done, until)
 
 
 def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
-    """Write the rest of the records, a last checkpoint if the tick is complete, and the manifest;
-    say so if that is not possible."""
+    """Write the remaining records, a last checkpoint if the tick is complete, and the manifest; report an
+    error if that fails."""
     try:
         world.recorder.flush()
         if last:
@@ -575,13 +573,12 @@ def _state(world: World) -> dict[str, Any]:
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
     kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     last = (
-        f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, "
-        f"then ecs-eco resume {path}"
+        (
+            f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: free some space, then run: "
+            f"ecs-eco resume {path}"
+        )
         if kept
         else ""
     )
     why = error.strerror or error
-    return (
-        f"{path}: nothing more can be written at tick {world.tick}: {why}; "
-        f"what was recorded until then is whole{last}"
-    )
+    return f"{path}: writing failed at tick {world.tick}: {why}; everything recorded before is intact{last}"

@@ -1,4 +1,4 @@
-"""Signals that stop a run after a whole tick."""
+"""Signals that stop a run after a complete tick."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ecs_eco.ecosystem import World
 
 @contextmanager
 def stopping(world: World) -> Iterator[Callable[[], None]]:
-    """Let SIGINT and SIGTERM stop the world at the end of its tick; the second one stops at once.
+    """Make SIGINT and SIGTERM stop the world at the end of its tick; a second signal stops at once.
 
-    Lends a function to be called afterwards where the world had come to its end anyway: it passes the signals
-    on to handlers that others had installed, such as a worker's that is told to end.
+    Yields a function to call afterwards if the world had already ended: it passes the signals on to
+    previously installed handlers, such as the handler of a worker that is asked to end.
     """
     world.stopping = world.stopped = False
     if threading.current_thread() is not threading.main_thread():

@@ -1,7 +1,7 @@
-"""Conformance checks for components, systems, genomes and worlds: those that ship, and your own.
+"""Conformance checks for components, systems, genomes and worlds, both shipped and custom.
 
-Each raises AssertionError that says why. Also helpers for tests: `arrange` puts organisms where a test wants
-them, `act` lets one system act, `shuffle` permutes rows. The tests of the package itself belong to tests/.
+Each check raises an AssertionError with the reason. Helpers for tests: `arrange` sets the state of organisms,
+`act` runs one system, `shuffle` permutes rows. The tests of the package itself belong to tests/.
 """
 
 from ecs_eco.testing.component import check_component

@@ -1,6 +1,6 @@
-"""The viewer's page in a headless browser: for tests, screenshots and benchmarks.
+"""The viewer's page in a headless browser, for tests, screenshots and benchmarks.
 
-Needs playwright, and Chromium on the path.
+Requires playwright, and Chromium on the path.
 """
 
 from __future__ import annotations
@@ -35,13 +35,14 @@ FLAGS = [
 
 
 def chromium() -> str | None:
-    """Return where Chromium is; None where there is none (Debian: apt-get install chromium)."""
+    """Return the path of Chromium; None if it is not installed (Debian: apt-get install chromium)."""
     return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 @contextmanager
 def launched() -> Iterator[Any]:
-    """A Chromium that draws in software, so that pictures are the same everywhere: a Browser of playwright."""
+    """Yield a Chromium browser of playwright that renders in software, so that pictures are the same
+    everywhere."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -53,8 +54,8 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world: its `process`, and the addresses that it prints,
-    each of which admits one page."""
+    """A command that shows a world: its `process`, and the printed addresses, each of which admits one
+    page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
@@ -63,20 +64,19 @@ class Served:
         )
 
     def address(self) -> str:
-        """Return the next address that is printed: the first at the start,
-        another as soon as the last was used."""
+        """Return the next printed address: the first at the start, a new one when the last has been used."""
         assert self.process.stdout is not None
         lines = []
         for line in self.process.stdout:
             if match := re.search(r"http://127\.0\.0\.1:\d+/#code=\S+", line):
                 return match[0]
             lines.append(line)
-        raise RuntimeError(f"no address, but {''.join(lines)!r}{self.process.communicate()[1]}")
+        raise RuntimeError(f"expected an address, got {''.join(lines)!r}{self.process.communicate()[1]}")
 
 
 @contextmanager
 def served(*words: str) -> Iterator[Served]:
-    """`ecs-eco WORDS --no-browser`, killed at the end."""
+    """Run `ecs-eco WORDS --no-browser`, and kill it at the end."""
     server = Served(words)
     try:
         yield server
@@ -86,7 +86,7 @@ def served(*words: str) -> Iterator[Served]:
 
 
 def entered(address: str) -> tuple[str, str]:
-    """Use an address up, as a page does: return the host with its port, and the credential."""
+    """Use up an address like a page: return the host with its port, and the credential."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:
@@ -103,13 +103,13 @@ def entered(address: str) -> tuple[str, str]:
 
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:
-    """Wait until something is true on the page, an expression of `ecs` (docs/reference/watching_page.md);
-    TimeoutError after so long.
+    """Wait until an expression of `ecs` (docs/reference/watching_page.md) is true on the page; raise
+    TimeoutError after this time.
 
     (`wait_for_function` of playwright would need eval, which the page forbids.)
     """
     end = time.monotonic() + seconds
     while not page.evaluate(f"() => Boolean(window.ecs && ({condition}))"):
         if time.monotonic() > end:
-            raise TimeoutError(f"{condition}: not so after {seconds:g} s")
+            raise TimeoutError(f"{condition}: still false after {seconds:g} s")
         time.sleep(0.03)

@@ -27,7 +27,7 @@ def check_component(kind: object) -> None:
     if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
         raise AssertionError(f"{kind!r} is not a component; declare it with @component")
     if not (kind.__doc__ or "").strip():
-        raise AssertionError(f"{kind.__name__}: say in a docstring what it is")
+        raise AssertionError(f"{kind.__name__}: describe it in a docstring")
     words = {d: 3 for type_, _ in kind.fields.values() for d in type_.shape if isinstance(d, str)}
     table = Table("test", (kind,), capacity=1, dims=words)
     table.occupy(3, 1, 0, {})
@@ -35,19 +35,17 @@ def check_component(kind: object) -> None:
         where, column = f"{kind.__name__}.{name}", table.field(kind, name)
         if np.issubdtype(type_.dtype, np.floating) and not np.isfinite(column).all():
             raise AssertionError(
-                f"{where}: the default {default!r} is not finite; a newborn needs a value to live with"
+                f"{where}: the default {default!r} is not finite; newborns need a valid value"
             )
         if not np.array_equal(column[:3], np.broadcast_to(default, column[:3].shape).astype(column.dtype)):
-            raise AssertionError(f"{where}: newborn have {column[0]!r} instead of the default {default!r}")
+            raise AssertionError(f"{where}: newborns have {column[0]!r} instead of the default {default!r}")
         _check_writing(kind, name, table)
     if len(kind.__slots__) or hasattr(kind(), "__dict__"):
-        raise AssertionError(
-            f"{kind.__name__}: handles must be small; keep nothing in them besides the fields"
-        )
+        raise AssertionError(f"{kind.__name__}: handles must be small; store only the fields in them")
 
 
 def _check_writing(kind: type[Handle], name: str, table: Table) -> None:
-    """Write the middle row through a handle, and look that it and no other has changed."""
+    """Write the middle row through a handle, and check that only this row has changed."""
     column = table.field(kind, name)
     before = column.copy()
     value = np.logical_not(before[1]).astype(column.dtype)

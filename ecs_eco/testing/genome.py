@@ -41,18 +41,19 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
         where, decoded = f"gene {code.name!r}", values[code.name]
         if decoded.shape != (n, *code.width) or not np.isfinite(decoded).all():
             raise AssertionError(
-                f"{where}: random genomes code for values of the shape {decoded.shape}, not all finite"
+                f"{where}: random genomes code for values of the shape {decoded.shape} that are not "
+                "all finite"
             )
         if not (
             np.array_equal(turned[code.name], decoded[order])
             and np.array_equal(alone[code.name], decoded[:1])
         ):
-            raise AssertionError(
-                f"{where}: the values of a genome depend on the others that are decoded with it"
-            )
+            raise AssertionError(f"{where}: the values of a genome depend on the other genomes in the batch")
         _check_bounds(where, code, decoded)
         if layout.longest is None or (code.gene.copy_rule or layout.doubled) in ("first", "greatest"):
-            _check_again(where, code, first[code.name], decoded_again[code.name])  # not what copies make
+            _check_again(
+                where, code, first[code.name], decoded_again[code.name]
+            )  # not the combined value of copies
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")
     if "".join(piece.letters for piece in layout.mark(text)) != letters or not np.array_equal(
@@ -81,4 +82,4 @@ def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.
         row = (
             np.abs(decoded.astype(np.float64) - decoded_again).reshape(len(decoded), -1).max(axis=1).argmax()
         )
-        raise AssertionError(f"{where}: {decoded[row]} encoded and decoded again is {decoded_again[row]}")
+        raise AssertionError(f"{where}: {decoded[row]} after encoding and decoding is {decoded_again[row]}")

@@ -1,4 +1,5 @@
-"""Short runs of the shipped worlds: the same for any number of threads, from a checkpoint, as released?"""
+"""Short runs of the shipped worlds, which check that results are the same for any number of threads, from a
+checkpoint, and in the release."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Digests of a case at the end of one run, of one with two threads,
-    and of one continued from a checkpoint."""
+    """Final digests of a case: of a single-threaded run, of a run with two threads, and of a run continued
+    from a checkpoint."""
 
     case: Case
     digest: str
@@ -40,12 +41,12 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether all three are the same."""
+        """True if all three are the same."""
         return self.digest == self.two_threads == self.resumed
 
 
 def cases() -> list[Case]:
-    """Return the cases: all shipped worlds, both ways."""
+    """Return the cases: all shipped worlds, with and without learning."""
     return [Case(world, learn) for world in shipped() for learn in (False, True)]
 
 
@@ -81,19 +82,18 @@ def short_world(case: Case, seed: int, horizon: int) -> World:
 
 
 def _config(case: Case, horizon: int) -> Any:
-    """The world, with rollouts short enough for updates within the test."""
+    """Return the configuration with rollouts short enough for updates within the test."""
     learners = [name for name, species in load(case.world).species.items() if species.policy.thinks]
     return load(case.world, [f"species.{name}.ppo.horizon={horizon}" for name in learners])
 
 
 def released() -> dict[str, dict[str, str]]:
-    """Return the digests of this release: for each tested target, one of each case."""
+    """Return the digests of this release, by tested target and case."""
     release = json.loads(DIGESTS.read_text(encoding="utf-8"))
     return {name: part["digests"] for name, part in release["targets"].items()}
 
 
 def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
-    """Return the names of the cases whose digests differ from the release;
-    None for a target that was not tested."""
+    """Return the names of the cases whose digests differ from the release; None for an untested target."""
     known = released().get(target.key)
     return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

@@ -74,7 +74,7 @@ def difference(one: State, other: State) -> str:
                 np.setdiff1d(mine, theirs)[:5].tolist(),
                 np.setdiff1d(theirs, mine)[:5].tolist(),
             )
-            return f"{table}: uids {only} live in one, {only_there} in the other"
+            return f"{table}: uids {only} are only in one, {only_there} only in the other"
         for name, array in columns.items():
             if array.tobytes() != other[table][name].tobytes():
                 rows = [i for i in range(len(mine)) if array[i].tobytes() != other[table][name][i].tobytes()]

@@ -1,4 +1,4 @@
-"""The energy books of objects, which no recording keeps."""
+"""The energy ledger of objects, which recordings do not include."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Stores:
-    """Keeps a ledger for each type of objects that hold energy, from now on: the columns of a recording's,
+    """Keeps a ledger for each type of objects with energy, from now on: the columns of a recorded ledger,
     summed over ticks."""
 
     def __init__(self, world: SpatialWorld) -> None:
@@ -27,7 +27,7 @@ class Stores:
         world.on_death.append(self._died)
 
     def note(self) -> None:
-        """Take in the flows of the tick that is over; raises AssertionError where a ledger does not close."""
+        """Add the flows of the completed tick; raise AssertionError if a ledger does not close."""
         for name, page in self.ledger.items():
             table = self.world.tables[name]
             page["burnt"] += float(table[Metabolism].burnt[table.rows()].sum(dtype=np.float64))

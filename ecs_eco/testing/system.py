@@ -59,18 +59,18 @@ def _check_declaration(kind: type[System]) -> None:
         raise AssertionError(f"{kind!r} is not a class derived from ecs_eco.System")
     name = kind.__name__
     if not (kind.__dict__.get("__doc__") or "").strip():
-        raise AssertionError(f"{name}: say in a docstring what happens to whom")
+        raise AssertionError(f"{name}: describe in a docstring what happens to which organisms")
     if kind.phase not in PHASES:
-        raise AssertionError(f"{name}: the phase is {kind.phase!r}; it must be one of {', '.join(PHASES)}")
+        raise AssertionError(f"{name}: the phase is {kind.phase!r}; expected one of {', '.join(PHASES)}")
     wrong = [c for c in kind.needs if not (isinstance(c, type) and issubclass(c, Handle) and c.fields)]
     if wrong:
         raise AssertionError(f"{name}: needs names {wrong[0]!r}, which is not a component")
     if kind.update is System.update and kind.process is System.process:
-        raise AssertionError(f"{name}: it defines neither update(table, world) nor process()")
+        raise AssertionError(f"{name}: it must define update(table, world) or process()")
 
 
 def _watch(world: World, ticks: int) -> None:
-    """Run a world with the checks of the debug mode, whatever the environment says of it."""
+    """Run a world with the checks of the debug mode, regardless of the environment."""
     if world.debug is None:
         world.debug = Debug(world)
     try:
@@ -80,12 +80,10 @@ def _watch(world: World, ticks: int) -> None:
 
 
 def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State, State]]:
-    """Run a world; return its states before and after each time that the system acts, which is checked."""
+    """Run a world; return its states before and after each run of the system, which is checked."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
-        raise AssertionError(
-            f"{kind.__name__}: the worlds to check it in have no such system; add it to them"
-        )
+        raise AssertionError(f"{kind.__name__}: make_world builds a world without this system; add it")
     probe = Probe(kind, world, system)
     place = world.schedule.index(system)
     world.schedule[place] = probe
@@ -94,14 +92,14 @@ def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State,
 
 
 class Probe(Processor):
-    """Stands in the schedule for a system: lets it act, and keeps the states before and after."""
+    """Replaces a system in the schedule: runs it, and keeps the states before and after."""
 
     def __init__(self, kind: type[System], world: World, system: System) -> None:
         self.kind, self.world, self.system, self.priority = kind, world, system, system.priority
         self.seen: list[tuple[State, State]] = []
 
     def process(self, *_: object) -> None:
-        """Let the system act, and check what it changed."""
+        """Run the system, and check its changes."""
         kind, world = self.kind, self.world
         before, shape, chance = state(world), _shape(world), _global_chance()
         versions = {t.name: t.version for t in world.tables.values()}
@@ -116,7 +114,7 @@ class Probe(Processor):
             if value != shape[part]:
                 raise AssertionError(
                     f"{kind.__name__}: it changes {part}; "
-                    "ask by table.request and world.kill, and write into columns"
+                    "use table.request and world.kill, and write into columns"
                 )
         _check_values(kind, world, before, after, versions)
         self.seen.append((before, after))
@@ -125,7 +123,7 @@ class Probe(Processor):
 def _shape(world: World) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for table in world.tables.values():
-        out[f"who lives in {table.name!r}"] = (
+        out[f"the organisms in {table.name!r}"] = (
             table.n,
             table.high,
             table.alive.tobytes(),
@@ -151,13 +149,13 @@ def _check_values(
             where = f"{kind.__name__}: {column} in table {name!r}"
             if values.dtype.kind == "f" and not np.isfinite(values).all():
                 raise AssertionError(
-                    f"{where} has become {values[~np.isfinite(values)][0]}; it must stay finite"
+                    f"{where} has become {values[~np.isfinite(values)][0]}; expected a finite value"
                 )
         table = world.tables[name]
         if (columns["cause"] > len(world.causes)).any():
             raise AssertionError(
                 f"{kind.__name__}: a cause of death in table {name!r} is unknown; "
-                "take its code from world.cause(name)"
+                "get its code from world.cause(name)"
             )
         if Position in table:
             for axis, length in lengths.items():
@@ -171,7 +169,7 @@ def _check_values(
                     place, before[name][f"Position.{axis}"]
                 ):
                     raise AssertionError(
-                        f"{kind.__name__}: it moves {name!r} and does not say so; add `table.version += 1`"
+                        f"{kind.__name__}: it moves {name!r} without notice; add `table.version += 1`"
                     )
 
 

@@ -1,4 +1,5 @@
-"""What results depend on besides world and seed: the processor, and versions of packages."""
+"""The target that results depend on in addition to world and seed: the processor, and versions of
+packages."""
 
 from __future__ import annotations
 
@@ -11,7 +12,14 @@ from ecs_eco.compiled import portable
 from ecs_eco.compiled.numba_version import interpreted
 from ecs_eco.compiled.processor import processor
 
-COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
+COMPUTING = (
+    "numpy",
+    "numba",
+    "llvmlite",
+    "torch",
+    "deap",
+    "scipy",
+)  # packages whose versions may affect results
 OTHERS = (
     "esper",
     "pyarrow",
@@ -31,20 +39,20 @@ class Target(NamedTuple):
     """A kind of machine: results are promised to be identical on two machines of the same target."""
 
     system: str  # operating system and architecture
-    cpu: str  # the processor's name, as LLVM calls it
-    features: str  # a hash of all the instructions that LLVM may use
-    torch: str  # which of torch's kernels are used
+    cpu: str  # the processor's LLVM name
+    features: str  # a hash of all instructions that LLVM may use
+    torch: str  # the torch kernels in use
     versions: dict[str, str]
 
     @property
     def key(self) -> str:
-        """Return a line that names the target."""
+        """A line that identifies the target."""
         text = " ".join(f"{name} {number}" for name, number in self.versions.items())
         return f"{self.system}, {self.cpu} ({self.features}), torch {self.torch}; {text}"
 
 
 def versions(names: tuple[str, ...]) -> dict[str, str]:
-    """Return the versions of some packages, "-" for one that is not installed."""
+    """Return the versions of some packages, "-" for a package that is not installed."""
     versions_of = {}
     for name in names:
         try:
@@ -55,7 +63,8 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def instructions() -> tuple[str, str, list[str]]:
-    """Return the triple, the processor and the features that numba compiles for, as NUMBA_CPU_NAME has them."""
+    """Return the triple, the processor and the features for which numba compiles, in the form of
+    NUMBA_CPU_NAME."""
     triple, name, features = processor()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 
@@ -65,12 +74,12 @@ def target() -> Target:
     import torch
 
     python = ".".join(platform.python_version_tuple()[:2])
-    if portable.on():  # whatever the machine
+    if portable.on():  # independent of the machine
         return Target(
             platform.machine(),
             portable.CPU,
             "portable",
-            "not asked",
+            "not determined",
             {"python": python, **versions(COMPUTING)},
         )
     _, name, features = instructions()

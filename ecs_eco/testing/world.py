@@ -47,22 +47,24 @@ def check_world(world: Any, ticks: int = 30) -> None:
     watch(first, ticks)
     if make(1).run(ticks).digest() != first.digest():
         raise AssertionError(
-            f"{first.name}: the same seed gives another world; "
-            "draw chance with ecs_eco.draw, and keep no state outside"
+            f"{first.name}: the same seed gives a different world; draw random numbers with "
+            "ecs_eco.draw, and keep no state outside the world"
         )
     with all_threads():
         threaded = make(2).run(ticks)
     if threaded.digest() != first.digest():
         changed = difference(state(first), state(threaded)) or "networks or fields differ"
-        raise AssertionError(f"{first.name}: two threads give another world: {changed}")
+        raise AssertionError(f"{first.name}: two threads give a different world: {changed}")
     shuffled = shuffle(make(1))
     note(shuffled, lives_too)
     shuffled.run(ticks)
     if changed := difference(state(first), state(shuffled)):
-        raise AssertionError(f"{first.name}: rows in another order give another fate: {changed}")
+        raise AssertionError(f"{first.name}: a different order of rows gives different results: {changed}")
     if lives != lives_too:
         a, b = next((a, b) for a, b in zip([*lives, None], [*lives_too, None], strict=False) if a != b)
-        raise AssertionError(f"{first.name}: rows in another order give other births and deaths: {a} and {b}")
+        raise AssertionError(
+            f"{first.name}: a different order of rows gives different births and deaths: {a} and {b}"
+        )
 
 
 def _built(config: Any, threads: int) -> Any:
@@ -70,8 +72,8 @@ def _built(config: Any, threads: int) -> Any:
 
 
 def note(world: World, lives: list[tuple]) -> None:
-    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid,
-    cause, killer)."""
+    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause,
+    killer)."""
 
     def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         lives.extend(
@@ -138,7 +140,7 @@ def _check_identities(world: World, dead: set[int]) -> None:
             f"{where}: the uids of the living are not unique numbers from 1 to {world.next_uid - 1}"
         )
     if risen := dead.intersection(uids.tolist()):
-        raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died and live")
+        raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died but are alive")
     for table in world.tables.values():
         if (
             table.n != table.alive.sum()
@@ -168,7 +170,7 @@ def _check_bounds(world: World) -> None:
 
 
 def _check_matter(world: World) -> None:
-    """Check that the ledger of matter closes, to 1e-6 of what it holds."""
+    """Check that the ledger of matter closes, within 1e-6 of the stock."""
     pages = {name: np.array(values) for name, values in world.recorder.matter_series().to_pydict().items()}
     off, size = np.abs(matter.imbalance(pages)), np.sum([np.abs(pages[c]) for c in matter.LEDGER], axis=0)
     if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-15)).size:
@@ -176,12 +178,12 @@ def _check_matter(world: World) -> None:
         raise AssertionError(
             f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
             f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
-            "concentrations books it, with ecs_eco.life.matter.booked"
+            "concentrations must record this with ecs_eco.life.matter.booked"
         )
 
 
 def _check_books(world: World) -> None:
-    """Check the recorded series: energy in float tolerance of what flows and stays, numbers exactly."""
+    """Check the recorded series: energy within float tolerance of its flows and stocks, numbers exactly."""
     series = world.series().to_pydict()
     ledger = {name: np.array(series[name]) for name in LEDGER}
     off = np.abs(imbalance(ledger))

@@ -127,7 +127,7 @@ def chapter(
     torus: bool,
 ) -> Chapter:
     """Return the chapter that contains a tick of a run that was recorded from `first` to `last`, with a
-    snapshot `every` so many ticks."""
+    snapshot every `every` ticks."""
     a = max(first, tick // every * every)
     b = min((tick // every + 1) * every, last + 1)
     state = ("uid", "species", *STATE)

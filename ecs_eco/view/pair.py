@@ -84,7 +84,7 @@ def reason(first: Source, second: Source | None) -> str:
 
 
 SLICE = 0.05  # [s] for which the second world runs to catch up with the first, before pages are served again
-ALONE = 0.2  # [s] the same, while time stands still in the first world
+ALONE = 0.2  # [s] the same, while the first world is paused
 WORDS = 0.25  # [s] between two sentences
 
 

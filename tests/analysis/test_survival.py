@@ -85,5 +85,5 @@ def test_misuse_names_the_value() -> None:
         kaplan_meier([1, -1], [True, True])
     with pytest.raises(ValueError, match="equally long, got 2 and 3"):
         bootstrap_difference([1, 2], [1, 2, 3], paired=True)
-    with pytest.raises(ValueError, match=r"equally long and flat, got shapes \(2,\) and \(1,\)"):
+    with pytest.raises(ValueError, match=r"one-dimensional and equally long, got shapes \(2,\) and \(1,\)"):
         kaplan_meier([1, 2], [True])

@@ -114,7 +114,7 @@ def test_all_processes_are_told_what_cannot_be_divided(mpirun):
     ended = mpirun(2, HAND)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert ended.stdout.count("refused") == 2
-    assert "a world made by hand" in ended.stdout
+    assert "a world built in Python" in ended.stdout
 
 
 @pytest.mark.parametrize(

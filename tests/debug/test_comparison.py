@@ -24,7 +24,7 @@ def test_writing_to_a_free_row_is_caught(caught):
 
     assert caught(work) == (
         "species 'deer': Body.mass of row 5, which is free, was 1.0 and is 7.0; "
-        "write to the living only: table.rows() or table.alive"
+        "write only to living rows: table.rows() or table.alive"
     )
     assert "Wool.weights of row 9, which is free, was [0. 0. 0.] and is [7. 7. 7.]" in caught(
         heavy, components=[Wool]
@@ -53,10 +53,18 @@ def test_writing_to_the_row_of_one_that_died_is_caught_and_clearing_it_is_not(ca
         (
             "alive",
             False,
-            "alive of uid {uid} (row 0) was True and is False; births and deaths are asked for: ",
+            "alive of uid {uid} (row 0) was True and is False; request births and deaths with table.request, ",
         ),
-        ("uid", 77, "uid of uid {uid} (row 0) was {uid} and is 77; births and deaths are asked for: "),
-        ("born", 1, "born of uid {uid} (row 0) was 0 and is 1; births and deaths are asked for: "),
+        (
+            "uid",
+            77,
+            "uid of uid {uid} (row 0) was {uid} and is 77; request births and deaths with table.request, ",
+        ),
+        (
+            "born",
+            1,
+            "born of uid {uid} (row 0) was 0 and is 1; request births and deaths with table.request, ",
+        ),
     ],
 )
 def test_birth_and_death_outside_the_flushes_are_caught(caught, column, value, message):
@@ -68,7 +76,7 @@ def test_birth_and_death_outside_the_flushes_are_caught(caught, column, value, m
 
 def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
     assert caught(lambda table, world: table.reserve(500)) == (
-        "species 'deer': alive has 500 rows and had 64; births make room at the end of `reproduce`"
+        "species 'deer': alive has 500 rows and had 64; births add rows only at the end of `reproduce`"
     )
 
     def replace(table, world):
@@ -76,7 +84,7 @@ def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
 
     assert caught(replace) == (
         "species 'deer': column Body.mass was float32[64] and is float64[64]; "
-        "write into it: table[Body].mass[rows] = …"
+        "write into the column: table[Body].mass[rows] = …"
     )
 
 
@@ -96,11 +104,11 @@ def test_a_component_that_the_table_lacks_is_named_as_without_debug_mode(debug, 
 def test_births_and_deaths_that_a_system_carries_out_itself_are_caught(caught):
     assert caught(lambda table, world: table.vacate(np.array([0]))).startswith(
         f"species 'deer': alive of uid {caught.uids[0]} (row 0) was True and is False; "
-        "births and deaths are asked for"
+        "request births and deaths with table.request"
     )
     assert caught(lambda table, world: table.occupy(1, 5, 2, {})).startswith(
         "species 'deer': alive of row 2, which is free, was False and is True; "
-        "births and deaths are asked for"
+        "request births and deaths with table.request"
     )
 
 
@@ -113,10 +121,10 @@ def test_energy_from_nothing_is_caught_with_who_got_most(caught):
 
     message = caught(gift, setup=lambda world: arrange(world, "deer", energy=0.5), metabolism={"basal": 0.0})
     assert message == (
-        "species 'deer': energy came from nothing: that of all living changed by 0.375, "
-        "but taken − burnt − given by 0, 0.375 apart; the largest gap, 0.25, is that of "
+        "species 'deer': energy appeared without a source: the energy of all living changed by 0.375, "
+        "but taken − burnt − given by 0, a difference of 0.375; the largest gap, 0.25, is in "
         f"uid {caught.uids[1]} (row 1), Metabolism.energy 0.5 to 0.75; "
-        "book it in taken, burnt or given"
+        "add it to taken, burnt or given"
     )
 
 
@@ -167,7 +175,7 @@ def test_a_listener_that_takes_energy_from_the_living_is_caught_at_the_deaths(de
     with pytest.raises(
         DebugError,
         match=r"^after the deaths of the phase die, tick 0, species 'deer': "
-        rf"energy went to nowhere.*uid {second} \(row 1\)",
+        rf"energy disappeared without a sink.*uid {second} \(row 1\)",
     ):
         world.run(1)
 
@@ -180,7 +188,7 @@ def test_a_newborn_that_the_ledger_does_not_know_is_caught_at_its_end(debug, mea
     with pytest.raises(
         DebugError,
         match=r"^after Recorder, tick 1, species 'deer': "
-        r"the energy ledger does not close: .* 0\.5 apart",
+        r"the energy ledger does not close: .* a difference of 0\.5; ",
     ):
         world.run(1)
 
@@ -198,5 +206,5 @@ def test_moving_without_saying_so_is_caught(caught):
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5))
     assert message.startswith(
         f"species 'deer': Position.x of uid {caught.uids[1]} (row 1) "
-        "was 1.5 and is 2.5, but table.version is the same; say "
+        "was 1.5 and is 2.5, but table.version is the same; add "
     )

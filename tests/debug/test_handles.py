@@ -26,8 +26,8 @@ def test_a_handle_kept_past_death_is_caught_when_it_reads_or_writes(mice):
     with pytest.raises(StaleHandle) as error:
         kept.energy = 1.0
     assert str(error.value) == (
-        "tables['mouse']: Metabolism.energy through a handle kept too long: "
-        "uid 1 is dead, and row 0 is free now; keep uids and ask world.get again"
+        "tables['mouse']: Metabolism.energy through an outdated handle: "
+        "uid 1 is dead, and row 0 is free now; store uids and call world.get again"
     )
     mice.spawn("mouse")
     mice.flush()
@@ -56,6 +56,6 @@ def test_a_handle_outlives_growth_but_not_another_order_of_rows(mice):
     kept.energy = 0.25
     assert mice.table("mouse")[Metabolism].energy[0] == 0.25
     mice.table("mouse").reorder(np.array([1, 0, *range(2, 502)]))
-    with pytest.raises(StaleHandle, match="uid 1 is no longer in row 0: rows were reordered"):
+    with pytest.raises(StaleHandle, match="uid 1 is no longer in row 0, because rows were reordered"):
         print(kept.energy)
     assert "energy=0.25" in repr(mice.get(1, Metabolism))

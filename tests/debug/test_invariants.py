@@ -91,16 +91,19 @@ def test_nan_in_the_brain_of_one_is_caught(debug):
     with pytest.raises(DebugError) as error:
         world.run(1)
     assert str(error.value).startswith(
-        "after what was done between ticks, tick 1, species 'goat': Policy.weights[0] of uid "
+        "after code between ticks, tick 1, species 'goat': Policy.weights[0] of uid "
     )
-    assert "(row 7) is nan; allowed" in str(error.value)
+    assert "(row 7) is nan; expected" in str(error.value)
 
 
 def test_a_cause_of_death_where_nobody_lives_is_caught(caught):
     def work(table, world):
         table.cause[9] = 1
 
-    assert caught(work) == "species 'deer': cause of row 9 is 1; the row is free: who lives dies"
+    assert (
+        caught(work)
+        == "species 'deer': cause of row 9 is 1; the row is free; deaths are requested only for living organisms"
+    )
 
 
 # --- who is who ---------------------------------------------------------------------------------------------
@@ -113,17 +116,15 @@ def test_two_with_one_uid_are_caught(debug, meadow):
     with pytest.raises(DebugError) as error:
         world.run(1)
     assert str(error.value) == (
-        "after what was done between ticks, tick 1, species 'grass': "
-        f"uid {uid} lives in row 1 and in row 0 of 'deer'; a uid is given once"
+        "after code between ticks, tick 1, species 'grass': "
+        f"uid {uid} is in row 1 and in row 0 of 'deer'; each uid may be assigned once"
     )
 
 
 def test_a_uid_that_was_never_given_is_caught(debug, meadow):
     world = meadow().run(1)
     world.table("deer").uid[1] = 50
-    with pytest.raises(
-        DebugError, match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"
-    ):
+    with pytest.raises(DebugError, match=r"species 'deer': uid 50 is in row 1, but the next free uid is 5"):
         world.run(1)
 
 
@@ -170,7 +171,7 @@ def test_components_that_a_processor_replaces_are_caught(debug):
     world.add_table("mouse", Position, Metabolism)
     world.add_system(Swap())
     world.spawn("mouse")
-    with pytest.raises(DebugError, match="Metabolism of esper's entity 1 is not that of uid 1"):
+    with pytest.raises(DebugError, match="Metabolism of esper's entity 1 is not the component of uid 1"):
         world.run(1)
 
 
@@ -201,6 +202,6 @@ def test_an_index_that_a_system_disorders_is_caught(caught):
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5, y=1.5))
     assert (
-        message == "species 'deer': entry 1 of the index of neighbours, uid "
-        f"{caught.uids[0]}, follows uid {caught.uids[1]} in one cell; systems only read it"
+        message == "species 'deer': entry 1 of the neighbor index, uid "
+        f"{caught.uids[0]}, follows uid {caught.uids[1]} in the same cell; systems may only read the index"
     )

@@ -197,7 +197,7 @@ def test_the_conformance_check_finds_a_code_that_forgets(monkeypatch: pytest.Mon
     check_layout(layout)
     right = Range.numbers
     monkeypatch.setattr(Range, "numbers", lambda self, values, clip: right(self, values, clip) // 2)
-    with pytest.raises(AssertionError, match=r"gene 'g': .* encoded and decoded again is"):
+    with pytest.raises(AssertionError, match=r"gene 'g': .* after encoding and decoding is"):
         check_layout(layout)
 
 
@@ -210,7 +210,7 @@ def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
     with pytest.raises(AssertionError, match="beyond 0 to 1"):
         check_layout(layout)
     monkeypatch.setattr(Range, "values", lambda self, numbers: right(self, np.sort(numbers, axis=0)))
-    with pytest.raises(AssertionError, match="depend on the others"):
+    with pytest.raises(AssertionError, match="depend on the other genomes"):
         check_layout(layout)
 
 

@@ -111,7 +111,7 @@ def test_a_run_that_was_killed_in_the_first_write_of_its_manifest_can_be_run_aga
             run_to_folder(config, 3, 6, tmp_path / "new", report=False, checkpoint_every=2, snapshot_every=2)
     assert not (tmp_path / "new").exists()
     assert (tmp_path / "killed" / LOCK).is_file()
-    with pytest.raises(RecordingError, match="was killed there before it began: run it again with --out"):
+    with pytest.raises(RecordingError, match="was killed there before it started: run it again with --out"):
         resume(tmp_path / "killed")
     again = run_to_folder(
         config, 3, 6, tmp_path / "killed", report=False, checkpoint_every=2, snapshot_every=2
@@ -170,6 +170,6 @@ def test_a_run_of_an_older_format_is_read_and_not_gone_on_with(plain):
         write_part(read_part(path).replace_schema_metadata(None), path)
     write_manifest(run, old)
     assert load_series(run).n.shape == (6, 2)
-    with pytest.raises(RecordingError, match="format 1, by an older version"):
+    with pytest.raises(RecordingError, match="has format 1 of an older version"):
         resume(run, 8)
     assert json.loads((run / "manifest.json").read_text())["done"] == 6

@@ -221,7 +221,9 @@ def test_what_cannot_go_on_says_why(menagerie, tmp_path):
     with pytest.raises(RecordingError, match=r"has no manifest\.json"):
         resume(tmp_path)
     _run(menagerie(), tmp_path / "run", ticks=5)
-    with pytest.raises(RecordingError, match=r"at tick 5 already.*--from-tick 3 --out NEW"):
+    with pytest.raises(
+        RecordingError, match=r"already at tick 5, later than --until 3.*--from-tick 3 --out NEW"
+    ):
         resume(tmp_path / "run", until=3)
     with pytest.raises(FileExistsError, match="not an empty folder"):
         fork(tmp_path / "run", tmp_path / "run")

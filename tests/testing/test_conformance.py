@@ -217,27 +217,30 @@ class Empty(System):
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (Silent, "Silent: it moves 'hare' and does not say so; add `table.version \\+= 1`"),
+        (Silent, "Silent: it moves 'hare' without notice; add `table.version \\+= 1`"),
         (Escape, r"Escape: Position.x in table 'hare' leaves \[0, 10.0\)"),
-        (Undefined, "Undefined: Metabolism.energy in table 'hare' has become (inf|nan); it must stay finite"),
-        (Murder, "Murder: it changes who lives in 'hare'; ask by table.request and world.kill"),
+        (
+            Undefined,
+            "Undefined: Metabolism.energy in table 'hare' has become (inf|nan); expected a finite value",
+        ),
+        (Murder, "Murder: it changes the organisms in 'hare'; use table.request and world.kill"),
         (Widen, "column energy is float32.* cannot become float64"),
         (Dice, "Dice: it uses global random numbers; use ecs_eco.engine.random"),
         (
             Plague,
-            r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)",
+            r"Plague: a cause of death in table 'hare' is unknown; get its code from world.cause\(name\)",
         ),
         (
             First,
             "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is",
         ),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
-        (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write to the living only"),
-        (Manna, "Manna.*'hare'.*energy came from nothing: .*; book it in taken, burnt or given"),
-        (Bare, "Bare: say in a docstring what happens to whom"),
-        (Nowhere, "Nowhere: the phase is 'dusk'; it must be one of environment, sense"),
+        (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write only to living rows"),
+        (Manna, "Manna.*'hare'.*energy appeared without a source: .*; add it to taken, burnt or given"),
+        (Bare, "Bare: describe in a docstring what happens to which organisms"),
+        (Nowhere, "Nowhere: the phase is 'dusk'; expected one of environment, sense"),
         (Needy, "Needy: needs names <class 'int'>, which is not a component"),
-        (Empty, r"Empty: it defines neither update\(table, world\) nor process\(\)"),
+        (Empty, r"Empty: it must define update\(table, world\) or process\(\)"),
         (int, "<class 'int'> is not a class derived from ecs_eco.System"),
     ],
 )
@@ -248,9 +251,7 @@ def test_a_system_that_breaks_a_rule_is_told_so(kind, message):
 
 def test_a_system_that_keeps_the_rules_passes_and_must_be_in_the_world():
     check_system(Good, _world(Good))
-    with pytest.raises(
-        AssertionError, match="Good: the worlds to check it in have no such system; add it to them"
-    ):
+    with pytest.raises(AssertionError, match="Good: make_world builds a world without this system; add it"):
         check_system(Good, _world(Bare))
 
 
@@ -281,7 +282,7 @@ def test_a_component_that_breaks_a_rule_is_told_so():
 
     for kind, message in [
         (int, "is not a component; declare it with @component"),
-        (Mute, "Mute: say in a docstring what it is"),
+        (Mute, "Mute: describe it in a docstring"),
         (Endless, "Endless.x: the default inf is not finite"),
     ]:
         with pytest.raises(AssertionError, match=message):
@@ -323,12 +324,13 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
     ):
         check_world(make(Leak), ticks=2)
     with pytest.raises(
-        AssertionError, match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"
+        AssertionError,
+        match=r"menagerie: the same seed gives a different world; draw random numbers with ecs_eco.draw",
     ):
         check_world(make(Whim), ticks=2)
     with pytest.raises(
         AssertionError,
-        match=r"menagerie: rows in another order give another fate: lynx: "
+        match=r"menagerie: a different order of rows gives different results: lynx: "
         r"(Metabolism.\w+ of uid|uids )",
     ):
         check_world(make(_balanced(First)), ticks=2)
@@ -358,4 +360,4 @@ def test_arrange_act_shuffle_and_difference_do_what_they_say():
     assert "hare: Metabolism.energy of uid 1 is" in difference(before, state(world))
     world.kill(4)
     world.flush()
-    assert difference(before, state(world)) == "hare: uids [4] live in one, [] in the other"
+    assert difference(before, state(world)) == "hare: uids [4] are only in one, [] only in the other"

@@ -65,9 +65,9 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
             figure(series, outside, both),
             place / "figures" / "against.svg",
             (
-                "Top: numbers over time, in units of each series' period, on the same scale. Bottom: the "
-                "fraction of the variance that a wave of each period explains, in units of the period "
-                "with the highest fraction. Left: this run. Right: the outside series."
+                "Top: numbers over time, on the same scale. Bottom: the fraction of the variance that a wave "
+                "of each period explains. Time and periods are in units of the first column's period on "
+                "each side. Left: this run. Right: the outside series."
             ),
         ),
     ]

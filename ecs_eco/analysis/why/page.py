@@ -74,7 +74,7 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
 
 
 def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
-    """Yield which species died out, came close, or did well, and the interventions."""
+    """Yield sentences on species that died out, came close or did well, and on interventions."""
     for f in findings["fell"]:
         gone = "died out" if f["extinct"] else "nearly died out"
         yield (
