@@ -1,4 +1,4 @@
-"""Write docs/paper.md from tools/paper.md: each {study | line} becomes what that line of the study measured.
+"""Write docs/paper.md from tools/paper.md: replace each {study | line} by the measured value of that line.
 
     python tools/make_paper.py [--check]
 
@@ -25,12 +25,12 @@ PLACE = re.compile(r"\{([^{}\n]+)\}")
 
 
 def written(template: str) -> str:
-    """Return the page. Raises ValueError for a place that names no number, with the nearest that does."""
+    """Return the page. Raises ValueError, with the nearest valid name, if a placeholder names no number."""
     return PLACE.sub(lambda found: number(found.group(1)), template)
 
 
 def number(place: str) -> str:
-    """Return what stands at a place."""
+    """Return the text that replaces a placeholder."""
     words = [word.strip() for word in place.split("|")]
     if place in ("goals", "not met"):
         return str(total(place))
@@ -40,7 +40,7 @@ def number(place: str) -> str:
 
 
 def value(study: str, begins: str, key: str = "value") -> str:
-    """Return what was measured on the one line of a study that begins so, or its goal."""
+    """Return the measured value, or the goal, of the only line of a study that begins so."""
     record = _read(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]
@@ -54,7 +54,7 @@ def value(study: str, begins: str, key: str = "value") -> str:
 
 
 def cell(benchmark: str, where: str, column: str) -> str:
-    """Return a cell of a benchmark's table: the first row with these values."""
+    """Return a cell of a benchmark's table, in the first row with these values."""
     rows = _read(BENCHMARKS, benchmark)["rows"]
     wanted = dict(part.strip().split("=") for part in where.split(","))
     for row in rows:
@@ -66,7 +66,7 @@ def cell(benchmark: str, where: str, column: str) -> str:
 
 
 def total(what: str) -> int:
-    """Return how many goals there are, or how many were not met."""
+    """Return the number of goals, or of failed goals."""
     records = [json.loads(path.read_text(encoding="utf-8")) for path in RESULTS.glob("*.json")]
     done = [r for r in records if "verdicts" in r and r["complete"] and not r["short"]]
     met, goals = map(sum, zip(*(map(int, counted(record).split(" of ")) for record in done), strict=True))
@@ -77,7 +77,7 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
     path = folder / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.json")], 1)
-        raise ValueError(f"{path} is not there" + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ValueError(f"{path} does not exist" + (f"; did you mean {near[0]!r}?" if near else ""))
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
 
@@ -85,13 +85,15 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
 def main() -> int:
     """Write or check the page."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 where it is stale")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit with 1 if it is out of date"
+    )
     asked = parser.parse_args()
     page = written(TEMPLATE.read_text(encoding="utf-8"))
     if not asked.check:
         PAGE.write_text(page, encoding="utf-8")
     elif not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page:
-        print(f"{PAGE} is not what the results say: run python tools/make_paper.py", file=sys.stderr)
+        print(f"{PAGE} is out of date: run python tools/make_paper.py", file=sys.stderr)
         return 1
     return 0
 
