@@ -49,7 +49,7 @@ class Size(NamedTuple):
 
     @property
     def package(self) -> dict[str, int]:
-        """The files of the package alone."""
+        """The lines of the files of the package, by path."""
         return {path: n for path, n in self.files.items() if path.startswith(f"{PACKAGE}/")}
 
 
@@ -72,7 +72,7 @@ def measure(sources: dict[str, str]) -> Size:
 
 
 def code_lines(text: str) -> list[int]:
-    """Return the rows in which statements begin, those of docstrings, and those of comments on their own."""
+    """Return the rows in which statements begin, and the rows of docstrings and separate comments."""
     rows: list[int] = []
     begun = False
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
@@ -93,7 +93,7 @@ def _height(token: tokenize.TokenInfo) -> int:
 
 
 def within(rows: list[int], node: Function) -> int:
-    """Return how many of some rows, ascending, are a function's."""
+    """Return the number of rows, given in ascending order, that belong to a function."""
     return bisect_right(rows, node.end_lineno or 0) - bisect_left(rows, node.lineno)
 
 
@@ -108,7 +108,7 @@ def functions_of(node: ast.AST, within: str = "") -> Iterator[tuple[str, Functio
 
 
 def annotations_of(node: Function) -> list[ast.expr]:
-    """Return the annotations of a function's parameters and of its result; a string is what it says."""
+    """Return the annotations of a function's parameters and of its result; strings are parsed."""
     a = node.args
     arguments = (*a.posonlyargs, *a.args, a.vararg, *a.kwonlyargs, a.kwarg)
     notes = [note for note in (*(one.annotation for one in arguments if one), node.returns) if note]
@@ -127,7 +127,7 @@ def full(commit: str) -> str:
 
 
 def sources_of(commit: str) -> dict[str, str]:
-    """Return the Python files of a commit, by path; links to folders are passed over."""
+    """Return the Python files of a commit, by path; links to folders are skipped."""
     packed = subprocess.run(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
     sources = {}
     with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
