@@ -1,6 +1,7 @@
 """The World that users know: built from a configuration, saved, restored, copied, intervened in, recorded.
 
-A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings to `ecs_eco.space.world`.
+A thin facade: the tick belongs to `ecs_eco.engine.world`, positions and surroundings to
+`ecs_eco.space.world`.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
-# of rooms that are higher, or load much, for methods that lead there
+# packages that are higher, or slow to load, for methods that use them
 _above = lazy(__name__, {"plot": "ecs_eco.analysis.plot", "view": "ecs_eco.view.watch"})
 
 

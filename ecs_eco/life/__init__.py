@@ -1,5 +1,6 @@
-"""What a world file does to a living world, and what systems share: species, founders, births, matter, meals.
+"""The effects of a world file on a living world, and code that systems share: species, founders, births,
+matter, meals.
 
-`apply` and `reconfigure` give a world the values of its file. No system belongs here: `ecs_eco.systems` decides
-when things happen.
+`apply` and `reconfigure` give a world the values of its file. Systems belong to `ecs_eco.systems`, which runs
+them in each tick.
 """

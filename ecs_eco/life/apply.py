@@ -1,5 +1,5 @@
-"""Applies the values of a world file to a world: all of them when it is built, those that differ when it is
-reconfigured, by an intervention or at a fork."""
+"""Apply the values of a world file to a world: all of them when it is built, those that differ when an
+intervention or a fork reconfigures it."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 
 def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None = None) -> None:
-    """Set all values of a configuration that may change while a world lives; of a world that lives with the
+    """Set all values of a configuration that may change while a world lives; for a living world with the
     configuration `before`, those that differ.
 
-    Tables, their columns and policies are there already. Newborn get the new values; the living keep the
-    state that they were born with, but for individual traits that no gene codes for.
+    Tables, their columns and policies exist already. Newborn get the new values; the living keep the state
+    from their birth, except for individual traits that no gene codes for.
     """
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
@@ -82,10 +82,10 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
 def apply_surroundings(
     world: SpatialWorld, config: WorldConfig, changed: Collection[Key] | None = None
 ) -> None:
-    """Set what surrounds all organisms: ambient values, sun, water and year, smells, slopes.
+    """Set the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
 
-    Everything is set where `changed` is None; else what these keys of a configuration name, so that what
-    users have set themselves stays.
+    Sets everything if `changed` is None, otherwise the keys of a configuration in it, so that the user's own
+    settings stay.
     """
 
     def wanted(*key: str) -> bool:
@@ -121,7 +121,7 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def matter(table: Table, kind: ObjectType | Species, substances: list[str]) -> None:
-    """Set mass, size, shape, physical and chemical properties of newborn, and how bodies exchange heat."""
+    """Set mass, size, shape, physical and chemical properties of newborn, and the heat exchange of bodies."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     if kind.body.shape != "sphere":
         table.add_component(Shape, **kind.body.form)
@@ -136,7 +136,7 @@ def matter(table: Table, kind: ObjectType | Species, substances: list[str]) -> N
 
 
 def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
-    """Set what objects of a type are made of, and the energy that they hold."""
+    """Set the properties of objects of a type, and their energy."""
     table.species.section = kind
     matter(table, kind, substances)
     if kind.motion is not None:
@@ -149,9 +149,9 @@ def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
 def apply_species(
     world: SpatialWorld, table: Table, species: Species, changed: Collection[str] | None = None
 ) -> None:
-    """Set the initial values of newborn of a species, and what systems read of the species.
+    """Set the initial values of newborn of a species, and the values that systems read.
 
-    Gaits and networks are made where `changed` is None, or has a dotted key of theirs.
+    Rebuilds gaits and networks if `changed` is None, or contains a dotted key of theirs.
     """
     parts = None if changed is None else {key.partition(".")[0] for key in changed}
     kind: Kind = table.species
@@ -176,8 +176,8 @@ def apply_species(
 
 
 def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
-    """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions
-    that move a body, and its drag; of a continuous speed all gaits, from slow to fast."""
+    """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions of locomotion,
+    and the drag; for a continuous speed all gaits, from slow to fast."""
     layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
     rows = []
     for i, group in enumerate(MOTIONS):
@@ -202,8 +202,8 @@ def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
 
 
 def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:
-    """Give nerves the reflex and the happiness network that the species declares, if any;
-    `find` as `WorldConfig.function`."""
+    """Give a nervous system the reflex and the happiness network that the species declares, if any; `find`
+    as `WorldConfig.function`."""
     inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
@@ -220,7 +220,7 @@ def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = hand
 
 
 def begin_learning(world: SpatialWorld, table: Table) -> None:
-    """Give a species with one policy for all a learner, which begins without experience."""
+    """Give a species with one shared policy a learner, which begins without experience."""
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)
@@ -235,8 +235,8 @@ def learner_seed(seed: int, number: int) -> int:
 
 
 def cell(config: WorldConfig) -> float:
-    """Choose the side of the index cells: half the largest sensor radius,
-    so that a search covers about 5 × 5 of them."""
+    """Choose the side of the index cells: half the largest sensor range, so that a search covers about 5 ×
+    5 of them."""
     radii = [getattr(s, "range", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
         radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-LITTER_MAX = 65_535  # the largest number that a mother's column holds
+LITTER_MAX = 65_535  # the largest number that a mother's column can store
 
 
 def life_history(table: Table, way: Any) -> tuple[Any, ...]:
-    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column,
-    or the species' value as an array of one.
+    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column, or the species' value
+    as an array of one.
 
-    `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
+    `own` tells them apart: the value of a row is at [row] if it is true, at [0] otherwise.
     """
     if LifeHistory in table:
         h = table[LifeHistory]
@@ -47,16 +47,16 @@ class Litters(NamedTuple):
     """The litters of a tick, in the order of the uids of the parents that bear them."""
 
     uid: np.ndarray  # u64[k]
-    number: np.ndarray  # i64[k] of newborn
-    given: np.ndarray  # f32[k] energy for each of them
-    father: np.ndarray  # u64[k], dead or alive; 0 where there is none
-    around: Around | None = None  # None: it follows from the parents, all of whom this process holds
-    mine: Any = slice(None)  # which of them are of parents that this process holds, in its order
+    number: np.ndarray  # i64[k], newborn
+    given: np.ndarray  # f32[k], energy for each newborn
+    father: np.ndarray  # u64[k], dead or alive; 0 if there is none
+    around: Around | None = None  # None: derived from the parents, all of which are in this process
+    mine: Any = slice(None)  # which of them have parents in this process, in its order
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborn there is room for, and count those that are refused:
-    `max_count` minus the living, the births pending, and those in the nursery."""
+    """Return how many of `wanted` newborn fit below `max_count`, and count the refused ones. The living,
+    pending births and the nursery occupy places."""
     most, nursery, n = table.species.max_count, table.species.nursery, wanted
     if nursery is not None:
         n = room(nursery, world, n)
@@ -70,8 +70,9 @@ def room(table: Table, world: SpatialWorld, wanted: int) -> int:
 def share_out(
     table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int, n: int
 ) -> tuple[np.ndarray, int]:
-    """Return how many newborn of each litter, i64[k], and how many immigrants get one of `n` places: each of
-    the `number` i64[k] newborn of parents `uid` u64[k] and of those that `come` has the same probability."""
+    """Return how many newborn of each litter, i64[k], and how many immigrants get one of `n` places: each
+    of the `number` i64[k] newborn of parents `uid` u64[k] and of the `come` immigrants has the same
+    probability."""
     uid = np.concatenate([uid, future(world, table, come)])
     number = np.concatenate([number, np.ones(come, np.int64)])
     wanted = int(number.sum())
@@ -92,10 +93,9 @@ def bring_forth(
     fathers: np.ndarray | None = None,
     sperm: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids);
-    return how many there was room for.
+    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many fit.
 
-    Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
+    Each newborn gets the energy `given` f32[k]; the caller deducts it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes. Immigrants compete with the newborn for the
     places that `max_count` leaves.
     """
@@ -134,7 +134,7 @@ def bring_forth(
 
 
 def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
-    """Return how many immigrants come in this tick: the integer part of rate × dt, and one more with the
+    """Return how many immigrants arrive in this tick: the integer part of rate × dt, and one more with the
     probability of the rest."""
     return int(
         rate * world.dt + float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
@@ -144,7 +144,7 @@ def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
 def litters_of(
     table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray, fathers: np.ndarray | None
 ) -> Litters:
-    """Return the litters of parents in rows i64[k], as `bring_forth` has them."""
+    """Return the litters of parents in rows i64[k], with the arguments of `bring_forth`."""
     father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
     return Litters(table.uid[parents], number, given, father)
 
@@ -152,8 +152,7 @@ def litters_of(
 def any_brood(
     table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters, n: int
 ) -> tuple[Brood, np.ndarray]:
-    """Return the `n` newborn without those for whom there is no place, and the number of each parent
-    i64[k]."""
+    """Return the `n` newborn except those without a place, and the number of each parent i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)
@@ -183,9 +182,9 @@ def request(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> None:
-    """Request newborn that have found a place, in the table's nursery if it has one: `litters` are those of
-    all processes, where there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes of
-    the fathers of all litters."""
+    """Request newborn that have found a place, in the table's nursery if it has one: `litters` are those
+    of all processes, if there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes
+    of the fathers of all litters."""
     nursery, which, identity = table.species.nursery, brood.which, brood.identity
     into = table if nursery is None else nursery  # an empty table is false
     values = newborn(into, world, identity, *brood[3:])
@@ -214,7 +213,7 @@ def inherited(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns that newborn inherit, of the litters `which` i64[n] of parents in rows `parents`."""
+    """Return the inherited columns of newborn of the litters `which` i64[n] of parents in rows `parents`."""
     living = None if second is None else rows_of(table, second)
     more = {} if sperm is None else {"sperm": sperm[which]}
     return table.species.heredity.offspring(world, table, parents[which], living, identity, **more)
@@ -230,7 +229,7 @@ def newborn(
     heading: np.ndarray,
     energy: np.ndarray,
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
+    """Return the columns in which newborn differ from the table's defaults: position, heading, sex, energy.
 
     `identity` u64[k] identifies each one's random draws.
     """
@@ -249,7 +248,7 @@ def newborn(
 
 
 def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
-    """Return where newborn look, drawn for `identity` u64[k]: f32[k]."""
+    """Return random headings of newborn, drawn for `identity` u64[k]: f32[k]."""
     turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
     return turn * np.float32(6.2831855)
 
@@ -263,7 +262,7 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
 
 
 def ticks(seconds: Any, dt: float) -> Any:
-    """Return the least number of ticks that last at least `seconds`: a number, or one for each row i64."""
+    """Return the smallest number of ticks that last at least `seconds`: a number, or one for each row i64."""
     if isinstance(seconds, np.ndarray):
         return np.ceil(seconds / dt - 1e-6).astype(np.int64)
     return math.ceil(seconds / dt - 1e-6)
@@ -271,14 +270,14 @@ def ticks(seconds: Any, dt: float) -> Any:
 
 @njit
 def whole(litter):
-    """Return a litter's size rounded to a whole number, at most LITTER_MAX."""
+    """Return a litter's size rounded to an integer, at most LITTER_MAX."""
     return cell_of(litter + np.float32(0.5), LITTER_MAX + 1)
 
 
 @njit
 def affordable(energy, given, n):
-    """Return how many newborn, at most n, a parent can pay `given` for without falling to 0: all, if they
-    cost nothing."""
+    """Return for how many newborn, at most n, a parent can pay `given` each without falling to 0: all, if
+    they cost nothing."""
     while n > 0 and given > 0 and not energy - np.float32(n) * given > 0:
         n -= 1
     return n

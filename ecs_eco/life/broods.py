@@ -1,8 +1,8 @@
-"""The newborn of a few parents among a few thousand others: who they are and where they come to be, in one
-call of a kernel, that looks at all who may be in their way.
+"""The newborn of a few parents among a few thousand others: their identities and places, in one call of a
+kernel that checks all possible obstacles.
 
-It finds what `ecs_eco.life.places` does by indexes of neighbours. Deaths have just made these stale, and
-to bring one up to date takes longer.
+It gives the result of `ecs_eco.life.places`, which uses neighbor indexes. Deaths have just invalidated these,
+and updating them takes longer.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_PAIRS = 1 << 16  # of newborn and those who may be in their way: an index is faster for more
+MOST_PAIRS = 1 << 16  # newborn and possible obstacles: an index is faster for more
 
 
 class Brood(NamedTuple):
     """Newborn that have found a place, in the order of their parents' uids, arrays [n]."""
 
-    which: np.ndarray  # i64, of which litter
-    identity: np.ndarray  # u64, tells its random draws apart
+    which: np.ndarray  # i64, their litters
+    identity: np.ndarray  # u64, identify random draws
     mother: np.ndarray  # u64, uids
     x: np.ndarray
     y: np.ndarray
@@ -49,8 +49,8 @@ def small_brood(
     given: np.ndarray,
     n: int,
 ) -> tuple[Brood, np.ndarray] | None:
-    """Return the `n` newborn of parents in rows i64[k], as `bring_forth` has them, without those for
-    whom there is no place, and the number of each parent i64[k]; None where others must look for places."""
+    """Return the `n` newborn of parents in rows i64[k], with the arguments of `bring_forth`, except those
+    without a place, and the number of each parent i64[k]; None if another method must find places."""
     dispersal, spacing = range_of(table, way)
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
     if others is None:
@@ -80,16 +80,16 @@ def small_brood(
     )
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
-    # one by one: to unpack an array ends with an IndexError within numpy, which takes longer than all else
+    # one by one: unpacking an array ends with an IndexError within numpy, which takes longer than everything else
     return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 
 def in_the_way(
     table: Table, world: SpatialWorld, n: int, kin: bool
 ) -> tuple[int, np.ndarray, np.ndarray] | None:
-    """Return the number of a table among all, how many rows of each table to look at, and how near the
-    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not in the way; `kin` is
-    whether its own kind is to be looked at. None where there are many, or bodies other than spheres."""
+    """Return the number of a table among all, how many rows of each table to check, and how near the
+    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are no obstacles; `kin` is
+    whether its own species is checked. None if there are many bodies, or bodies other than spheres."""
     tables = world.tables.values()
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
     pairs, place, radius = 0, 0, radius_of(table)
@@ -111,7 +111,7 @@ def in_the_way(
 
 @njit
 def name(uid, number, which, identity):
-    """Write of which litter each newborn of a tick is, and its identity: its parent's uid for the first of a
+    """Write the litter of each newborn of a tick, and its identity: its parent's uid for the first of a
     litter, a hash of it for the others."""
     n = 0
     for i in range(uid.size):
@@ -143,9 +143,10 @@ def settle(
     values,
     born,
 ):
-    """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
-    `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
-    parent, and return their number. `columns` u64[tables, …] are addresses of `SpatialWorld.whereabouts`."""
+    """Identify the newborn, find a place for each, and write those that have one, in order: `which`
+    litter, `names` u64[2, n] identity and mother, `values` f32[5, n] position, heading and energy; count
+    those of each parent, and return their number. `columns` u64[tables, …] are addresses of
+    `SpatialWorld.whereabouts`."""
     n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
     for row in parents:
         rows = max(rows, row + 1)
@@ -200,8 +201,8 @@ def settle(
 
 @njit
 def look(homeless, free, places, spacing, table, columns, high, apart, lengths, torus, crowded, taken):
-    """Find out at which places of newborn i of `homeless` one of `table` lives within `spacing`, and where
-    the surface of a body of any table is nearer than `apart` of it."""
+    """Find the places of newborn i of `homeless` that are within `spacing` of a member of `table`, and
+    those nearer than `apart` to the surface of a body of any table."""
     for t in range(high.size):
         rows = high[t]
         alive = column_at(columns[t, 0], np.bool_, rows)
@@ -211,12 +212,12 @@ def look(homeless, free, places, spacing, table, columns, high, apart, lengths, 
             column_at(columns[t, 4], np.float32, rows),
         )
         close = spacing * spacing if t == table and spacing > 0 else np.float32(0.0)
-        # a table without bodies that are in the way has no radius to be read
+        # a table without obstacles has no radius to be read
         radius = column_at(columns[t, 5 if apart[t] >= 0 else 2], np.float32, rows)
         for k in range(homeless.size):
             i = homeless[k]
             ax, ay, az, kin, body = places[i, 0], places[i, 1], places[i, 2], False, False
-            for row in range(rows if free[i] else 0):  # without branches: this becomes vector code
+            for row in range(rows if free[i] else 0):  # no branches: this compiles to vector code
                 dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], lengths, torus)
                 distance2, near = dx * dx + dy * dy + dz * dz, apart[t] + radius[row]
                 kin |= alive[row] & (distance2 < close)

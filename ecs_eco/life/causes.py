@@ -1,4 +1,4 @@
-"""Causes of death that follow from what a species eats and within which limits it lives."""
+"""Causes of death that follow from a species' diet and limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def register_eaters(world: World, table: Table) -> None:
-    """Register the causes of death of what a species eats, and of those that deadly food kills."""
+    """Register the causes of death of the prey of a species, and of animals that deadly food kills."""
     for food in table.species.foods:
         world.cause(f"eaten by {table.name}")
         if food.deadly:
@@ -18,7 +18,7 @@ def register_eaters(world: World, table: Table) -> None:
 
 
 def register_limits(world: World, table: Table) -> None:
-    """Register a cause of death for each end of each interval in which a species can live."""
+    """Register a cause of death for each end of each range in which a species can live."""
     for limit in table.species.lethal:
         for cause, bound in ((limit.cause_below, limit.min), (limit.cause_above, limit.max)):
             if bound is not None:

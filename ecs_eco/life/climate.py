@@ -1,4 +1,4 @@
-"""What the surroundings of bodies do to them, for several systems."""
+"""Effects of the surroundings on bodies, for several systems."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def temperatures(table: Table, world: SpatialWorld) -> np.ndarray:
-    """Return the temperatures of bodies, or of their places where bodies have none: f32[high] [K]."""
+    """Return the temperatures of bodies, or of their places if bodies have none: f32[high] [K]."""
     p, high = table[Position], table.high
     if "temperature" in table.species.properties:
         own: np.ndarray = table[Physical].temperature[:high]

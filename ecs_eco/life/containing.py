@@ -1,4 +1,4 @@
-"""What a world needs so that its substances move and add up: columns, fields, books."""
+"""The columns, fields and ledgers that make substances move and add up."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def _lakes(world: SpatialWorld, field: Field) -> np.ndarray:
 
 
 def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give `Matter` to the tables whose substances move: by reactions, exchange, decay, smells or newborn, or
-    because they eat what holds substances; and to what remains of them."""
+    """Give `Matter` to the tables whose substances move: by reactions, exchange, decay, smells or newborn,
+    or because they eat food with substances; and to their remains."""
     kinds: dict[str, Any] = {**config.objects, **config.species}
     moves = [
         name
@@ -70,7 +70,7 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def keep_books(world: SpatialWorld) -> None:
-    """Begin the ledger of matter of a world in which bodies or fields hold substances."""
+    """Start the ledger of matter of a world in which bodies or fields contain substances."""
     if any(Chemistry in table for table in world.tables.values()) or any(
         field.substance is not None for field in world.fields.values()
     ):

@@ -1,4 +1,4 @@
-"""Doses: what people bring into fields and bodies, or take from them."""
+"""Doses: amounts that people add to fields and bodies, or remove from them."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ BROUGHT = "brought_in"
 
 
 def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | None) -> None:
-    """Spread an amount [mol] evenly over the cells of a field with centres in a region, or over all; over the
-    one cell at its middle where it has no centre. No cell falls below 0.
+    """Distribute an amount [mol] evenly over the cells of a field with centers in a region, or over all; over
+    the one cell at its middle if it contains no center. No cell falls below 0.
 
-    Of a smell without a substance it is an amount of its own unit. Raises UnknownName for no field.
+    For a smell without a substance it is an amount in its own unit. Raises UnknownName for an unknown field.
     """
     if name not in world.fields:
         raise UnknownName(unknown_name("dose", "field", name, world.fields))
@@ -42,8 +42,8 @@ def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | N
 def dose_bodies(
     world: SpatialWorld, table: Table, substance: str, amount: float, region: Region | None
 ) -> None:
-    """Give each living body of a table in a region an amount [mol] of a substance, or take as much from it as
-    it holds."""
+    """Give each living body of a table in a region an amount [mol] of a substance, or remove up to its
+    content."""
     if substance not in world.substances or Chemistry not in table:
         raise UnknownName(
             unknown_name(
@@ -60,7 +60,7 @@ def dose_bodies(
 
 
 def _columns(field: Any, region: Region | None) -> np.ndarray:
-    """Return which columns of a field's cells a region takes in: bool[ny, nx]."""
+    """Return which columns of a field's cells are in a region: bool[ny, nx]."""
     nx, ny = field.shape[:2]
     inside = np.ones((ny, nx), np.bool_)
     if region is None:
@@ -79,7 +79,7 @@ def _columns(field: Any, region: Region | None) -> np.ndarray:
 
 @njit
 def give(rows, volume, molarity, residue, s, amount):
-    """Add an amount [mol] to what bodies hold of a substance; return how much they got altogether [mol]."""
+    """Add an amount [mol] of a substance to bodies; return the total [mol]."""
     brought = 0.0
     for row in rows:
         before = held(molarity, residue, row, s)

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NERVOUS_SPREAD = 0.25  # hungry to well fed, lest all that must find food starve in the same tick
+NERVOUS_SPREAD = 0.25  # hungry to well fed, so that they do not all starve in the same tick
 Values = dict[tuple[type, str], np.ndarray]
 
 
 def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
-    """Return identities u64[n] of newcomers: uids to come, which no draw has used yet."""
+    """Return identities u64[n] of newcomers: future uids, which no draw has used yet."""
     return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
 
 
@@ -35,10 +35,10 @@ def newcomers(
     within: Any = None,
     place: Sequence[float] | None = None,
 ) -> Values:
-    """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k];
-    only as many plants as have a site.
+    """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; of plants
+    only as many as have a site.
 
-    They come to `place` [m], all of them, or to random places: in the region `within`, or anywhere.
+    They all appear at `place` [m], or at random places: in the region `within`, or anywhere.
     """
     values = scatter(table, world, identity, within)
     way = getattr(kind, "reproduction", None)
@@ -68,7 +68,7 @@ def newcomers(
 
 def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
     """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
-    way = getattr(kind, "metabolism", None)  # objects that hold energy have none
+    way = getattr(kind, "metabolism", None)  # objects with energy have no spread
     if Metabolism not in table or way is None:
         return 0.0
     given: float | None = way.energy_spread
@@ -76,7 +76,7 @@ def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
 
 
 def _keep_within_stores(table: Table, values: Values) -> None:
-    """Let nobody begin with more energy than its own store holds, where a gene says how much that is."""
+    """Limit the initial energy to each organism's own store, if a gene codes for it."""
     at = table.species.traits.get("metabolism.energy_max")
     if at is not None and (Traits, "value") in values:
         most = values[Traits, "value"][:, at]
@@ -161,7 +161,7 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
 
 
 def _centres(site: np.ndarray, nx: int, ny: int, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middles of sites: x, y f64[k] [m]."""
+    """Return the centers of sites: x, y f64[k] [m]."""
     return ((site % nx) + 0.5) * world.space.size[0] / nx, ((site // nx) + 0.5) * world.space.size[1] / ny
 
 

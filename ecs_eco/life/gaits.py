@@ -1,4 +1,4 @@
-"""The gaits of a species, and those of its members where genes code for them."""
+"""The gaits of a species, and those of its members if genes code for them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ecs_eco.genomes.own_values import own_value
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers for both ways
+SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers for both directions
 
 
 def own_gaits(table: Table) -> tuple[Any, ...]:
-    """Return the layout of the actions that move a body, their speeds, costs, turns, climbs and pitches
-    f32[k], and the drag, as `worlds.apply.gaits` makes them; where a gene codes for any of these, all as
+    """Return the layout of the actions of locomotion, their speeds, costs, turns, climbs and pitches
+    f32[k], and the drag, as `life.apply.gaits` returns them; if a gene codes for any of these, all as
     arrays [high, k] and drag [high], each organism's own."""
     shared: Any = table.species.gaits
     traits = table.species.traits
@@ -26,7 +26,7 @@ def own_gaits(table: Table) -> tuple[Any, ...]:
     layout, _, _, _, _, _, drag = shared
     way, groups = table.species.locomotion, table.species.nerves.groups
     names = groups.get("speed", [])
-    if layout[0, 1] < 0:  # of a continuous speed, in the order in which cost_between wants them
+    if layout[0, 1] < 0:  # of a continuous speed, in the order that cost_between requires
         names = list(way.speed)
     speeds = _each(table, [(f"speed.{a}", way.speed.get(a, 0.0)) for a in names])
     costs = _each(table, [(f"cost.{a}", way.cost.get(a, 0.0)) for a in names])

@@ -1,4 +1,5 @@
-"""From a species' genome section to its heredity: layout, operators, and the columns that its genes write."""
+"""Build the heredity of a species from its genome section: layout, operators, and the columns that its
+genes write."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ OF_NEWBORN = ("Policy", "Body", "Biology", "Physical", "Chemistry")
 def add_heredity(
     world: SpatialWorld, table: Table, species: Species, founder: np.ndarray | None = None
 ) -> None:
-    """Give a table its genome, the columns that its genes write, and those of individual brains,
-    as far as it needs them."""
+    """Give a table its genome, the columns that its genes write, and those of individual brains, as
+    needed."""
     for name in species.components:
         table.add_component(world.config.function(name))
     nerves, section = table.species.nerves, species.genome
@@ -83,7 +84,7 @@ def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[
             numbers = code.numbers(networks[code.trait.name][None].astype(np.float64), clip=False)
         except ValueError as error:
             key = ("species", name, "genome", "genes", i)
-            fault = f"it cannot code for the weights that founders get: {error}"
+            fault = f"it cannot code for the weights of founders: {error}"
             allowed = 'a wider range, or founders = "random"'
             raise ConfigError([Problem(key, fault, code.name, allowed)]) from None
         for first in layout.begins(code):
@@ -99,11 +100,11 @@ def apply_heredity(
     changed: Collection[str] | None = None,
     before: Species | None = None,
 ) -> None:
-    """Set what newborn inherit of brains, individual traits that no gene codes for, and the operators that
-    make genomes.
+    """Set the inherited brains, individual traits that no gene codes for, and the operators that create
+    genomes.
 
-    Operators are made where `changed` is None, or has one of their dotted keys in the species' section. Of a
-    species that lives with the section `before`, only traits that differ are set.
+    Rebuilds operators if `changed` is None, or contains one of their dotted keys in the species' section. For
+    a living species with the section `before`, only traits that differ are set.
     """
     heredity = table.species.heredity
     if heredity is None:
@@ -130,9 +131,9 @@ def _traits(world: SpatialWorld, species: Species) -> dict[str, Trait]:
 def apply_traits(
     table: Table, traits: Mapping[str, Trait], before: Mapping[str, Trait] | None = None
 ) -> None:
-    """Set what newborn have in the columns of individual traits, unless a gene says otherwise.
+    """Set the columns of individual traits of newborn, unless a gene codes for them.
 
-    Where the table lives with the traits `before`, those that differ are set for the living, too.
+    For a living table with the traits `before`, those that differ are set for the living, too.
     """
     written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
     columns = {
@@ -157,8 +158,8 @@ def apply_traits(
 def _targets(
     table: Table, species: Species, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
 ) -> Targets:
-    """Add the components that genes write to, with the species' own values as defaults;
-    return where each gene writes."""
+    """Add the components to which genes write, with the species' own values as defaults; return where each
+    gene writes."""
     coded = [
         (gene, traits[gene.trait])
         for gene in all_genes(species)

@@ -1,4 +1,4 @@
-"""What becomes of the substances of the eaten."""
+"""Transfer of substances from the eaten to their eaters."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def swallow(
 ) -> None:
     """Move the substances of the eaten (rows i64[k]) into their eaters (rows i64[k], in canonical order).
 
-    The share that is assimilated, of all or of each row of the eaters' table, mixes with what the eater's
-    body holds; the rest goes where it stands.
+    The assimilated share, one for all or one for each row of the eaters' table, mixes with the content of the
+    eater's body; the rest enters the fields at its position.
     """
     if not eaten.size or Matter not in table or Chemistry not in prey:
         return
@@ -41,7 +41,7 @@ def swallow(
 
 @njit
 def ingest(eaters, eaten, share, volume, molarity, residue, food_volume, food_molarity, food_residue, left):
-    """Empty the eaten, fill the eaters, write what is not assimilated to `left` f64[k, substances] [mol];
+    """Empty the eaten, fill the eaters, write the unassimilated rest to `left` f64[k, substances] [mol];
     return the amounts eaten f64[substances] [mol]."""
     taken = np.zeros(molarity.shape[1])
     for i in range(eaten.size):

@@ -1,4 +1,4 @@
-"""What all organisms of a species, or all objects of a type, share."""
+"""The shared properties of all organisms of a species, or all objects of a type."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ PLAIN = Body(radius=1.0)  # of a table without a section
 
 @dataclass
 class Kind:
-    """What systems read of the species or object type of a table: its section of the world file, and what
-    follows from it or changes while the world lives.
+    """The properties of a table's species or object type that systems read: its section of the world file,
+    values derived from it, and values that change while the world lives.
 
-    Every key of the section is an attribute: `table.species.metabolism`. A key that the section lacks, or
-    any key of a table without a section, has its default.
+    Every key of the section is an attribute: `table.species.metabolism`. A key that the section lacks, or any
+    key of a table without a section, has its default.
     """
 
     section: Species | ObjectType | None = None
-    """Its section of the world file; None for a table made by hand."""
+    """Its section of the world file; None for a table built by hand."""
 
     radius: float | None = None
     """Radius of the largest body [m]: genes, and the dead that become objects,
     may make it larger than the section's."""
     standard_mass: float | None = None
-    """Mass to which its costs of living refer [kg], where growth or a gene makes masses differ."""
+    """Mass to which its costs of living refer [kg], if growth or a gene makes masses differ."""
     used: bool = False
     """Whether land use harvests or plants its members."""
 
@@ -49,35 +49,35 @@ class Kind:
     own_ranges: frozenset[int | None] = frozenset()
     """Sensors whose radius is individual."""
     own_places: frozenset[int | None] = frozenset()
-    """Sensors whose place on the body is individual."""
+    """Sensors whose position on the body is individual."""
     traits: dict[str, int] = field(default_factory=dict)
-    """Keys of its section whose values are individual, and their places in Traits."""
+    """Keys of its section whose values are individual, and their positions in Traits."""
     heredity: Heredity | None = None
 
     # life and death
     eaten: dict[str, float] = field(default_factory=dict)
     """Food → the energy that all its members gained from it in the last tick."""
     barren: bool = False
-    """Whether an intervention has switched its reproduction off: `reproduction` is None then."""
+    """Whether an intervention has switched off its reproduction: `reproduction` is then None."""
     refused: int = 0
-    """Births that `max_count` refused since a recorder last noted them."""
+    """Births that `max_count` refused since the last record."""
     nursery: Table | None = None
     """The table that its newborn enter; None: its own."""
 
-    # caches of systems, kept from tick to tick
+    # caches of systems, which persist from tick to tick
     life_history: tuple[Any, tuple[Any, ...]] | None = None
     sites: np.ndarray | None = None
 
     def __getattr__(self, key: str) -> Any:
-        """Return the value of a key of the section, or its default where the section lacks it; it is then an
-        attribute, until there is another section."""
+        """Return the value of a key of the section, or its default if the section lacks it; it is then an
+        attribute, until the section is replaced."""
         if key.startswith("_"):
             raise AttributeError(key)
         vars(self)[key] = value = self._value(key)
         return value
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Set an attribute; what followed from a former section is forgotten."""
+        """Set an attribute; drop values derived from a former section."""
         super().__setattr__(name, value)
         if name in ("section", "barren"):
             for key in vars(self).keys() - type(self).__dataclass_fields__.keys():
@@ -104,11 +104,11 @@ class Kind:
 
     @property
     def foods(self) -> list[Diet]:
-        """Its diet, in order of the names of what it eats."""
+        """Its diet, in order of the names of the food."""
         return sorted(self.diet, key=lambda food: food.eats)
 
     def feels(self) -> dict[str, str]:
-        """Return properties of its bodies that features add, and the fields "Component.field" that they are."""
+        """Return properties of its bodies that features add, and their fields "Component.field"."""
         return {} if self.section is None else dict(of_each(self.section, "feels"))
 
     def parts(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Matter: what bodies and fields hold of each substance, and the books of what comes and goes."""
+"""Matter: the amount of each substance in bodies and fields, and the ledger of its flows."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 FLOWS = {
-    "endowed": "born with, from nowhere: founders, immigrants, newborn for whom nobody provides",
+    "endowed": "initial content, from nowhere: founders, immigrants, newborn without a provider",
     "eaten": "taken from the eaten, into their eaters",
-    "reacted": "made, less what was used up, by reactions",
+    "reacted": "produced, minus consumed, by reactions",
     "taken_up": "from fields into bodies: breathed, drunk, taken up by roots",
-    "released": "from bodies into fields: excreted, leaked, given back by what decays, not assimilated",
+    "released": "from bodies into fields: excreted, leaked, released by decay, not assimilated",
     "emitted": "from bodies into the fields of their smells",
     "decayed": "decayed in fields",
-    "brought_in": "from outside of the world, less what went there: air, rain, milk of which no ewe runs out",
-    "remains": "from the dead into what remains of them",
-    "lost": "gone: with the dead who leave nothing, or to where no field holds it",
+    "brought_in": "from outside the world, minus the outflow: air, rain, unlimited milk",
+    "remains": "from the dead into their remains",
+    "lost": "lost: with the dead that leave no remains, or because no field contains it",
     "set": "set by hand, between ticks",
 }
-"""The flows of the ledger of matter → what they are; positive into what holds a substance [mol]."""
+"""The flows of the ledger of matter and their meaning; positive into the holder of a substance [mol]."""
 
 MIGRATION = {
-    "imported": "brought along by migrants from other islands",
-    "exported": "taken along by migrants to other islands",
+    "imported": "carried by migrants from other islands",
+    "exported": "carried by migrants to other islands",
 }
-"""Further flows of the ledger of matter of a world that is an island [mol]."""
+"""Further flows of the ledger of matter of an island [mol]."""
 
 NUMBER = {flow: i for i, flow in enumerate([*FLOWS, *MIGRATION])}
 NO_RESIDUE = np.zeros((0, 0), np.float32)
 
 
 class Bodies(NamedTuple):
-    """What the bodies of a table hold: volume f64[rows] [L], molarity and residue f32[rows, substances]
-    [mol/L]; no residue where there is no component `Matter`."""
+    """The content of a table's bodies: volume f64[rows] [L], molarity and residue f32[rows, substances]
+    [mol/L]; no residue without a component `Matter`."""
 
     volume: np.ndarray
     molarity: np.ndarray
@@ -60,8 +60,8 @@ def is_island(world: Any) -> bool:
 
 
 def litres(radius: Any, shape: Any = None) -> Any:
-    """Return the volume of bodies [L]: of spheres, or of a shape that has the fields of `Shape`; `radius` in
-    metres."""
+    """Return the volume of bodies [L]: of spheres, or of a shape that has the fields of `Shape`; `radius`
+    in meters."""
     r = np.asarray(radius, np.float64)
     if shape is None:
         return 4000 * math.pi / 3 * power(r, 3)
@@ -73,17 +73,17 @@ def litres(radius: Any, shape: Any = None) -> Any:
 
 
 def volumes(table: Table) -> np.ndarray:
-    """Return the volumes of a table's bodies as they are now [L]: f64[capacity]."""
+    """Return the current volumes of a table's bodies [L]: f64[capacity]."""
     return litres(table[Body].radius, table[Shape] if Shape in table else None)
 
 
 def newborn_volumes(table: Table, radius: Any) -> Any:
-    """Return the volumes [L] of newborn with these radii [m] and the shape of their kind."""
+    """Return the volumes [L] of newborn with these radii [m] and the shape of their species."""
     return litres(radius, SimpleNamespace(**table.defaults[Shape]) if Shape in table else None)
 
 
 def bodies(table: Table) -> Bodies:
-    """Return what the bodies of a table with Chemistry hold, its living and others, in the order of rows."""
+    """Return the content of the bodies of a table with Chemistry, in the order of rows."""
     molarity = table[Chemistry].molarity
     if Matter in table:
         return Bodies(table[Matter].volume, molarity, table[Matter].residue)
@@ -91,10 +91,10 @@ def bodies(table: Table) -> Bodies:
 
 
 class Books:
-    """The ledger of matter of one world: the flows of each substance since a page was opened.
+    """The ledger of matter of one world: the flows of each substance since the start of a page.
 
     `flows` f64[holders, substances, flows] [mol], positive into the holder: a table with Chemistry, or a
-    field of a substance. `stock` f64[holders, substances] [mol] is what they held when the page was opened.
+    field of a substance. `stock` f64[holders, substances] [mol] is their content at the start of the page.
     """
 
     def __init__(self, world: SpatialWorld) -> None:
@@ -118,11 +118,11 @@ class Books:
         amount: np.ndarray | float,
         substance: int | slice = slice(None),
     ) -> None:
-        """Book an amount [mol] that goes into a holder: f64[substances], or that of one substance."""
+        """Record an amount [mol] that enters a holder: f64[substances], or that of one substance."""
         self.flows[self.holders[holder], substance, NUMBER[flow]] += amount
 
     def watch(self, world: SpatialWorld) -> None:
-        """Book births and deaths of a world from now on."""
+        """Record births and deaths of a world from now on."""
         self.world = weakref.proxy(world)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
@@ -130,13 +130,13 @@ class Books:
         world.on_arrival.append(lambda table, rows, origin: self.moved(table, rows, "imported"))
 
     def moved(self, table: Table, rows: np.ndarray, flow: str) -> None:
-        """Book what migrants hold, "imported" or "exported": rows i64[k]."""
+        """Record the content of migrants, "imported" or "exported": rows i64[k]."""
         if ("table", table.name) in self.holders:
             sign = 1 if flow == "imported" else -1
             self.book(("table", table.name), flow, sign * total(rows, *bodies(table)))
 
     def born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Book what newborn hold: rows i64[k]. Of objects, those that have a parent are its remains."""
+        """Record the content of newborn: rows i64[k]. Objects with a parent are its remains."""
         if ("table", table.name) not in self.holders:
             return
         left = parents != 0 if table.species.is_object else np.zeros(rows.size, np.bool_)
@@ -145,8 +145,8 @@ class Books:
                 self.book(("table", table.name), flow, total(which, *bodies(table)))
 
     def died(self, table: Table, rows: np.ndarray) -> None:
-        """Book what the dying hold, before their rows are free: rows i64[k]. The eaten hold nothing any more,
-        where their eaters took it."""
+        """Record the content of the dying, before their rows are free: rows i64[k]. The eaten are empty if
+        their eaters took their substances."""
         if ("table", table.name) not in self.holders:
             return
         left = remaining(self.world, table, rows)
@@ -157,21 +157,21 @@ class Books:
                 self.book(("table", table.name), flow, -total(which, *bodies(table)))
 
     def turn(self, stock: np.ndarray) -> None:
-        """Open a new page with these stocks."""
+        """Start a new page with these stocks."""
         self.stock = stock
         self.flows[...] = 0
 
 
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return which of the dying leave their bodies behind: all but the eaten, and those that end by a cause
-    of `world.bodiless`, bool[k]; rows i64[k]."""
-    gone = np.zeros(256, np.bool_)  # of any code that a cause can have
+    """Return which of the dying leave their bodies behind: all but the eaten, and those with a cause of
+    `world.bodiless`, bool[k]; rows i64[k]."""
+    gone = np.zeros(256, np.bool_)  # for any code of a cause
     gone[: len(world.causes)] = [c.startswith("eaten") or c in world.bodiless for c in world.causes]
     return ~gone[table.cause[rows] - 1]
 
 
 def stocks(world: SpatialWorld, books: Books) -> np.ndarray:
-    """Return what each holder has of each substance now: f64[holders, substances] [mol]."""
+    """Return the current amount of each substance in each holder: f64[holders, substances] [mol]."""
     out = np.zeros(books.flows.shape[:2])
     for (kind, name), i in books.holders.items():
         if kind == "table":
@@ -185,7 +185,7 @@ def stocks(world: SpatialWorld, books: Books) -> np.ndarray:
 
 
 def book(world: SpatialWorld, table: Table, flow: str, amount: np.ndarray) -> None:
-    """Book amounts f64[substances] [mol] that come into a table's bodies, in a world that keeps books."""
+    """Record amounts f64[substances] [mol] that enter a table's bodies, in a world with a ledger."""
     if world.matter is not None:
         world.matter.book(("table", table.name), flow, amount)
 
@@ -199,7 +199,8 @@ def first_fields(world: SpatialWorld) -> dict[str, str]:
 
 @contextmanager
 def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
-    """Book what the bodies of a table gain and lose within: for systems that change concentrations."""
+    """Record the gains and losses of a table's bodies within this context: for systems that change
+    concentrations."""
     if world.matter is None:
         yield
         return
@@ -212,8 +213,8 @@ def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
 def release(
     world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
 ) -> None:
-    """Give amounts f64[k, substances] [mol] that have left bodies at places f32[k] to the first field of each
-    substance; what has none is lost."""
+    """Add amounts f64[k, substances] [mol] that have left bodies at places f32[k] to the first field of
+    each substance; a substance without a field is lost."""
     fields = first_fields(world)
     for s, substance in enumerate(world.substances):
         gone = float(amount[:, s].sum())
@@ -229,7 +230,7 @@ def release(
 
 
 def part_lost(rate: Any) -> Any:
-    """Return the share that is gone after a tick, of what goes at a rate, 1 [1/tick]; f64[k] of f64[k]."""
+    """Return the share lost in a tick at a rate, 1 [1/tick]; f64[k] of f64[k]."""
     return -arrays.expm1(-rate) if isinstance(rate, np.ndarray) else -scalars.expm1(-rate)
 
 
@@ -242,7 +243,7 @@ def held(molarity, residue, row, s):
 
 @njit
 def hold(molarity, residue, row, s, value):
-    """Set a concentration; return it as it is held now."""
+    """Set a concentration; return the stored value."""
     molarity[row, s] = np.float32(value)
     if residue.size:
         residue[row, s] = np.float32(value - np.float64(molarity[row, s]))
@@ -251,7 +252,7 @@ def hold(molarity, residue, row, s, value):
 
 @njit
 def total(rows, volume, molarity, residue):
-    """Return what bodies hold of each substance: f64[substances] [mol]."""
+    """Return the content of bodies of each substance: f64[substances] [mol]."""
     out = np.zeros(molarity.shape[1])
     for row in rows:
         for s in range(out.size):

@@ -1,4 +1,4 @@
-"""The meals that eaters of all species want, and which of them take place."""
+"""The meals that eaters of all species propose, and the decision which of them take place."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ class Meals:
     eaters: Index
     foods: Index
     target: np.ndarray
-    """The item that each eater wants, −1 for none: i32[eaters]."""
+    """The item that each eater proposes, −1 for none: i32[eaters]."""
     distance2: np.ndarray
     """The square of its distance: f32[eaters] [m^2]."""
     effect: tuple[Any, ...]
-    """Gain, efficiency, the most energy, ticks of digestion, and the energy that is enough."""
+    """Gain, efficiency, maximum energy, ticks of handling, and the energy of satiation."""
     poison: np.ndarray
     held: np.ndarray
     """The energy of the food before all meals."""
     best: np.ndarray
-    """The eater that gets each item, −1 for none, once that is settled: i32[foods]."""
+    """The eater that gets each item, −1 for none, once decided: i32[foods]."""
 
 
 def to_surfaces(meals: Meals) -> None:
-    """Let the distances of spheres be those of surfaces, as those of other shapes are."""
+    """Reduce the distances of spheres to those of surfaces, as for other shapes."""
     if Shape in meals.table or Shape in meals.prey:
         return
     some = np.flatnonzero(meals.target >= 0)
@@ -53,8 +53,8 @@ def to_surfaces(meals: Meals) -> None:
 
 
 def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give each item of one kind of food to the nearest of all that want it; return the numbers of these
-    i32[foods], −1 for none, among all rivals, and distances squared and uids of the rivals."""
+    """Give each item of one kind of food to the nearest of all that propose it; return the numbers of
+    these i32[foods], −1 for none, among all rivals, and distances squared and uids of the rivals."""
     first, start = rivals[0], 0
     best, target, distance2, uid = first.best, first.target, first.distance2, first.eaters.uid
     if len(rivals) > 1:
@@ -84,8 +84,8 @@ def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
 
 
 def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
-    """Yield meals with the numbers of eaters and items i64[k], so that an animal eats before it is eaten: the
-    nearest first, ties by lot, where any of the eaters dies; as they come where none does."""
+    """Yield meals with the numbers of eaters and items i64[k], in an order in which an animal eats before
+    it is eaten: the nearest first, ties by lot, if any of the eaters dies; otherwise in the given order."""
     items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
     eaters = [meals.best[item] for meals, item in zip(eaten, items, strict=True)]
     if not any(
@@ -109,7 +109,7 @@ def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.nda
 
 @njit
 def win(target, distance2, uid, food_uid, key, best):
-    """Write the nearest of those that want an item to `best` i32[foods], −1 for none; ties by lot."""
+    """Write the nearest of those that propose an item to `best` i32[foods], −1 for none; ties by lot."""
     best[:] = -1
     for i in range(target.size):
         j = target[i]
@@ -129,8 +129,8 @@ def win(target, distance2, uid, food_uid, key, best):
 
 @njit
 def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter_uid, best):
-    """Take the meals out of `best` whose eaters are themselves won as food, by `hunter` i32[eaters], in a
-    meal that is nearer, or as near and has the lower lot."""
+    """Remove meals from `best` whose eaters are themselves eaten, by `hunter` i32[eaters], in a meal that
+    is nearer, or as near with the lower lot."""
     for i in range(target.size):
         j, h = target[i], hunter[i]
         if (
@@ -150,7 +150,7 @@ def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter
 
 @njit
 def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
-    """Note the nearest item of each eater so far: its kind in `first` i32[eaters], −1 for none, the square of
+    """Update the nearest item of each eater: its kind in `first` i32[eaters], −1 for none, the square of
     its distance, and its uid; ties by lot."""
     for j in range(best.size):
         i = best[j]
@@ -176,7 +176,7 @@ def postpone(best, kind, first, later):
 
 @njit
 def hungry(best, rows, killed, digesting, energy, until):
-    """Take those out of `best` that cannot eat any more; return the number of the others."""
+    """Remove from `best` eaters that can no longer eat; return the number of the others."""
     n = 0
     for j in range(best.size):
         i = best[j]

@@ -1,7 +1,7 @@
-"""Migrants between islands: who leaves, what goes along, and how they arrive.
+"""Migration between islands: the choice of migrants, their data, and their arrival.
 
-Who leaves follows from (seed, tick, uid) alone, between two ticks. A copy of the columns of the emigrants is
-what their new island takes; only the place is new. Leaving is no death, and arriving no birth.
+The choice follows from (seed, tick, uid) only, between two ticks. The new island receives a copy of the
+emigrants' columns; only the position is new. Migration counts as neither death nor birth.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 
 class Migrants(NamedTuple):
-    """Organisms of one species on their way, in the order of uids."""
+    """Migrants of one species, in the order of uids."""
 
     uid: np.ndarray  # u64[k]
     born: np.ndarray  # i64[k], the tick of birth
-    to: np.ndarray  # i64[k], the number of the island that they go to
+    to: np.ndarray  # i64[k], the number of the island of destination
     columns: dict[str, np.ndarray]  # "Component.field" → [k, …]
 
 
 def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return who leaves this island before the next tick: species → rows i64[k] in the order of uids, and
-    numbers of islands i64[k]."""
+    """Return the emigrants of this island before the next tick: species → rows i64[k] in the order of
+    uids, and numbers of islands i64[k]."""
     plan = world.config.archipelago
     targets = np.array(plan.neighbours()[plan.number], np.int64)
     out = {}
@@ -50,9 +50,9 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def copied(world: SpatialWorld) -> dict[str, Migrants]:
-    """Return copies of those that leave before the next tick, by species; the world stays as it is.
+    """Return copies of the emigrants before the next tick, by species; the world does not change.
 
-    Raises RuntimeError for one with a plain component on its entity of esper, which is no column.
+    Raises RuntimeError for an emigrant with a plain component on its entity of esper, which is not a column.
     """
     leaving = emigrants(world)
     for name, (rows, _) in leaving.items():
@@ -69,7 +69,7 @@ def copied(world: SpatialWorld) -> dict[str, Migrants]:
 
 
 def leave(world: SpatialWorld) -> None:
-    """Let those go that leave before the next tick."""
+    """Remove the emigrants before the next tick."""
     for name, (rows, to) in emigrants(world).items():
         table = world.tables[name]
         nerves = table.species.nerves
@@ -79,11 +79,10 @@ def leave(world: SpatialWorld) -> None:
 
 
 def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants]]]) -> None:
-    """Let migrants arrive at random places: (number of the island that they come from, species → migrants),
-    in the order of these numbers; within a group they come in the order of uids. Those that go elsewhere are
-    left out.
+    """Add migrants at random places: (number of the island of origin, species → migrants), in the order of
+    these numbers, and of uids within a group. Migrants to other islands are left out.
 
-    Raises CheckpointError for migrants whose columns are not those of this island.
+    Raises CheckpointError for migrants whose columns differ from those of this island.
     """
     here = world.config.archipelago.number
     for origin, species in groups:
@@ -128,8 +127,7 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         if mine != theirs:
             raise CheckpointError(
                 f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
-                f"island as {mine or 'no column'}; a species that wanders has the same "
-                "columns on all islands"
+                f"island as {mine or 'no column'}; a migrating species needs the same columns on all islands"
             )
     return {known[name][:2]: values for name, values in columns.items()}
 
@@ -138,6 +136,6 @@ def _refuse_plain(world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
     for uid, thing in world.context.registry.plain(table, rows):
         raise RuntimeError(
             f"organism {uid} of {table.name!r} has a plain "
-            f"{type(thing).__name__}, which cannot go to another island; declare it "
-            "with @component, and name it in `components`"
+            f"{type(thing).__name__}, which cannot migrate to another island; declare it with @component, "
+            "and name it in `components`"
         )

@@ -1,4 +1,4 @@
-"""Parameters of a user's own systems and sensors, in a world that lives."""
+"""Parameters of a user's own systems and sensors, in a living world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
-    """A problem for each new parameter of a system that it does not keep in an attribute of the same name."""
+    """Yield a problem for each new parameter of a system that it does not store in an attribute of the
+    same name."""
     fault = "cannot change in a living world: {} keeps no attribute {}"
     return [
         Problem(
@@ -41,7 +42,7 @@ def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
 
 
 def _changed(world: SpatialWorld, new: WorldConfig) -> Iterator[tuple[int, Any, str, Any]]:
-    """The place in the list, the system, and the name and new value of each parameter that differs."""
+    """Yield the position in the list, the system, and the name and new value of each changed parameter."""
     for i, (before, now) in enumerate(zip(world.config.systems, new.systems, strict=False)):
         old = before.parameters if isinstance(before, Use) else {}
         for name, value in now.parameters.items() if isinstance(now, Use) else ():

@@ -1,4 +1,4 @@
-"""Where the objects are that a world file places one by one, which way they face, and how long they are."""
+"""Positions, headings and lengths of objects that a world file places one by one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
-    """Yield the columns of the objects of a type that stand at places, and of those between two places."""
+    """Yield the columns of the objects of a type that are at single places, and of those between two
+    places."""
     if kind.at:
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         values: Values = {(Position, axis): place[:, i] for i, axis in enumerate("xyz")}
@@ -32,8 +33,8 @@ def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
 
 
 def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
-    """Return the columns of capsules or boxes that reach from place to place: ways f64[n, 4] [m] are
-    x, y of one end and of the other; all else is as `body` says."""
+    """Return the columns of capsules or boxes that reach from place to place: ways f64[n, 4] [m] are x, y
+    of one end and of the other; everything else is as in `body`."""
     ahead, length = ways[:, 2:] - ways[:, :2], arrays.hypot(*(ways[:, 2:] - ways[:, :2]).T)
     middle = ways[:, :2] + ahead / 2
     height = body.extents[2] / 2 if space.volume else 0.0
@@ -51,6 +52,6 @@ def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
 
 
 def _as_long(body: BodyConfig, length: float) -> BodyConfig:
-    """Return the same body with another length [m]; its mass too is another where a density says so."""
+    """Return the same body with another length [m]; its mass changes, too, if it has a density."""
     longer = {"length": length} if body.size is None else {"size": [length, *body.size[1:]]}
     return BodyConfig.model_validate(body.model_dump() | longer)

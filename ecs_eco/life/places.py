@@ -1,4 +1,4 @@
-"""Places for newborn: drawn near their parents or anywhere, where nothing is in the way."""
+"""Places for newborn: drawn near their parents or anywhere, free of obstacles."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-TRIES = 8  # places tried before a birth fails because there is no room
+TRIES = 8  # places tried before a birth fails
 APART = random.LOT + (1 << 8)  # purpose of the draws that order newborn which keep apart from each other
 
 
 class Around(NamedTuple):
-    """Where newborn may come to be: around x, y, z f32[k] [m], no further than `dispersal` [m] (below 0:
-    anywhere) and no nearer than `spacing` [m] to others of their kind: both f32, or both f32[k]."""
+    """The possible places of newborn: around x, y, z f32[k] [m], within `dispersal` [m] (below 0:
+    anywhere) and at least `spacing` [m] from others of their species: both f32, or both f32[k]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -42,7 +42,7 @@ class Around(NamedTuple):
     spacing: Any
 
     def of(self, which: np.ndarray) -> Around:
-        """Return that of some of them, i64[n]."""
+        """Return those of some newborn, i64[n]."""
         x, y, z, dispersal, spacing = self
         if isinstance(spacing, np.ndarray):
             dispersal, spacing = dispersal[which], spacing[which]
@@ -50,7 +50,7 @@ class Around(NamedTuple):
 
 
 def range_of(table: Table, way: Any) -> tuple[Any, Any]:
-    """Return the `dispersal` and `spacing` of a table's newborn, as `Around` has them: both f32, or both
+    """Return the `dispersal` and `spacing` of a table's newborn, as in `Around`: both f32, or both
     f32[high] of their parents' rows."""
     spacing: Any = np.float32(way.spacing)
     near: Any = np.float32(-1.0)
@@ -65,7 +65,7 @@ def range_of(table: Table, way: Any) -> tuple[Any, Any]:
 
 
 def around(table: Table, way: Any, parents: np.ndarray) -> Around:
-    """Return where the newborn of parents in rows i64[k] may come to be."""
+    """Return the possible places of the newborn of parents in rows i64[k]."""
     p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):
         spacing, near = spacing[parents], near[parents]
@@ -73,7 +73,7 @@ def around(table: Table, way: Any, parents: np.ndarray) -> Around:
 
 
 def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.ndarray) -> np.ndarray:
-    """Return (x, y, z, whether there is room) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
+    """Find (x, y, z, whether it is free) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
     space, ground = world.space, rocks(world)
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = random.by_lot(world.key, identity, APART)
@@ -108,8 +108,8 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
 def _forbidden(
     table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Return whether one of its kind is too near to the place of each newborn of `who` i64[n], and whether a
-    body occupies it: bool[2, n]; false for places that others judge."""
+    """Return whether a member of its species is too near to the place of each newborn of `who` i64[n], and
+    whether a body occupies it: bool[2, n]; false for places of other processes."""
     space, own, spacing = world.space, world.index(table), where.spacing
     asked, forbidden = free, np.zeros((2, who.size), np.bool_)
     if world.bands.divided:
@@ -177,13 +177,14 @@ def _forbidden(
 
 
 def takes_room(table: Table) -> bool:
-    """Return whether newborn keep clear of the bodies of a table: opaque ones, if it was not made by hand."""
+    """Return whether newborn keep clear of the bodies of a table: opaque ones, unless it was built by
+    hand."""
     kind = table.species
     return table.n > 0 and kind.section is not None and kind.body.opaque and Body in table.columns
 
 
 def radius_of(table: Table) -> float:
-    """Return the radius of the smallest sphere around a newborn without genes of its own [m]."""
+    """Return the radius of the smallest sphere around a newborn without its own genes [m]."""
     radius, way = float(table.defaults[Body]["radius"]), table.species.growth
     if Shape in table:
         radius *= bound_of(table)
@@ -216,7 +217,8 @@ def draw_places(
     out,
     free,
 ):
-    """Draw a place for each newborn i of `homeless`; free[i] says that neither water nor rock forbids it."""
+    """Draw a place for each newborn i of `homeless`; free[i] tells whether neither water nor rock forbids
+    it."""
     salt = attempt << 10
     for i in homeless:
         u, v, w = (
@@ -249,8 +251,8 @@ def draw_places(
 def _crowded(
     who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, crowded
 ):
-    """Find out at which places one of its kind lives within `spacing`, of those newborn i of `who` for whom
-    it is asked."""
+    """Find the places with a member of the species within `spacing`, for those newborn i of `who` that are
+    checked."""
     near = np.empty(ox.size, np.int64)
     for k in range(who.size):
         i = who[k]
@@ -267,9 +269,9 @@ def _crowded(
 
 @njit
 def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
-    """Give each newborn i of `homeless` its place, out[i, 3] = 1, where that is free and not crowded, and no
-    other of this tick has one within `spacing`; move those whose place is taken to the front of `homeless`,
-    and return their number."""
+    """Give each newborn i of `homeless` its place, out[i, 3] = 1, if it is free and not crowded, and no
+    other newborn of this tick has one within `spacing`; move those without a place to the front of
+    `homeless`, and return their number."""
     n = 0
     for k in range(homeless.size):
         if crowded[k]:
@@ -312,7 +314,8 @@ def _occupied(
 def _occupied_by_solids(
     who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius, point, taken
 ):
-    """`_occupied` for capsules and boxes, whose surfaces are no nearer than `radius` [m] to a free place."""
+    """Do the same as `_occupied` for capsules and boxes, whose surfaces must be at least `radius` [m] from
+    a free place."""
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     r = np.float64(radius)
     for k in range(who.size):

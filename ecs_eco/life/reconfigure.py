@@ -57,7 +57,7 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     require_whole(world, "change values", within=True)
     if world.config is None:
         raise RuntimeError(
-            "this world was made by hand, without a configuration: set what its systems read instead"
+            "this world was built by hand, without a configuration: set the values that its systems read instead"
         )
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
     new._code.require(new._source)
@@ -99,7 +99,7 @@ def reseed(world: SpatialWorld, seed: int) -> None:
 
 
 def _learners(world: SpatialWorld, table: Table, old: Species, new: Species) -> None:
-    """Let those that learn do so with new settings, and those that shall begin or stop."""
+    """Give learners new settings, and start or stop learning as configured."""
     nerves = table.species.nerves
     if nerves is None:
         return
@@ -120,7 +120,7 @@ def _settings(nerves: Nerves, species: Species) -> None:
 
 
 def learning(world: SpatialWorld, table: Table) -> None:
-    """Let a species begin to learn, or stop, as its `policy.learn` says."""
+    """Start or stop the learning of a species, as its `policy.learn` requires."""
     nerves, wanted = table.species.nerves, table.species.policy.learn
     if nerves.brain is None and nerves.individuals is None:
         return  # a random policy, which cannot learn
@@ -136,7 +136,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
 
 def _experience(table: Table, wanted: bool) -> None:
-    """Add the columns that individual learning needs, beside the policies; or remove them."""
+    """Add the columns that individual learning needs, next to the policies; or remove them."""
     table.columns.pop(Experience, None)
     table.defaults.pop(Experience, None)
     table.renew_handles()

@@ -1,4 +1,4 @@
-"""The size and mass of newborn and of founders, where these differ within a species, and what follows."""
+"""The size and mass of newborn and of founders, if these differ within a species, and their consequences."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def of_newborn(table: Table, values: Values, n: int) -> Values:
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
-    """Return mass and radius of `n` adults whose other columns are `values`, as far as they differ from these
-    and from the species' own."""
+    """Return mass and radius of `n` adults whose other columns are `values`, as far as they differ from
+    these and from the species' own."""
     return _bodies(table, values, n, 1.0)
 
 
 def masses_differ(species: Species) -> bool:
-    """Return whether the members of a species, a section of the world file, may have different masses: they
-    grow, a gene codes for the mass, or one for the radius of a body with a density."""
+    """Return whether the members of a species, a section of the world file, may have different masses:
+    they grow, a gene codes for the mass, or one for the radius of a body with a density."""
     coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
     return (
         species.growth is not None
@@ -59,8 +59,8 @@ def share_of_adult(table: Table) -> np.ndarray:
 
 
 def of_size(table: Table, store: Any) -> Any:
-    """Return the most energy that bodies of a species can hold, of which adults hold `store`, a number or an
-    array [high]: that, or where the young hold less an array [high] of its type."""
+    """Return the maximum energy of bodies of a species, of which adults can store `store`, a number or an
+    array [high]: that, or, if the young store less, an array [high] of its type."""
     way = table.species.growth
     if way is None:
         return store
@@ -71,8 +71,8 @@ def of_size(table: Table, store: Any) -> Any:
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
-    """Return bodies of a share of the adult's mass, of the same shape; adults weigh their density × volume,
-    where their radius is a gene and their mass is none."""
+    """Return bodies with a share of the adult's mass, of the same shape; adults weigh their density ×
+    volume if their radius is heritable and their mass is not."""
     grows = table.species.growth is not None
     adult: type = Stature if grows else Body
     out: Values = {}

@@ -1,4 +1,4 @@
-"""Torpor, for the systems in which the torpid take no part."""
+"""Torpor, for the systems in which torpid organisms take no part."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
 
 
 def awake(table: Table) -> np.ndarray:
-    """Return which rows live and are not torpid: bool[capacity]; the mask `alive` itself where none can be."""
+    """Return which rows are alive and not torpid: bool[capacity]; the mask `alive` itself if torpor is
+    impossible."""
     if not table.species.metabolism.torpor:
         return table.alive
     return table.alive & (table[Metabolism].energy > NONE_LEFT)

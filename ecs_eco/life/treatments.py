@@ -1,7 +1,7 @@
-"""Treatments that are applied as a world is built: something is removed, to measure what it contributes.
+"""Treatments that are applied as a world is built: each removes a factor, to measure its contribution.
 
-Their names are what `controls=` of a world and "controls" in manifests and checkpoints list;
-`ecs_eco.lab.treatments` has these and all others.
+`controls=` of a world and "controls" in manifests and checkpoints list their names; `ecs_eco.lab.treatments`
+has these and all others.
 """
 
 from __future__ import annotations
@@ -18,31 +18,33 @@ if TYPE_CHECKING:
 
 
 def no_reflexes(species: Iterable[Kind]) -> None:
-    """No organism has a reflex, whether its species' or its genes'."""
+    """Remove all reflexes, of the species and of genes."""
     for kind in species:
         if kind.nerves is not None:
             kind.nerves.reflex = None
 
 
 def neutral_drift(species: Iterable[Kind]) -> None:
-    """Genes are inherited, cross and mutate, but not expressed: all have the values of their species."""
+    """Let genes be inherited, cross and mutate without being expressed: all organisms have the values of
+    their species."""
     for heredity in _heredities(species):
         if heredity.layout is not None:
             heredity.expression = False
 
 
 def shuffled_genome(species: Iterable[Kind]) -> None:
-    """Genes and inherited weights of a newborn come from any of the living instead of its parents.
+    """Give a newborn the genes and inherited weights of random living members instead of its parents.
 
-    Genes that keep their owner alive are still more common among the living;
-    those that make it breed more are not passed on.
+    Genes that keep their owner alive are still more common among the living; genes that make it breed more
+    are not passed on.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True
 
 
 def no_mutation(species: Iterable[Kind]) -> None:
-    """Genomes cross and never mutate, and inherited weights get no noise: lost alleles do not come back."""
+    """Let genomes cross without mutation, and inherit weights without noise: lost alleles do not come
+    back."""
     for heredity in _heredities(species):
         heredity.mutation = False
 

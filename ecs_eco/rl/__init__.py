@@ -1,8 +1,8 @@
 """Reinforcement learning from outside: species as environments of PettingZoo and Gymnasium.
 
-Shapes that others expect belong here; the door that they all go through belongs to `ecs_eco.nervous`, and
-learning within a world to `ecs_eco.learning`. Needs the extra `rl`: `pip install -e ".[rl]"`. Importing it
-registers the environments that `gymnasium.make("ecs_eco/Deer-v0")` makes.
+All of them use the external control of `ecs_eco.nervous`; learning within a world belongs to
+`ecs_eco.learning`. Needs the extra `rl`: `pip install -e ".[rl]"`. Importing this package registers the
+environments of `gymnasium.make("ecs_eco/Deer-v0")`.
 """
 
 from typing import TYPE_CHECKING

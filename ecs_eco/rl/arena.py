@@ -1,4 +1,5 @@
-"""What all environments of a species share: worlds, one an episode, with a door to the species."""
+"""The common base of all environments of a species: worlds, one per episode, with external control of the
+species."""
 
 from __future__ import annotations
 
@@ -22,11 +23,11 @@ PAPER = (247, 246, 242)
 
 
 class Arena:
-    """Worlds in which somebody outside decides for a species.
+    """Worlds in which a program controls a species.
 
-    `world` is what World.from_config takes, and `build` its other arguments; or a living World, of which
-    each episode begins with a copy: the first as it is, all others with another seed. Learning within the
-    world is off unless `learn` says otherwise.
+    `world` is the argument of World.from_config, and `build` its other arguments; or a living World, of which
+    each episode begins with a copy: the first unchanged, all others with another seed. Learning within the
+    world is off unless `learn` turns it on.
     """
 
     def __init__(
@@ -58,14 +59,14 @@ class Arena:
         self._spaces()
 
     def _spaces(self) -> None:
-        """Make the spaces, of a world without organisms."""
+        """Create the spaces, from a world without organisms."""
         door = External(self._made(self.config.seed, populate=False), self.species, self.partial)
         self.channels, self.options = door.channels, door.options
         self.observation_space = spaces.observation_space(self.config.species[self.species], self.config.dims)
         self.action_space = spaces.action_space(door.options, door.low, door.high)
 
     def begin(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a new world; of a seed, or the next that follows from the last one."""
+        """Begin an episode in a new world; with a seed, or the next one after the last."""
         if seed is not None:
             self.seed, self.episode = seed_number(seed), -1
         first, self.episode = self.episode < 0, self.episode + 1
@@ -80,7 +81,7 @@ class Arena:
         return self.door.observe()
 
     def begin_alive(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a world that has members of the species; raises ConfigError where it has none."""
+        """Begin an episode in a world that has members of the species. Raises ConfigError if it has none."""
         sensed = self.begin(seed)
         if not len(sensed.uid):
             raise ConfigError(
@@ -96,17 +97,17 @@ class Arena:
         return sensed
 
     def step(self, actions: np.ndarray, uid: np.ndarray | None = None) -> Sensed:
-        """Let a tick pass, up to where the next actions are needed."""
+        """Run a tick, up to where the next actions are needed."""
         door = self.opened()
         door.act(actions, uid)
         return door.observe()
 
     def actions_as(self, flat: bool) -> Any:
-        """Return the space of actions, where it is a Dict and that is wanted as a Box."""
+        """Return the space of actions, as a Box if it is a Dict and `flat` is set."""
         return spaces.flattened(self.action_space) if flat else self.action_space
 
     def opened(self) -> External:
-        """Return the door; raises RuntimeError before the first episode."""
+        """Return the external control. Raises RuntimeError before the first episode."""
         if self.door is None:
             raise RuntimeError(f"the environment of {self.species!r} has not begun: reset() first")
         return self.door
@@ -117,7 +118,7 @@ class Arena:
         return self.world is not None and self.world.tick >= self.ended
 
     def close(self) -> None:
-        """Leave the world."""
+        """Release the world."""
         self.world = self.door = None
 
     def state(self) -> np.ndarray:
@@ -139,7 +140,7 @@ class Arena:
 
 
 class Shown:
-    """What all environments of an arena show and save."""
+    """The rendering and saving of all environments of an arena."""
 
     arena: Arena
     render_mode: str | None
@@ -154,7 +155,7 @@ class Shown:
 
 
 def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
-    """Raise ConfigError for a species that is no environment, and for another way to draw."""
+    """Raise ConfigError for a species that cannot be an environment, and for an unknown render mode."""
     problems = []
     if species not in config.species:
         known = [name for name, one in config.species.items() if one.policy.kind != "none"]
@@ -167,7 +168,7 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
         problems.append(
             Problem(
                 ("species", species, "happiness"),
-                "nothing rewards it",
+                "it has no reward",
                 allowed="a happiness network, whose changes are rewards",
                 source="ecs_eco.rl",
             )
@@ -188,7 +189,7 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
 
 
 def draw(world: World) -> np.ndarray:
-    """Return the world from above, in a volume from the side: u8[height, width, 3]."""
+    """Draw the world from above, or a volume from the side: u8[height, width, 3]."""
     across, up = ("x", "z") if world.space.volume else ("x", "y")
     extent = world.space.size[0], world.space.size[2 if world.space.volume else 1]
     scale = WIDTH / max(extent)

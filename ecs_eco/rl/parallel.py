@@ -52,7 +52,7 @@ class Parallel(Shown, ParallelEnv):
         self._actions: dict[Agent, Any] = {}
         self._named: dict[int, str] = {}  # uid → name, with a pool
         self._uids = np.zeros(0, np.uint64)  # of the agents, in their order
-        self._order = np.zeros(0, np.int64)  # their places among those that sense
+        self._order = np.zeros(0, np.int64)  # their positions among those that sense
         n = len(arena.config.species)
         self.state_space = Box(0, np.inf, (n, GRID, GRID), np.float32)
         if pool is not None:
@@ -190,9 +190,9 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Take those that sense as agents, by uid; return what they sense f32[n, channels], and whether the
-        episode ends here, by its time or because the pool has too few names: then newborns are left out.
-        """
+        """Make those that sense agents, by uid; return their observations f32[n, channels], and whether
+        the episode ends here, by its time or because the pool has too few names: then newborns are left
+        out."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:
@@ -208,7 +208,7 @@ class Parallel(Shown, ParallelEnv):
         return sensed.x[order], late
 
     def _chosen(self, actions: dict[Agent, Any]) -> np.ndarray:
-        """Return the actions of all agents in the order of the door, [n, groups]; raises ConfigError."""
+        """Return the actions of all agents in the order of the control, [n, groups]. Raises ConfigError."""
         known = set(self.agents)
         if actions.keys() != known:
             missing, strange = sorted(known - actions.keys()), [a for a in actions if a not in known]
@@ -223,7 +223,7 @@ class Parallel(Shown, ParallelEnv):
                 )
                 for fault, agents in (
                     ("no action", missing),
-                    ("no agent of now: dead, or never born", strange),
+                    ("not a current agent: dead, or never born", strange),
                 )
                 if agents
             ]

@@ -1,4 +1,4 @@
-"""The environments that `gymnasium.make` knows: a species of a shipped world each."""
+"""The environments of `gymnasium.make`: one species of a shipped world each."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ENVIRONMENTS = {
 
 
 def register() -> None:
-    """Let Gymnasium know them, where it is installed; once is enough."""
+    """Register them with Gymnasium, if it is installed; once is enough."""
     if find_spec("gymnasium") is None:
         return
     from gymnasium.envs.registration import register as enter
@@ -39,5 +39,5 @@ def register() -> None:
 
 
 def needed(module: str) -> ModuleNotFoundError:
-    """Return the error for an optional package that is missing."""
+    """Return the error for a missing optional package."""
     return ModuleNotFoundError(f"{module} is not installed: pip install 'ecs-eco[rl]'", name=module)

@@ -17,10 +17,10 @@ except ModuleNotFoundError as error:
 
 
 class SlotsVecEnv(VecEnv):
-    """A VecEnv of Stable-Baselines3 over slots. It knows no empty slots: take fewer than there are bodies.
+    """A VecEnv of Stable-Baselines3 over slots. It has no empty slots: take fewer than there are bodies.
 
-    Stable-Baselines3 takes no Dict of actions: where options and numbers are chosen, actions are a Box, as
-    `ecs_eco.rl.spaces.flattened` says.
+    Stable-Baselines3 does not support a Dict of actions: if there are options and numbers, actions are a Box,
+    see `ecs_eco.rl.spaces.flattened`.
     """
 
     def __init__(self, envs: Slots) -> None:
@@ -36,11 +36,11 @@ class SlotsVecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Note the actions of the next step."""
+        """Store the actions of the next step."""
         self._actions = actions
 
     def step_wait(self) -> Any:
-        """Let a tick pass."""
+        """Run a tick."""
         x, reward, terminated, truncated, infos = self.envs.step(self._actions)
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for slot in np.flatnonzero(terminated | truncated):
@@ -51,7 +51,7 @@ class SlotsVecEnv(VecEnv):
         return x, reward.astype(np.float32), terminated | truncated, told
 
     def close(self) -> None:
-        """Leave the world."""
+        """Release the world."""
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
@@ -67,7 +67,7 @@ class SlotsVecEnv(VecEnv):
         return [getattr(self.envs, method_name)(*args, **kwargs)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Say that no slot is wrapped."""
+        """Return False for each slot: none is wrapped."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> list[Any]:

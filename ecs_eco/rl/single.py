@@ -29,7 +29,7 @@ class Body(Shown, Env):
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
         self.channels, self.options = arena.channels, arena.options
         self.observation_space, self.action_space = arena.observation_space, arena.actions_as(flat)
-        self.uid = 0  # of the organism; 0: none lives
+        self.uid = 0  # of the organism; 0: none is alive
         self._sensed: Sensed | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""What an organism senses and does, as spaces of Gymnasium."""
+"""Observations and actions of an organism as spaces of Gymnasium."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MOST = 1 + 1e-6  # of a cosine, with the rounding of float32
 
 
 def observation_space(species: Species, dims: int) -> spaces.Box:
-    """Return the box of a species' channels, f32[channels]; infinite where a sensor has no limits."""
+    """Return the box of a species' channels, f32[channels]; infinite if a sensor has no limits."""
     ends = [end for sensor in species.sensors for end in _ends(sensor, dims)]
     low, high = np.array(ends, np.float32).reshape(-1, 2).T
     return spaces.Box(low, high, dtype=np.float32)
 
 
 def _ends(sensor: AnySensor, dims: int) -> list[tuple[float, float]]:
-    """Return least and most of each channel of a sensor."""
+    """Return the limits of each channel of a sensor."""
     channels = sensor.channels(dims)
     if isinstance(sensor, Nearest) or (isinstance(sensor, Rays) and sensor.report == "closest"):
         return [(0.0, 1.0) if name.endswith("_near") else (-MOST, MOST) for name in channels]
@@ -35,8 +35,8 @@ def _ends(sensor: AnySensor, dims: int) -> list[tuple[float, float]]:
 
 
 def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.ndarray) -> spaces.Space[Any]:
-    """Return the space of a species' choices: Discrete for one group of options, MultiDiscrete for several,
-    a Box for continuous groups, and a Dict by group where there are both."""
+    """Return the space of a species' choices: Discrete for one group of options, MultiDiscrete for
+    several, a Box for continuous groups, and a Dict by group if there are both."""
     sizes = [len(names) for names in options.values() if names]
     ends = low[len(sizes) :], high[len(sizes) :]
     if len(sizes) == len(options):
@@ -44,7 +44,7 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
     if not sizes:
         return spaces.Box(*ends, dtype=np.float32)
     return spaces.Dict(
-        OrderedDict(  # of a plain dict it would sort the groups
+        OrderedDict(  # it would sort the groups of a plain dict
             (group, spaces.Discrete(len(names)) if names else spaces.Box(low[i], high[i], (), np.float32))
             for i, (group, names) in enumerate(options.items())
         )
@@ -53,7 +53,7 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
 
 def flattened(space: spaces.Space[Any]) -> spaces.Space[Any]:
     """Return a Dict of options and numbers as a Box with a number from −1 to 1 for each group; another space
-    as it is.
+    unchanged.
 
     The range is divided evenly among the options of a group, and is stretched to that of a number.
     """
@@ -92,7 +92,7 @@ def stacked(space: spaces.Space[Any], actions: list[Any]) -> Any:
 
 
 def width(space: spaces.Space[Any]) -> int:
-    """Return the number of groups that a space has."""
+    """Return the number of groups of a space."""
     if isinstance(space, spaces.Dict):
         return len(space.spaces)
     return int(np.prod(space.shape or (), dtype=int)) or 1

@@ -19,7 +19,7 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "gymnasium") from None
 
-FILL = random.LOT + (4 << 8)  # purpose of the draws of who gets a free slot
+FILL = random.LOT + (4 << 8)  # purpose of the draws that fill free slots
 Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
@@ -37,7 +37,7 @@ class Slots(Shown, VectorEnv):
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
         self.arena, self.num_envs, self.render_mode = arena, whole_number("n", n, 1), render_mode
-        self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL asks
+        self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL requires
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.channels, self.options = arena.channels, arena.options
         self.single_observation_space, self.single_action_space = (
@@ -47,7 +47,7 @@ class Slots(Shown, VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # of the bodies; 0: an empty slot
-        self._at = np.zeros(n, np.int64)  # their places among those that sense
+        self._at = np.zeros(n, np.int64)  # their positions among those that sense
 
     @property
     def mask(self) -> np.ndarray:
@@ -109,7 +109,7 @@ class Slots(Shown, VectorEnv):
         return x, reward, ended, truncated, self._infos(over, final, last)
 
     def close_extras(self, **_: object) -> None:
-        """Leave the world."""
+        """Release the world."""
         self.arena.close()
 
     def _anew(self, seed: int | None = None) -> np.ndarray:
@@ -117,7 +117,7 @@ class Slots(Shown, VectorEnv):
         return self._filled(self.arena.begin_alive(seed))
 
     def _find(self, uids: np.ndarray) -> np.ndarray:
-        """Look up the bodies among u64[k]; return which slots' are there, bool[n]."""
+        """Find the bodies among u64[k]; return which slots' bodies are there, bool[n]."""
         if not len(uids):
             return np.zeros(self.num_envs, np.bool_)
         self._at = _places(uids, self.uid)
@@ -125,7 +125,7 @@ class Slots(Shown, VectorEnv):
         return there
 
     def _filled(self, sensed: Sensed) -> np.ndarray:
-        """Give free slots bodies that have none; return what all sense f32[n, channels]."""
+        """Give free slots bodies that have none; return the observations of all f32[n, channels]."""
         free = np.flatnonzero(self.uid == 0)
         if len(free) and len(sensed.uid) > self.num_envs - len(free):
             others = np.setdiff1d(sensed.uid, self.uid)
@@ -141,8 +141,8 @@ class Slots(Shown, VectorEnv):
     def _infos(
         self, over: np.ndarray | None = None, final: Any = None, last: dict[str, np.ndarray] | None = None
     ) -> dict[str, Any]:
-        """Return what is told beside a step, in Gymnasium's form: of the slots whose bodies' episodes are
-        `over` bool[n], the `final` observations f32[n, channels], and the `last` infos [n]."""
+        """Return the infos of a step, in Gymnasium's form: of the slots whose bodies' episodes are `over`
+        bool[n], the `final` observations f32[n, channels], and the `last` infos [n]."""
         infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.astype(np.int64)}
         if over is not None and last is not None and over.any():
             observations = np.full(self.num_envs, None, object)
@@ -154,7 +154,7 @@ class Slots(Shown, VectorEnv):
 
 
 def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the places i64[k] of wanted u64[k] among uids u64[n]; of those that are not there, any."""
+    """Return the positions i64[k] of wanted u64[k] among uids u64[n]; any number for missing ones."""
     order = np.argsort(uids)
     at: np.ndarray = order[np.minimum(np.searchsorted(uids[order], wanted), max(0, len(uids) - 1))]
     return at

@@ -200,7 +200,7 @@ def test_it_shows_itself_and_its_state():
     ("species", "more", "says"),
     [
         ("dear", {}, 'did you mean "deer"'),
-        ("grass", {}, "nothing rewards it"),
+        ("grass", {}, "it has no reward"),
         ("deer", {"render_mode": "human"}, "rgb_array"),
     ],
 )

@@ -159,7 +159,7 @@ def test_a_trained_policy_becomes_the_letters_of_founders():
     assert np.array_equal(pupils[Policy].weights[rows], np.repeat(first, rows.size, axis=0))
     for p in module.parameters():
         p.data[...] = 5.0
-    with pytest.raises(ConfigError, match="it cannot code for the weights that founders get"):
+    with pytest.raises(ConfigError, match="it cannot code for the weights of founders"):
         World.from_config(alike, policies={"goat": module}, record=False)
 
 
