@@ -78,7 +78,9 @@ def _environment(name: str, door: External, config: WorldConfig) -> str:
         or " + ".join(f"{w:g} × {n}" for n, w in happiness.weights.items())
         or "a function of its own"
     )
-    limits = [end for one in species.lethal for end in ((one.low, one.min), (one.high, one.max))]
+    limits = [
+        end for one in species.lethal for end in ((one.cause_below, one.min), (one.cause_above, one.max))
+    ]
     causes = [cause for cause, end in limits if end is not None]
     eaters = [
         f"eaten by {other}"

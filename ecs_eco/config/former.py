@@ -77,7 +77,7 @@ def by_former_names(config: Any) -> dict[str, Any]:
 
 def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
     """Yield the present name of each key that was given by a former one, at its first place."""
-    first = {(former, key[-1]): key for key, former in reversed(renamed.items())}
+    first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
     yield from (
         f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())
     )
