@@ -36,7 +36,7 @@ def in_reach(world: World, name: str, sample: int = 300) -> float:
                 d = np.stack([q.x[r] - p.x[row], q.y[r] - p.y[row]])
                 size = np.array(world.space.size[:2])[:, None]
                 d -= size * np.round(d / size)
-                total += int(((d**2).sum(0) < sensor.radius**2).sum()) - (others is table)
+                total += int(((d**2).sum(0) < sensor.range**2).sum()) - (others is table)
     return total / len(rows)
 
 

@@ -38,7 +38,7 @@ SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}  # whom each looks out for: n
 
 def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
     """Return the section of a genome with both genes."""
-    traits = {"pace": "locomotion.pace", "sight": f"sensors.{SIGHT[species][0]}.radius"}
+    traits = {"pace": "locomotion.pace", "sight": f"sensors.{SIGHT[species][0]}.range"}
     genes = [
         {
             "name": name,

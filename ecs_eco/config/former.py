@@ -1,12 +1,13 @@
 """Former names of keys, which a field declares with `former`: they are read, and hashes are taken of them."""
 
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from ecs_eco.config.numbers import labels
 from ecs_eco.config.rules import Key
+from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import Section
 from ecs_eco.learning.aliases import FORMER
 
@@ -72,6 +73,17 @@ def by_former_names(config: Any) -> dict[str, Any]:
         values.clear()
         values.update(renamed)
     return data
+
+
+def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
+    """Yield the present name of each key that was given by a former one, at its first place."""
+    first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
+    yield from (
+        f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())
+    )
+    for name, species in config.species.items():
+        if (way := species.reproduction) is not None and way.kind == "simplified":
+            yield f'species.{name}.reproduction: write kind = "asexual", place = "{way.place}" for simplified'
 
 
 def is_section(kind: Any) -> bool:

@@ -14,13 +14,13 @@ from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.extension import model_for, unknown_keys
 from ecs_eco.config.features.feature import Feature
+from ecs_eco.config.former import notes_on
 from ecs_eco.config.knobs import check_knobs
 from ecs_eco.config.measurements import check_measurements
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.world import Ramp, Training, WorldConfig
 from ecs_eco.config.mutable_keys import refused
 from ecs_eco.config.names import names_in, own_features
-from ecs_eco.config.notes import on_former_names
 from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
@@ -287,7 +287,7 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
     code, problems = _read_code(document, data.get("code"))
     config = _model(document, code).model_validate(data)
     config._folder, config._source, config._code = document.folder, document.source, code
-    config._renamed = tuple(on_former_names(config, document.renamed))
+    config._renamed = tuple(notes_on(document.renamed, config))
     problems += unknown_keys(config)
     if known is not None and (known.terrain, known.space) == (config.terrain, config.space):
         config._land = known._land

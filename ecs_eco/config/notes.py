@@ -1,14 +1,12 @@
 """Notes on a world: what is allowed, and may not be what its author means."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from ecs_eco.config.derived import all_genes
 from ecs_eco.config.features.feature import of_each
-from ecs_eco.config.models.reproduction import Bearing, Simplified
+from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.ranges import name_of
-from ecs_eco.config.rules import Key
 from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
@@ -30,15 +28,6 @@ def notes(config: WorldConfig) -> list[str]:
         )
         found += [f"species.{name}{note}" for note in about]
     return found
-
-
-def on_former_names(config: WorldConfig, renamed: Mapping[Key, str]) -> Iterator[str]:
-    """Yield the present name of each key that was given by a former one, at its first place."""
-    first = {(former, key[-1]): key for key, former in reversed(list(renamed.items()))}
-    yield from (f"{name_of(key)} was called {former}" for (former, _), key in reversed(list(first.items())))
-    for name, species in config.species.items():
-        if isinstance(way := species.reproduction, Simplified):
-            yield f'species.{name}.reproduction: write kind = "asexual", place = "{way.place}" for simplified'
 
 
 def _on_land(config: WorldConfig) -> Iterator[str]:
