@@ -38,7 +38,7 @@ FIGURES = {  # the others are named after their study: what each shows
     "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
     "goats_factorial": (
         "goats_factorial.svg",
-        "Selection coefficients of four genes, and newborn that eat yellow grass, by learning and inheritance",
+        "Selection coefficients of four genes, and how often newborns eat yellow grass, by inheritance",
     ),
     "happiness": ("happiness_genes.png", "Weights of happiness in the genomes of voles over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
