@@ -122,8 +122,6 @@ class World:
             raise ValueError(
                 f"system {type(system).__name__} is in a world already; make another instance for this one"
             )
-        if isinstance(system, Scheduled):
-            system.check_needs()
         system.phase = phase  # type: ignore[attr-defined]
         # esper keeps the system: it must not keep the world
         system.world = weakref.proxy(self)  # type: ignore[attr-defined]
