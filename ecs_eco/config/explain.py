@@ -11,7 +11,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
 from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
-from ecs_eco.inputs.section import Section
+from ecs_eco.inputs.section import Section, kinds_of
 
 FORMS = ("names", "range", "word", "number", "with")  # tags of unions whose members have no `kind`
 WORDS: dict[Any, str] = {

@@ -123,12 +123,6 @@ def places_of(model: type[Section], data: object, key: Key = (), kind: str = "")
         yield from _within(info.annotation, inner, (*key, name))
 
 
-def kinds_of(section: object) -> tuple[Any, ...]:
-    """Return the values of `kind` by which unions know a section."""
-    info = getattr(section, "model_fields", {}).get("kind")
-    return typing.get_args(info.annotation) if info else ()
-
-
 def _within(annotation: object, data: object, key: Key) -> Iterator[Place]:
     """Yield the keys of the sections in a type: a section, a union, or a table or list of them."""
     origin, parts = typing.get_origin(annotation), typing.get_args(annotation)

@@ -6,13 +6,14 @@ import inspect
 import re
 import textwrap
 from functools import cache
-from typing import Any
+
+from ecs_eco.engine.schema import Handle
 
 FIELD = re.compile(r"^    (\w+)\s*:[^#\n]*# *(?:\[([^\]]*)\] *)?(.*)$", re.MULTILINE)
 
 
 @cache
-def comments_of(component: Any) -> dict[str, tuple[str, str]]:
+def comments_of(component: type[Handle]) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of each field of a component that has a comment; none without its source."""
     try:
         source = textwrap.dedent(inspect.getsource(component))

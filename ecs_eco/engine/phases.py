@@ -31,9 +31,6 @@ class Scheduled(Processor):
     phase = "interact"
     divisible: ClassVar[bool] = False  # whether each process of a divided world may run it for its own band
 
-    def check_needs(self) -> None:
-        """Raise TypeError where it does not declare what it works on."""
-
     def start(self, world: Any) -> None:
         """Prepare for a world; called once, when the system is added."""
 

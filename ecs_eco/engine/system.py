@@ -63,10 +63,10 @@ class System(Scheduled):
     # the tables that have what it needs, what they were derived from, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
-    def check_needs(self) -> None:
+    def __init_subclass__(cls) -> None:
         """Raise TypeError where `update` is defined and `needs` is not: it would be called for every table."""
-        cls = type(self)
-        declared = "needs" in vars(self) or any("needs" in vars(c) for c in cls.__mro__ if c is not System)
+        super().__init_subclass__()
+        declared = any("needs" in vars(c) for c in cls.__mro__[: cls.__mro__.index(System)])
         if cls.update is not System.update and cls.process is System.process and not declared:
             raise TypeError(
                 f"{cls.__name__} has no `needs`: declare the components of the tables that it updates, "

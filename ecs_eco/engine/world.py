@@ -150,8 +150,6 @@ class World:
             raise ValueError(
                 f"system {type(system).__name__} is already in a world; create another instance for this one"
             )
-        if isinstance(system, Scheduled):
-            system.check_needs()
         system.phase = phase  # type: ignore[attr-defined]
         # esper keeps the system, which must not keep the world
         system.world = weakref.proxy(self)  # type: ignore[attr-defined]

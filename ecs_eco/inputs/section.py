@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple, get_args
 
 from pydantic import (
     AfterValidator,
@@ -122,6 +122,12 @@ class Section(BaseModel):
             cls.marks[0] if change is None else Change(change),
             cls.marks[1] if own is None else Own(own),
         )
+
+
+def kinds_of(section: object) -> tuple[Any, ...]:
+    """Return the values of `kind` by which unions know a section."""
+    info = getattr(section, "model_fields", {}).get("kind")
+    return get_args(info.annotation) if info else ()
 
 
 def with_keyword(name: str, kind: object, declared: object) -> Any:

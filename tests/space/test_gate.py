@@ -109,7 +109,7 @@ def test_places_written_between_ticks_are_brought_back_or_refused(ways):
             with world:
                 esper.component_for_entity(world.entity(2), Position).x = value
         if np.isnan(value):
-            with pytest.raises(ValueError, match=r"moss, uid 2: Position\.x is nan; allowed"):
+            with pytest.raises(ValueError, match=r"moss, uid 2: Position\.x is nan; expected"):
                 world.run(1)
             assert world.tick == 2
         else:
