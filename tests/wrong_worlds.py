@@ -298,7 +298,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         '{ name = "energy", kind = "touch"',
         "goat.sensors.3.name",
         '"energy"',
-        "a name of its own",
+        "a unique name",
         "",
     ),
     "mean's name": (
@@ -309,7 +309,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         "name",
         "",
     ),
-    "two kinds": ("[objects.stone]", "[objects.goat]", "objects.goat", '"goat"', "a name of its own", ""),
+    "two kinds": ("[objects.stone]", "[objects.goat]", "objects.goat", '"goat"', "a unique name", ""),
     "bad name": ("[objects.stone]", '[objects."a stone"]', "objects.a stone", "", "a letter, then", ""),
     "policy file": (
         "hidden = [8]",

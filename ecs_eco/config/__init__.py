@@ -1,8 +1,7 @@
 """World files: the models of every section, loading with overrides, checks across sections, and formulas.
 
-The contents of a file belong here; building a world from it belongs to `ecs_eco.worlds`, its behaviour to
-`ecs_eco.systems`. Nothing here imports numba or torch. Names load when first used: `import ecs_eco.config`
-loads no models.
+`ecs_eco.ecosystem` builds a world from a configuration; `ecs_eco.systems` defines its behavior. This package
+imports neither numba nor torch. Names load on first use: `import ecs_eco.config` loads no models.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The worlds of an archipelago: what is wrong with it, with the values of its islands, and their seeds."""
+"""The worlds of an archipelago: checks of its section and of the values of its islands, and their seeds."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -9,7 +9,7 @@ from ecs_eco.config.rules import written_at
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
-"""Parts of a world that its islands share."""
+"""Parts of a world that all islands share."""
 ALIKE: tuple[tuple[str, ...], ...] = (
     ("genome",),
     ("sensors",),
@@ -20,7 +20,7 @@ ALIKE: tuple[tuple[str, ...], ...] = (
     ("policy", "network"),
     ("ppo", "horizon"),
 )
-"""Parts of a species that wanders which must be the same on all islands: its columns follow from them."""
+"""Parts of a migrating species that must be the same on all islands: its columns follow from them."""
 
 
 def seed_of(seed: int, number: int) -> int:
@@ -31,7 +31,7 @@ def seed_of(seed: int, number: int) -> int:
 
 
 def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], WorldConfig]) -> list[Problem]:
-    """Return the problems of the islands' own values; `world_of` gives an island's world by its name."""
+    """Return the problems of the islands' own values; `world_of` returns an island's world by its name."""
     plan = config.archipelago
     if plan is None or plan.here is not None:
         return []
@@ -42,9 +42,9 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
         problems += [
             Problem(
                 (*place, key),
-                "is the same on all islands",
+                "must be the same on all islands",
                 value,
-                "a key of the rest of the world, for example species.deer.count",
+                "another key of the world, for example species.deer.count",
             )
             for key, value in own.items()
             if key_of(key)[0] in FIXED
@@ -64,7 +64,7 @@ def _written(problem: Problem, values: Iterable[str]) -> str | None:
 
 
 def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:
-    """Problems of an island that could not take migrants, or give any."""
+    """Yield problems of an island that could not exchange migrants."""
     place = ("archipelago", "islands", name)
     pairs: list[tuple[str, Any, Any]] = [
         ("substances", list(config.substances), list(world.substances)),
@@ -81,8 +81,8 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
         if before != now:
             yield Problem(
                 (*place, key),
-                "differs from the other islands, and migrants take it along",
-                allowed="the same for all islands, or a species that stays",
+                "differs from the other islands, but migrants carry it along",
+                allowed="the same for all islands, or a species that does not migrate",
             )
 
 
@@ -93,7 +93,7 @@ def _at(data: object, path: tuple[str, ...]) -> Any:
 
 
 def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
-    """The problems of [archipelago]."""
+    """Yield the problems of [archipelago]."""
     plan = config.archipelago
     if plan is None:
         return
@@ -112,9 +112,9 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
             yield Problem(
                 (*at, "migration_probability", name),
-                "keeps its site: plants that spread do not wander",
+                "keeps its site: plants that spread do not migrate",
                 name,
-                "a species that has no reproduction of the kind spread",
+                "a species that reproduces otherwise",
             )
     if plan.graph != "own" and plan.edges:
         yield Problem(
@@ -134,4 +134,4 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         if edge[0] == edge[1]:
             yield Problem((*at, "edges", i), "leads from an island to itself", edge, "two islands")
         elif edge in plan.edges[:i]:
-            yield Problem((*at, "edges", i), "stands there already", edge, "each edge once")
+            yield Problem((*at, "edges", i), "is listed already", edge, "each edge once")

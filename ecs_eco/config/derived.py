@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species
 
 SAMPLES = 4096  # combinations of gene values at which a formula is checked
-MOST_GENES = 12  # that vary in these: further ones have their least value
+MOST_GENES = 12  # genes that vary in these; further ones have their least value
 
 
 def all_genes(species: Species) -> list[Gene]:
@@ -94,7 +94,8 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
 def _of_range(
     section: GenomeSection, formulas: Mapping[str, Formula], name: str, trait: Trait
 ) -> Iterator[Problem]:
-    """Yield the problem of a formula with values that its trait cannot have, and where it has them."""
+    """Yield the problem of a formula with values that its trait cannot have, and the gene values that
+    cause them."""
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out
@@ -112,7 +113,7 @@ def _of_range(
 
 
 def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> list[str]:
-    """Return the genes that a formula reads, itself or by other formulas, in their order."""
+    """Return the genes that a formula reads, directly or through other formulas, in their order."""
     read, left = set[str](), [name]
     while left:
         for other in formulas[left.pop()].names - read:
@@ -122,8 +123,8 @@ def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: s
 
 
 def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> dict[str, np.ndarray]:
-    """Return values of the genes that a formula reads, every combination of some of each, and what it and
-    other formulas make of them: f64[samples] of genes, f32[samples] of formulas."""
+    """Return values of the genes that a formula reads, every combination of some of each, and the values
+    of it and other formulas: f64[samples] of genes, f32[samples] of formulas."""
     genes = {gene.name: gene for gene in section.genes}
     read = _genes_read(section, formulas, name)
     n = max(2, int(SAMPLES ** (1 / len(read))))
@@ -137,7 +138,7 @@ def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str)
 
 
 def _values_of(gene: Gene, n: int) -> np.ndarray:
-    """Return at most n values of a gene, its least and greatest among them."""
+    """Return at most n values of a gene, including its least and greatest."""
     if gene.values is not None:
         values = np.unique(gene.values or [0.0])
         return values[np.unique(np.linspace(0, values.size - 1, n).astype(int))]

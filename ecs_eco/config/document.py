@@ -1,4 +1,4 @@
-"""A world before it is checked: its data, and the file and line that each part of it comes from."""
+"""A world before it is checked: its data, and the file and line of each part of it."""
 
 import copy
 import os
@@ -23,7 +23,7 @@ from ecs_eco.inputs.code import Code
 
 @dataclass
 class Document:
-    """A world before it is checked, and where each part of it comes from."""
+    """A world before it is checked, and the origin of each part."""
 
     data: dict[str, Any]
     source: str
@@ -31,18 +31,18 @@ class Document:
     text: str = ""
     set_by: str = "--set"
     code: Code | None = None  # of the world that this one modifies: no other code may be named
-    places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; none: in its folder
+    places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; None: in its folder
     original: WorldConfig | None = None  # that this one modifies: its land need not be read again
-    features: tuple[type[Feature], ...] = ()  # of species, handed over in Python
+    features: tuple[type[Feature], ...] = ()  # of species, passed in Python
 
     @cached_property
     def lines(self) -> dict[Key, int]:
-        """The line of every key of the text; none where there is no text."""
+        """The line of every key of the text; none if there is no text."""
         lines = key_lines(self.text) if self.text else {}
         return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
 
     def quoted(self, key: Key, value: object) -> str:
-        """The value of a key as the text has it on one line, or ""."""
+        """Return the value of a key as in the text, if it is on one line, or ""."""
         begin, end = self._spans.get(key, (0, 0))
         with suppress(ValueError):
             if begin < end and parse_toml(f"v = {self.text[begin:end]}") == {"v": value}:
@@ -58,17 +58,17 @@ class Document:
         self.renamed = dict(rename(self.data, WorldConfig))  # key, and its former name, by which it was given
 
     def refused(self, problems: Sequence[Problem]) -> ConfigError:
-        """The error for these problems, each with its place."""
+        """Return the error for these problems, each with its place."""
         return ConfigError([placed(p, self) for p in problems], f"{self.source}: {how_many(len(problems))}")
 
     @property
     def changes(self) -> dict[Key, Any]:
-        """Values set from outside, by key."""
+        """Return the values set from outside, by key."""
         return {key: value_at(self.data, key) for key in self.set}
 
 
 def read_document(world: object) -> Document:
-    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError."""
+    """Return the document of a shipped world, a file, a dict or a configuration. Raises ConfigError."""
     if isinstance(world, Document):
         return world
     if isinstance(world, WorldConfig):
@@ -83,7 +83,7 @@ def read_document(world: object) -> Document:
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
-        # a shipped world's files lie beside it, wherever its dict has been
+        # a shipped world's files lie next to it, wherever its dict has been
         home = shipped().get(str(world.get("name")))
         return Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
     path = _path(world)
@@ -92,12 +92,13 @@ def read_document(world: object) -> Document:
 
 
 def present(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a stored configuration in which keys have their present names."""
+    """Return a copy of a stored configuration with the present names of keys."""
     return Document(copy.deepcopy(dict(data)), "dict", Path()).data
 
 
 def _path(world: object) -> Path:
-    """The file of a world: of its name, a path, or a folder with one world file; raises ConfigError."""
+    """Return the file of a world: of its name, a path, or a folder with one world file. Raises
+    ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))
@@ -112,7 +113,7 @@ def _path(world: object) -> Path:
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """The problem with its source and line, and the value where it lacks one."""
+    """Return the problem with its source and line, and with the value if it lacks one."""
     if problem.source:
         return problem
     value = problem.value

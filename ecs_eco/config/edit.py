@@ -1,4 +1,4 @@
-"""Changes values in the text of a world file and keeps the rest; or writes a world as new TOML."""
+"""Change values in the text of a world file and keep the rest; or write a world as new TOML."""
 
 import json
 import tomllib
@@ -16,7 +16,8 @@ from ecs_eco.engine.errors import MISSING
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:
-    """The text with these values, and the ranges beside numbers kept; None if it cannot be edited so."""
+    """Return the text with these values, with ranges next to numbers kept; None if it cannot be edited
+    that way."""
     try:
         for key, value in values.items():
             text = _put(text, key, value)
@@ -50,7 +51,7 @@ def _put(text: str, key: Key, value: object) -> str:
 
 
 def literal(value: object) -> str:
-    """A value as TOML writes it, tables on one line."""
+    """Return a value as TOML, tables on one line."""
     if isinstance(value, Mapping):
         return (
             "{ "
@@ -69,7 +70,7 @@ def _bare(name: str) -> str:
 
 
 def as_toml(data: Mapping[str, Any]) -> str:
-    """A world as TOML: its JSON form without absent values."""
+    """Return a world as TOML: its JSON form without absent values."""
     plain = {k: v for k, v in data.items() if not isinstance(v, Mapping)}
     lines = [f"{k} = {literal(v)}" for k, v in plain.items() if v is not None]
     for name, part in data.items():
@@ -79,7 +80,7 @@ def as_toml(data: Mapping[str, Any]) -> str:
 
 
 def _section(key: Key, part: Mapping[str, Any]) -> list[str]:
-    """A table under its header; species, objects and fields with a header for each entry."""
+    """Return a table under its header; species, objects and fields with a header for each entry."""
     head = ".".join(_bare(str(k)) for k in key)
     if len(key) == 1 and key[0] in ("species", "objects", "fields"):
         return [line for name, inner in part.items() for line in _section((*key, name), inner)]

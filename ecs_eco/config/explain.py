@@ -1,4 +1,4 @@
-"""Describes pydantic's errors in words: key, value, what is allowed, the nearest right name."""
+"""Describe pydantic's errors: key, value, what is expected, the nearest valid name."""
 
 import typing
 from typing import Any
@@ -11,7 +11,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
 from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
-from ecs_eco.inputs.section import Section, kinds_of
+from ecs_eco.inputs.section import Section
 
 FORMS = ("names", "range", "word", "number", "with")  # tags of unions whose members have no `kind`
 WORDS: dict[Any, str] = {
@@ -22,7 +22,7 @@ WORDS: dict[Any, str] = {
     list: "a list",
     dict: "a table",
 }
-TYPES = {  # of pydantic's errors, by how their names begin
+TYPES = {  # of pydantic's errors, by prefix
     "float": float,
     "int": int,
     "bool": bool,
@@ -46,7 +46,7 @@ LIMITS = {
 def problems_of(
     error: ValidationError, data: dict[str, Any], model: type[Section] = WorldConfig
 ) -> list[Problem]:
-    """One problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
+    """Return one problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
     errors = error.errors(include_url=False, include_input=False)[: MOST + 1]
     unknown = any(e["type"] == "extra_forbidden" for e in errors)
     places = list(places_of(model, data)) if unknown else []
@@ -54,7 +54,7 @@ def problems_of(
 
 
 def value_at(data: Any, key: Key) -> Any:
-    """The value at a key, or MISSING."""
+    """Return the value at a key, or MISSING."""
     for part in key:
         try:
             data = data[part]
@@ -101,9 +101,10 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
 
 
 def _key(loc: tuple[Any, ...], data: object) -> Key:
-    """The location without the tags of unions; a section's kind, which may be a key too, comes first."""
+    """Return the location without the tags of unions; a section's kind, which may be a key too, comes
+    first."""
     key: list[str | int] = []
-    tagged = False  # whether the tag of this section is left out already
+    tagged = False  # whether the tag of this section has been left out already
     for part in loc:
         if part == "[key]" or (isinstance(data, dict) and data.get("kind") == part and not tagged):
             tagged = True
@@ -118,7 +119,7 @@ def _key(loc: tuple[Any, ...], data: object) -> Key:
 def field_at(
     key: Key, data: object, model: type[Section] = WorldConfig
 ) -> tuple[FieldInfo | None, type[Section] | None]:
-    """The field that a key names in a model, and the section that holds it."""
+    """Return the field of a key in a model, and the section that contains it."""
     kind: Any = model
     info: FieldInfo | None = None
     parent: type[Section] | None = None
@@ -134,12 +135,12 @@ def field_at(
 
 
 def _tags(kind: object) -> list[str]:
-    """All kinds of the union that a type is, or holds a list of."""
+    """Return all kinds of the union that a type is, or a list of."""
     return [*tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:
-    """The values that a field allows, in words."""
+    """Describe the values that a field allows."""
     kind = type_of(info.annotation, None) if info else None
     if typing.get_origin(kind) is typing.Literal:
         return listed(map(str, typing.get_args(kind)))

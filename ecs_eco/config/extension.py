@@ -1,4 +1,4 @@
-"""Models of worlds whose species have features of the users' own."""
+"""Models of worlds whose species have features defined by users."""
 
 from collections.abc import Iterator
 from difflib import get_close_matches
@@ -19,16 +19,16 @@ Features = tuple[type[Feature], ...]
 
 
 def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
-    """Return the model of a world that lists this code, and whose species have features handed over in
-    Python: those that the code defines included, or any key where the code may not run yet."""
+    """Return the model of a world that lists this code, and whose species have features passed in Python:
+    those that the code defines included, or any key if the code may not run yet."""
     features = (*handed, *(f for f in code.subclasses(Feature) if f not in handed))
     return world_with(features, bool(code.sources) and not code.allowed)
 
 
 @lru_cache(100)
 def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
-    """Return the model of worlds whose species have these features besides the shipped ones; `any_key`:
-    and may have keys that no model knows."""
+    """Return the model of worlds whose species have these features in addition to the shipped ones; with
+    `any_key`, they may have unknown keys."""
     if not features and not any_key:
         return WorldConfig
     config = {"model_config": ConfigDict(extra="allow")} if any_key else {}
@@ -56,7 +56,7 @@ def unknown_keys(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _reduced(config: Any) -> tuple[Any, ...]:
-    """Return how a world is pickled whose model was made here: classes of code have no name in other
+    """Return how to pickle a world whose model was created here: its classes have no name in other
     processes."""
     handed = tuple(f for f in own_features(config) if not config._code.subclasses(Feature, f))
     data = config.model_dump() | {"search": config.search, "viewer": config.viewer}

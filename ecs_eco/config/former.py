@@ -1,4 +1,5 @@
-"""Former names of keys, which a field declares with `former`: they are read, and hashes are taken of them."""
+"""Former names of keys, which a field declares with `former`: they are still read, and hashes are computed
+with them."""
 
 import types
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,7 @@ from ecs_eco.learning.aliases import FORMER
 
 @cache
 def present_names(model: type[Section]) -> dict[str, str]:
-    """Return the present name of each key of a section that had another one, by its former name."""
+    """Return the present name of each renamed key of a section, by its former name."""
     fields = model.model_fields.items()
     return {field.alias: name for name, field in fields if field.alias}
 
@@ -24,7 +25,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
     kind = type_of(kind, data)
     if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
         now = {names.get(name, name): value for name, value in data.items()}
-        if len(now) == len(data):  # else a key is given by both names, and the former one is refused
+        if len(now) == len(data):  # otherwise a key is given by both names, and the former one is refused
             yield from [((*key, names[name]), name) for name in data if name in names]
             data.clear()
             data.update(now)
@@ -34,7 +35,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key below data of a type by its present names, by its former ones, and the type that it has."""
+    """Return a key below data of a type by its present names, by its former ones, and its type."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -87,12 +88,12 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
 
 
 def is_section(kind: Any) -> bool:
-    """Whether a type is that of a section."""
+    """Return whether a type is that of a section."""
     return isinstance(kind, type) and issubclass(kind, Section)
 
 
 def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
-    """Return the type of a part of a section, table or list, and the part; None for what is not known."""
+    """Return the type of a part of a section, table or list, and the part; None for an unknown one."""
     if is_section(kind):
         field = kind.model_fields.get(str(part))
         own = data.get(part) if isinstance(data, dict) else getattr(data, str(part), None)
@@ -117,13 +118,13 @@ def type_of(kind: Any, data: object) -> Any:
     if get_origin(kind) in (types.UnionType, Union):
         members = [type_of(m, data) for m in get_args(kind) if m is not type(None)]
         tag = data.get("kind") if isinstance(data, dict) else None
-        if isinstance(data, dict) and tag is None:  # a section beside lists or words
+        if isinstance(data, dict) and tag is None:  # a section next to lists or words
             members.sort(key=lambda m: not is_section(m))
         return next((m for m in members if tag is not None and tag in tags_of(m)), members[0])
     return kind
 
 
 def tags_of(section: object) -> tuple[Any, ...]:
-    """Return the kinds that a section may be of."""
+    """Return the possible kinds of a section."""
     info = getattr(section, "model_fields", {}).get("kind")
     return get_args(info.annotation) if info else ()

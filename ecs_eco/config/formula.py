@@ -1,7 +1,8 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too). Python
-itself never evaluates the text: it becomes a tree of the operations listed here."""
+Everything is float32; true is 1, false is 0, and any number but 0 counts as true (NaN, too). Python itself
+never evaluates the text: it is parsed into a tree of the operations listed here.
+"""
 
 import ast
 import operator
@@ -53,8 +54,7 @@ ALLOWED = (
 
 class FormulaError(ValueError):
     """A formula that is not valid: the problem, its position (characters from 1), what is expected and the
-    nearest valid name.
-    """
+    nearest valid name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -83,7 +83,7 @@ class Formula:
         self.text, self.names, self._run = text, names, run
 
     def __call__(self, values: Values) -> np.ndarray:
-        """The value at every place: float32, in the common shape of the arrays given."""
+        """Return the value at every place: float32, in the common shape of the arrays."""
         given, shapes = {}, set()
         for name, value in values.items():
             shapes.add(value.shape if type(value) is np.ndarray else np.shape(value))
@@ -129,11 +129,11 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """The function that a text becomes, and the compiler that made it: `compiler_of(line, characters before
+    """Return the function of a text, and the compiler that parsed it: `compiler_of(line, characters before
     the text)`. Raises FormulaError."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
-        raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")
+        raise FormulaError("a formula that is too long, ending", LONGEST, f"{LONGEST} characters")
     lead = len(line) - len(line.lstrip())
     compiler = compiler_of(line, lead)
     try:
@@ -150,7 +150,7 @@ def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, An
 
 
 class Compiler:
-    """Turns the tree of one text into nested functions."""
+    """Converts the tree of one text into nested functions."""
 
     dtype: type[np.floating] = np.float32
     allowed = ALLOWED
@@ -170,7 +170,7 @@ class Compiler:
 
     def _constant(self, tree: ast.Constant) -> Node:
         if isinstance(tree.value, bool) or not isinstance(tree.value, int | float) or abs(tree.value) > 3e38:
-            raise self._error(f"{tree.value!r:.40} is no finite number", tree)
+            raise self._error(f"{tree.value!r:.40} is not a finite number", tree)
         value = np.asarray(tree.value, self.dtype)
         return lambda values: value
 
@@ -184,7 +184,7 @@ class Compiler:
         return operator.itemgetter(name)
 
     def _attribute(self, tree: ast.Attribute) -> Node:
-        """Component.field, as the sensor of a field of a component is called."""
+        """Read Component.field, the name of the sensor of a component's field."""
         owner = tree.value.id if isinstance(tree.value, ast.Name) else "…"
         if owner == "…" or tree.attr.startswith("_"):
             raise self._error(f'attribute "{owner}.{tree.attr:.40}" is not allowed', tree)
@@ -248,7 +248,7 @@ class Compiler:
 
 
 def _fold(operation: Callable[..., np.ndarray], operands: Iterable[np.ndarray]) -> np.ndarray:
-    """The operation applied from left to right."""
+    """Return the operation applied from left to right."""
     first, *rest = operands
     for operand in rest:
         first = operation(first, operand)

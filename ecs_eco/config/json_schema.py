@@ -10,7 +10,7 @@ from ecs_eco.learning.settings import PPO
 PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
     "properties": {
-        "value": {"type": "number", "description": "the value that runs take"},
+        "value": {"type": "number", "description": "the value that runs use"},
         "search": {
             "type": "array",
             "items": {"type": "number"},
@@ -31,7 +31,7 @@ TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
 
 
 def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
-    """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
+    """Return the schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
     default and limits. `model` is the class of a loaded world, which may have custom features.
 
     It limits single values; only `ecs-eco check` checks that values fit together.
@@ -55,7 +55,7 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
 
 
 def _hyperparameters() -> dict[str, Any]:
-    """The fields of PPO, which validates them itself."""
+    """Return the fields of PPO, which validates them itself."""
     properties = {}
     for f in fields(PPO):
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]
@@ -66,25 +66,25 @@ def _hyperparameters() -> dict[str, Any]:
             )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
     others = {
-        word: properties[name] | {"description": f"another word for {name}"} for word, name in ALIASES.items()
+        word: properties[name] | {"description": f"another name of {name}"} for word, name in ALIASES.items()
     }
     return properties | others
 
 
 def _ranged(node: object) -> Any:
-    """The schema in which any number may have a range beside it."""
+    """Return the schema in which any number may have a range next to it."""
     if isinstance(node, list):
         return [_ranged(x) for x in node]
     if not isinstance(node, dict):
         return node
     if node.get("type") in ("number", "integer") and "const" not in node:
-        # which limits tables alone
+        # which limits only tables
         return node | {"type": [node["type"], "object"], "$ref": "#/$defs/Ranged"}
     return {key: _ranged(value) for key, value in node.items()}
 
 
 def _without_null(node: object) -> Any:
-    """The schema without null, which TOML lacks; keys of named tables must be names."""
+    """Return the schema without null, which TOML lacks; keys of named tables must be names."""
     if isinstance(node, list):
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):

@@ -1,4 +1,5 @@
-"""What pages offer to change in a run: numbers and switches that may change, and the knobs that a world names."""
+"""The values that pages offer to change in a run: numbers and switches that may change, and the knobs of a
+world."""
 
 from collections.abc import Container, Iterable, Iterator
 from itertools import product
@@ -19,12 +20,13 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.inputs.section import LARGEST, Use, function_name
 
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
-ENDS = (("low", "ge"), ("low", "gt"), ("high", "le"), ("high", "lt"))  # words of pydantic
+ENDS = (("low", "ge"), ("low", "gt"), ("high", "le"), ("high", "lt"))  # names of pydantic
 Way = tuple[str, ...]
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Problems of [viewer]: knobs without a number, a width or an effect; not of values set from outside."""
+    """Yield problems of [viewer]: knobs without a number, a width or an effect; not of values set from
+    outside."""
     problems: list[Problem] = []
     data = config.model_dump() if config.viewer.knobs else {}
     real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]
@@ -39,37 +41,40 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
         if wrong is not None:
             problems.append(wrong.moved(key=(*place, "key"), value=knob.key))
         elif name in names[:i]:
-            problems.append(Problem((*place, "key"), "is a knob already", knob.key, "each key once"))
+            problems.append(Problem((*place, "key"), "is already a knob", knob.key, "each key once"))
         elif name not in rows or isinstance(value, bool):
             problems.append(_not_offered(config, (*place, "key"), knob, name, value))
         elif not knob.min < knob.max:
-            problems.append(Problem((*place, "max"), "is no range", knob.max, f"more than min, {knob.min:g}"))
+            problems.append(
+                Problem((*place, "max"), "is not a range", knob.max, f"more than min, {knob.min:g}")
+            )
         elif not knob.min <= value <= knob.max:
             end = "min" if value < knob.min else "max"
-            fault = f"does not hold the world's own value, {value:g}"
+            fault = f"does not contain the world's own value, {value:g}"
             problems.append(Problem((*place, end), fault, getattr(knob, end), "a range around it"))
     return problems
 
 
 def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: object) -> Problem:
-    """The problem of a key whose value is there, but cannot be a knob."""
+    """Return the problem of a key whose value exists, but cannot be a knob."""
     known = [row["key"] for row in parameters(config)]
     numbers = "the key of a number that may change in a run"
     if why := why_not(name, type(config)):
         return Problem(place, f"cannot change in a living world: {name}", knob.key, f"{numbers}; or {why}")
     if isinstance(value, bool) or not isinstance(value, int | float):
-        fault = f"has no value yet: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
+        fault = f"has no value: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
         return Problem(place, fault, knob.key, numbers, nearest(name, known))
     if gene := coded(config).get(name):
-        fault = f"the gene {gene} codes for it, so each organism has its own"
+        fault = f"the gene {gene} codes for it, so it differs between organisms"
         return Problem(place, fault, knob.key, "values that no gene codes for")
     allowed = f"a number that has one, as {listed(known[:3])}"
-    return Problem(place, "has no effect in a run that lives", knob.key, allowed, nearest(name, known))
+    return Problem(place, "has no effect in a living world", knob.key, allowed, nearest(name, known))
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
-    """Return what pages may change: "list", every number and switch, and "knobs", those that the world names:
-    key, label, unit, low, high. A knob is left out where a treatment or an island has no such number."""
+    """Return the values that pages may change: "list", every number and switch, and "knobs", those that
+    the world names: key, label, unit, low, high. Knobs without a number, because of a treatment or an
+    island, are left out."""
     if config is None:
         return {"list": [], "knobs": []}
     rows = parameters(config)
@@ -91,8 +96,9 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
 
 
 def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
-    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is whole,
-    unit, low, high (null: no bound), about. Of `keys`, dotted, where they are given; none that genes code for."""
+    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is an
+    integer, unit, low, high (null: no bound), about. Only `keys`, dotted, if they are given; none that
+    genes code for."""
     parts = [tuple(key.split(".")) for key in keys or ()]
     wanted = None if keys is None else {part[:n] for part in parts for n in range(len(part) + 1)}
     genes = coded(config)
@@ -117,7 +123,7 @@ def coded(config: WorldConfig) -> dict[str, str]:
 
 
 def _key_of(species: Species, trait: str) -> Key | None:
-    """Return where a species' section has the value of a trait; None where it has none."""
+    """Return the key of a trait's value in a species' section; None if there is none."""
     kind, _, rest = trait.partition(".")
     name, _, field = rest.rpartition(".")
     if kind == "reflex" and species.reflex is not None:

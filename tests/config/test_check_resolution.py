@@ -48,7 +48,7 @@ def test_steps_that_are_rounded_away_are_refused(key):
     with pytest.raises(ConfigError) as error:
         load("predator-prey", changes)
     problem = next(p for p in error.value.problems if ".".join(map(str, p.key)).startswith(key))
-    assert "rounded away" in problem.what
+    assert "round to 0" in problem.what
     assert allowed in problem.allowed
 
 

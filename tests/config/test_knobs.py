@@ -67,11 +67,11 @@ def test_a_knob_has_label_ends_and_the_unit_of_its_key():
         (knob("species.deer.metabolism.bassal"), ['did you mean "basal"?']),
         (knob("species.deer.count", 0, 1000), ["cannot change in a living world", '"add" or "cull"']),
         (knob("species.deer.happiness.formula"), ["holds no number", "energy - 0.3"]),
-        (knob("species.deer.max_count"), ["has no value yet"]),
-        (knob("seed", 0, 10), ["has no effect in a run that lives"]),
-        (knob(low=0.02, high=0.02), ["viewer.knobs.0.max", "is no range", "more than min, 0.02"]),
-        (knob(low=0.01), ["viewer.knobs.0.min", "does not hold the world's own value, 0.004"]),
-        (knob(high=0.003), ["viewer.knobs.0.max", "does not hold the world's own value, 0.004"]),
+        (knob("species.deer.max_count"), ["has no value"]),
+        (knob("seed", 0, 10), ["has no effect in a living world"]),
+        (knob(low=0.02, high=0.02), ["viewer.knobs.0.max", "is not a range", "more than min, 0.02"]),
+        (knob(low=0.01), ["viewer.knobs.0.min", "does not contain the world's own value, 0.004"]),
+        (knob(high=0.003), ["viewer.knobs.0.max", "does not contain the world's own value, 0.004"]),
         (knob(name="upkeep"), ["viewer.knobs.0.name", "unknown key", "label"]),
     ],
 )
@@ -81,7 +81,7 @@ def test_a_wrong_knob_is_refused_with_its_place_and_what_is_allowed(wrong, words
 
 
 def test_each_key_is_a_knob_once():
-    assert "is a knob already" in refusal(knob(), knob(high=0.03))
+    assert "is already a knob" in refusal(knob(), knob(high=0.03))
 
 
 def test_what_a_gene_codes_for_is_no_knob():

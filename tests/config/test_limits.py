@@ -43,7 +43,7 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"space.cell": 1e-9},
             "space.cell = 1e-09",
-            "looked up in 1.2e+21 cells; expected: at most 4e+06 cells, about 0.017 m",
+            "the neighbor index would have 1.2e+21 cells; expected: at most 4e+06 cells, about 0.017 m",
         ),
         (
             {"species.goat.policy.hidden": [4096] * 8},
@@ -111,7 +111,7 @@ def test_a_recorder_of_more_than_128_species_is_refused() -> None:
 def test_more_than_255_causes_of_death_are_refused_at_the_first_too_many() -> None:
     culls = [{"kind": "cull", "at": 1, "species": "goat", "count": 1, "cause": f"c{i}"} for i in range(255)]
     assert (
-        'interventions.254.cause = "c254"\n  one cause of death too many; expected: at most 255'
+        'interventions.254.cause = "c254"\n  too many causes of death; expected: at most 255'
         in refused({"interventions": culls})
     )
     world({"interventions": culls[:254]})

@@ -11,8 +11,8 @@ from tests.systems.couples import WAY
 @pytest.mark.parametrize(
     ("changes", "key", "what", "allowed"),
     [
-        ({"sex": "female"}, "sex", "nobody to mate with", "random, or none"),
-        ({"sex": "male"}, "sex", "nobody to mate with", "random, or none"),
+        ({"sex": "female"}, "sex", "there are no mates", "random, or none"),
+        ({"sex": "male"}, "sex", "there are no mates", "random, or none"),
         (
             {"reproduction": {"reach": 10.1}},
             "reproduction.reach",

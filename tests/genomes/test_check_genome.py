@@ -122,7 +122,7 @@ WRONG = [
     (operator("mate", operator="cxTwoPont"), "genome.mate.operator", "cxTwoPoint"),
     (operator("mutate", operator="mutUniformInt"), "genome.mutate.operator", "indpb"),
     (operator("mutate", operator="mutFlipBit", indpb=0.1), "genome.mutate.operator", "4 letters"),
-    (two_of_a_name, "reflex.connections.1.name", "a name of its own"),
+    (two_of_a_name, "reflex.connections.1.name", "a unique name"),
     (inherit("birth"), "policy.inherit", "no gene codes for policy.weights"),
     (inherit("learned"), "policy.inherit", "codes for policy.weights too"),
 ]
@@ -183,7 +183,7 @@ def test_a_gene_is_refused_whose_values_a_feature_refuses() -> None:
 
     (problem,) = check_genome(world(fat), "goat")
     assert problem.key == ("species", "goat", "genome", "genes", 2, "high")
-    assert "growth.reserve would be as much as energy_max" in problem.what
+    assert "growth.reserve would be at least energy_max" in problem.what
 
 
 @pytest.mark.parametrize("letters", ["A", "AA", "ACGTA"])

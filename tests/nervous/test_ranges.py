@@ -156,7 +156,7 @@ WRONG = {
     "actions.eat.*cannot be continuous.*speed": {"actions": {"eat": {"continuous": [0.0, 1.0]}}},
     "neutral.turn.*-0.8 to 0.8": {"default_action": {"turn": 0.9}},
     "neutral.turn.*not a number": {"default_action": {"turn": "left"}},
-    "automatic.0.*done always": {"always_on": ["turn"]},
+    "automatic.0.*always executed": {"always_on": ["turn"]},
 }
 
 

@@ -134,7 +134,7 @@ def test_the_system_keeps_the_rules(meadow):
 
 
 def test_who_does_not_care_has_no_action_for_it_and_no_system(meadow):
-    with pytest.raises(ConfigError, match="it cares for nobody"):
+    with pytest.raises(ConfigError, match="it has no care"):
         meadow(actions={"nurse": ["nurse"]})
     assert not any(isinstance(s, Nurse) for s in meadow().systems)
     with pytest.raises(ConfigError, match=r"care\.efficiency"):

@@ -178,5 +178,5 @@ def test_plants_that_die_and_sprout_again_keep_all_matter_in_the_world():
 
 
 def test_what_newborn_need_must_be_in_some_field():
-    with pytest.raises(ConfigError, match="no field holds it"):
+    with pytest.raises(ConfigError, match="no field contains it"):
         heath(nitrogen=5.0, substances={"nitrogen": 1.0, "wood": 1.0})

@@ -113,7 +113,7 @@ def test_the_gait_is_neutral_beside_others_and_each_may_have_its_own_turn():
     [
         ({"wander": {"turn": 1.0, "gait": "wlak"}}, ["wander.gait", '"wlak"', 'did you mean "walk"?']),
         ({"wander": {"turn": 1.0}}, ["wander.gait", "is missing", "rest, walk"]),
-        ({"locomotion": None}, ["locomotion", "is missing: it wanders"]),
+        ({"locomotion": None}, ["locomotion", "is missing, but it wanders"]),
         ({"actions": {"turn": {"continuous": [-1.0, 1.0]}}}, ["actions.turn is continuous"]),
         ({"wander": {"turn": -1.0, "gait": "walk"}}, ["wander.turn = -1", "at least 0"]),
     ],

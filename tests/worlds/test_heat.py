@@ -272,7 +272,7 @@ WRONG = {
     "no temperature": (
         {"properties": {}},
         "newt.properties.temperature",
-        "is missing, and heat changes it; expected: the temperature at the start",
+        "is missing, but heat changes it; expected: the initial temperature",
     ),
     "below 0 K": (
         {"properties": {"temperature": -5.0}},
@@ -284,7 +284,7 @@ WRONG = {
     "powerless": (
         {"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
         "newt.heat.regulate.warming = 0.0",
-        "is 0, and cooling too; expected: a power [W]",
+        "is 0, and so is cooling; expected: a power [W]",
     ),
     "no set point": (
         {"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},
@@ -299,7 +299,7 @@ WRONG = {
     "too cheap": (
         {"heat": {"regulate": {"set_point": 300.0, "warming": 10.0, "cost": 1e-9}}},
         "newt.heat.regulate.cost = 1e-09",
-        "such steps are rounded away",
+        "such steps round to 0",
     ),
     "gene of nothing": ({"heat": None} | bred(heat=None), 'genome.genes.0.trait = "heat.insulation"', ""),
 }

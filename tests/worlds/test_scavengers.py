@@ -157,5 +157,5 @@ def test_what_a_run_resumes_from_is_all_there_is(tmp_path):
 
 
 def test_an_efficiency_on_what_holds_nothing_is_refused():
-    with pytest.raises(ConfigError, match="carcass holds no energy"):
+    with pytest.raises(ConfigError, match="carcass contains no energy"):
         load(_steppe(energy=None))

@@ -13,10 +13,10 @@ from ecs_eco.inputs.section import LARGEST
 
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    """All problems of the species' groups of actions."""
+    """Yield all problems of the species' groups of actions."""
     wrong = [*_check_groups(config, key, species)]
     yield from wrong
-    if not wrong:  # else what names a group or an action may be right
+    if not wrong:  # otherwise names of groups or actions may be valid
         yield from _check_neutral(key, species)
         yield from _check_automatic(key, species)
 
@@ -44,7 +44,7 @@ def _check_known_group(
     actions = species.groups()[group]
     if group == "pitch":
         allowed = "{ continuous = [least, most] }; or up, none and down in the group climb"
-        yield Problem(at, "has no single actions", actions, allowed)
+        yield Problem(at, "has only a continuous action", actions, allowed)
         return
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
@@ -77,11 +77,13 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
 def _check_range(
     config: WorldConfig, key: Key, species: Species, group: str, free: bool
 ) -> Iterator[Problem]:
-    """Check a continuous action; one that is `free` is carried out by a system of the world's own."""
+    """Check a continuous action; a `free` one is carried out by the world's own system."""
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
-        yield Problem(key, "the second is the most", [low, high], "two numbers, the first below the second")
+        yield Problem(
+            key, "the first is above the second", [low, high], "two numbers, the first below the second"
+        )
     elif free:
         return
     elif group not in MOTIONS:
@@ -93,7 +95,7 @@ def _check_range(
         if group in ("climb", "pitch") and config.dims == 2:
             yield Problem(at, "no up and down in a plane", given, "a space of three sizes, or no such group")
         if group == "pitch" and "climb" in species.actions:
-            yield Problem(at, "it goes up and down by climb", given, "one of climb and pitch")
+            yield Problem(at, "it moves up and down by climb", given, "one of climb and pitch")
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
         least, most = ends.get(group, (-LARGEST, LARGEST))
         if low < least or high > most:
@@ -107,14 +109,15 @@ def groups_of_systems(config: WorldConfig) -> list[str]:
 
 
 def _groups_of_exchange(species: Species) -> list[str]:
-    """The groups of actions by which a species exchanges or converts substances, of any name."""
+    """Return the groups of actions by which a species exchanges or converts substances, of any name."""
     used = {getattr(way, "action", None) for way in (*species.exchange, *species.reactions)}
     known = species.known_groups()
     return [g for g, actions in species.groups().items() if g not in known and not used.isdisjoint(actions)]
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Whether the world names systems that are not loaded, which may carry out any group of actions."""
+    """Return whether the world names systems that are not loaded, which may carry out any group of
+    actions."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )
@@ -136,7 +139,7 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
         elif (group := pairs[rows[action]][0]) in species.ranges():
-            yield Problem(at, "is continuous: it is done always", action, "an action alone in its group")
+            yield Problem(at, "is continuous: it is always executed", action, "the only action of its group")
         elif len(groups[group]) > 1:
-            allowed = f"an action alone in its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
+            allowed = f"the only action of its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
             yield Problem(at, f"the policy chooses among the group {group}", action, allowed)

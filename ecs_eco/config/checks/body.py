@@ -20,7 +20,7 @@ JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of the species except those of its nerves."""
+    """Yield all problems of the species except those of its nervous system."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
@@ -50,7 +50,7 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
     for gait, speed in species.locomotion.speed.items():
         if speed * config.dt > most:
             allowed = f"at most {most / config.dt:g} m/s"
-            yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
+            yield Problem((*key, "speed", gait), "more than half of the world in one tick", speed, allowed)
     for gait in species.locomotion.cost:
         yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
 
@@ -73,13 +73,11 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     yield from at_most((*at, "dispersal"), config.space.too_wide, way.dispersal or 0.0, config.space.widest)
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
-        fault = "more than energy_max: nobody would be born"
+        fault = "more than energy_max: there would be no births"
         yield from at_most((*at, "energy_min"), fault, way.energy_min, most, "")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
-            yield Problem(
-                (*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed
-            )
+            yield Problem((*at, "energy_given"), "more than the parent must have", way.energy_given, allowed)
         yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
@@ -88,7 +86,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         fault = f"too small: the ground would have {room:.3g} sites"
         yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:.0e} sites")
     if species.count > room:
-        fault = f"cannot hold count = {species.count}: there is room for {room}"
+        fault = f"cannot hold count = {species.count}: at most {room}"
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
@@ -97,7 +95,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
     if species.sex in ("female", "male"):
         yield Problem(
             (*key, "sex"),
-            "nobody to mate with: all have the same sex",
+            "there are no mates: all have the same sex",
             species.sex,
             "random, or none for hermaphrodites",
         )
@@ -112,29 +110,27 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
         )
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
-        yield Problem(
-            (*at, "dispersal"), "the mother's own body is in the way of every birth", way.dispersal, allowed
-        )
+        yield Problem((*at, "dispersal"), "the mother's own body blocks every birth", way.dispersal, allowed)
     if way.energy_given > most:
         return
     if way.father_share and way.father_share * way.energy_given * way.litter >= most:
         allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
         yield Problem(
             (*at, "father_share"),
-            "for the whole litter as much as energy_max: no father can pay",
+            "for the whole litter at least energy_max: no father can pay",
             way.father_share,
             allowed,
         )
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
         allowed = f"less than {most / (1 - way.father_share):g}"
         yield Problem(
-            (*at, "energy_given"), "as much as energy_max: no mother can pay", way.energy_given, allowed
+            (*at, "energy_given"), "at least energy_max: no mother can pay", way.energy_given, allowed
         )
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Number of organisms that the spacing of newborn leaves room for: sites,
-    or random places until none is free."""
+    """Return how many organisms fit with the spacing of newborn: the number of sites, or of random places
+    until none is free."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -144,8 +140,8 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Greatest distance of a sensor from the largest body, in radii;
-    no limit if that body itself does not fit."""
+    """Return the greatest distance of a sensor from the largest body, in radii; no limit if that body
+    itself does not fit."""
     radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
@@ -153,7 +149,8 @@ def farthest(config: WorldConfig, species: Species) -> float:
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Problems of undeclared properties and substances, and of compressible bodies without a pressure."""
+    """Yield problems of undeclared properties and substances, and of compressible bodies without a
+    pressure."""
     for name in kind.properties:
         yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:
@@ -161,13 +158,13 @@ def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> I
     if kind.body.compressible and "pressure" not in kind.properties:
         yield Problem(
             (*key, "properties", "pressure"),
-            "is missing, and body.compressible changes it",
-            allowed="the pressure at the start [Pa], or compressible = false",
+            "is missing, but body.compressible changes it",
+            allowed="the initial pressure [Pa], or compressible = false",
         )
 
 
 def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
-    """Problems of a body that does not fit into the world."""
+    """Yield problems of a body that does not fit into the world."""
     size, at = config.space.size, (*key, "body")
     if body.shape == "sphere":
         fault = "the body does not fit into the world"
@@ -178,25 +175,26 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
         yield Problem((*at, name), "the body does not fit into the world", allowed=f"at most {most:g} m")
     if len(size) == 3:
         part = (*at, "radius" if body.shape == "capsule" else name)
-        yield from at_most(part, "higher than the world is deep", body.extents[2], size[2])
+        yield from at_most(part, "taller than the depth of the world", body.extents[2], size[2])
 
 
 def longest(config: WorldConfig) -> float:
-    """How long a capsule or a box may be [m]: the shorter side of a torus, or the diagonal between walls."""
+    """Return the maximum length of a capsule or a box [m]: the shorter side of a torus, or the diagonal
+    between walls."""
     sides = config.space.size[:2]
     return min(sides) if config.space.edges == "torus" else math.hypot(*sides)
 
 
 def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
-    """All problems of an object type."""
+    """Yield all problems of an object type."""
     key, placed = ("objects", name), [*kind.at, *kind.between]
     if kind.count and placed:
         fault = "given together with at" if kind.at else "given together with between"
         yield Problem((*key, "count"), fault, kind.count, "one of count and at")
     made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     if not kind.count and not placed and not any(made):
-        allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
-        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
+        allowed = "at least 1, or a list at, or a species that builds it or leaves it as remains"
+        yield Problem((*key, "count"), "no object of this type would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
@@ -207,11 +205,11 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
             f"{len(kind.at)} numbers [rad], or one for all",
         )
     elif kind.heading and not kind.at:
-        yield Problem((*key, "heading"), "given without at", kind.heading, "places in at that have it")
+        yield Problem((*key, "heading"), "given without at", kind.heading, "places in at with these headings")
     if kind.renewal and not kind.count:
         yield Problem(
             (*key, "renewal"),
-            "there is no count for it to come back to",
+            "there is no count to restore",
             kind.renewal,
             "count of at least 1, or no renewal",
         )
@@ -223,11 +221,11 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
 
 
 def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
-    """Problems of objects that reach from one place to another."""
+    """Yield problems of objects that reach from one place to another."""
     if kind.between and kind.body.shape == "sphere":
         yield Problem(
             (*key, "between"),
-            "a sphere has no length that could reach from place to place",
+            "a sphere cannot reach from place to place",
             allowed='body.shape = "capsule" or "box", or places in at',
         )
         return
@@ -244,9 +242,11 @@ def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pro
 
 
 def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
-    """All problems of how objects of a type move."""
+    """Yield all problems of the motion of objects of a type."""
     if kind.pushed and not kind.body.solid:
-        yield Problem((*key, "pushed"), "nothing pushes what is not solid", True, "body.solid = true")
+        yield Problem(
+            (*key, "pushed"), "objects that are not solid cannot be pushed", True, "body.solid = true"
+        )
     motion, size, at = kind.motion, config.space.size, (*key, "motion")
     if motion is None:
         return
@@ -257,9 +257,9 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
             allowed="velocity = [1.0, 0.0], or a path and a speed",
         )
     if motion.path is not None and motion.speed is None:
-        yield Problem((*at, "speed"), "is missing: it goes along a path", allowed="a speed [m/s]")
+        yield Problem((*at, "speed"), "is missing: it moves along a path", allowed="a speed [m/s]")
     if motion.path is None and motion.speed is not None:
-        yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or a velocity alone")
+        yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or only a velocity")
     if motion.velocity is not None and len(motion.velocity) != len(size):
         yield Problem(
             (*at, "velocity"), "wrong number of coordinates", motion.velocity, f"{len(size)} numbers"
@@ -268,4 +268,4 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
         yield from inside((*at, "path", i), place, size)
     fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))
     most = min(size) / 2 / config.dt
-    yield from at_most(at, "further than half of the world in one tick", fastest, most, " m/s")
+    yield from at_most(at, "more than half of the world in one tick", fastest, most, " m/s")

@@ -1,4 +1,4 @@
-"""Checks of one species' genome: what its genes name exists, and their values are possible."""
+"""Checks of one species' genome: the traits of its genes exist, and their values are possible."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -29,27 +29,27 @@ from ecs_eco.inputs.section import LARGEST, SMALLEST, function_name
 
 
 def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of the species' genome."""
+    """Yield all problems of the species' genome."""
     species, key = config.species[name], ("species", name, "genome")
     if (section := species.genome) is None:
         return
     yield from _check_connections(name, species)
     if (own := components_of(config, species)) is None:
-        return  # its genes may name what is not loaded
+        return  # its genes may name code that is not loaded
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
     absent = ({gene.trait for gene in section.genes} & traits.keys()) - shapes.keys()
     if "policy.weights" in absent:
-        return  # the network is code that is not loaded, or that is refused elsewhere
+        return  # the network is code that is not loaded, or that another check refuses
     for word in ("reflex", "happiness"):
         if f"{word}.weights" in absent:
             function = getattr(species, word).function
             if config.known(function) is not None:
                 at, fault = (
                     ("species", name, word, "function"),
-                    "no network, and a gene codes for its weights",
+                    "no network, but a gene codes for its weights",
                 )
-                yield Problem(at, fault, function_name(function), "what fit_network gives")
+                yield Problem(at, fault, function_name(function), "the result of fit_network")
             return
     loci = section.loci if section.max_length is None else None
     faults = [
@@ -75,7 +75,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSection) -> Problem:
-    """The problem of a gene in `whole`; of a derived trait, which has no number, at its formula."""
+    """Return the problem of a gene in `whole`; of a derived trait, which has no number, at its formula."""
     number = int(problem.key[len(key) + 1])
     if number < len(section.genes):
         return problem
@@ -87,24 +87,24 @@ def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSec
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
-    """The user's own components of the species; None if they may not be loaded, or are invalid."""
+    """Return the user's own components of the species; None if they may not be loaded, or are invalid."""
     own = config.own_components(species)
     return own if all(map(is_component, own)) else None
 
 
 def _check_connections(name: str, species: Species) -> Iterator[Problem]:
-    """Problems of reflex connections that genes cannot distinguish."""
+    """Yield problems of reflex connections that genes cannot distinguish."""
     seen = set[str]()
     for i, connection in enumerate(species.reflex.connections if species.reflex else ()):
         if (label := label_of(connection)) in seen:
             key = ("species", name, "reflex", "connections", i, "name")
-            fault = "another connection has this name, so genes cannot name it"
-            yield Problem(key, fault, label, "a name of its own")
+            fault = "another connection has this name, so genes cannot refer to it"
+            yield Problem(key, fault, label, "a unique name")
         seen.add(label)
 
 
 def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Problems of values of a gene for which this world has no room."""
+    """Yield problems of values of a gene that do not fit this world."""
     most, trait = min(config.space.size) / 2, gene.trait
     fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
     highest = max(gene.values) if gene.values else gene.high
@@ -120,10 +120,10 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):
             if abs(value) > farthest_off:
-                fault = "further off the body than the world is wide, in its radii"
+                fault = "further from the body than the width of the world, in its radii"
                 yield Problem((*key, field), fault, value, f"{-farthest_off:g} to {farthest_off:g}")
     if trait == "locomotion.pace" and highest * fastest > most:
-        fault = "further than half of the world in one tick"
+        fault = "more than half of the world in one tick"
         yield Problem(at, fault, highest, f"at most {most / fastest:g}")
     if trait in ("reproduction.energy_min", "reproduction.energy_given"):
         yield from at_most(at, "more than energy_max", highest, species.metabolism.energy_max, "")
@@ -137,7 +137,7 @@ def _ends(gene: Gene) -> list[tuple[str, float]]:
 
 
 def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Whether a gene for the radius makes masses, by the density, that no number holds."""
+    """Yield a problem if a gene for the radius, with the density, gives masses out of range."""
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
@@ -148,7 +148,7 @@ def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
 def _check_extremes(
     config: WorldConfig, name: str, key: Key, section: GenomeSection, traits: dict[str, Trait]
 ) -> Iterator[Problem]:
-    """Problems of genes with whose least or greatest value the species itself would be refused."""
+    """Yield problems of genes whose least or greatest value would make the species itself invalid."""
     species = config.species[name]
 
     def faults(changed: Species) -> list[Problem]:
@@ -177,18 +177,18 @@ def _check_extremes(
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
-    """Whether policy.inherit and the genes agree on the origin of a brain's weights."""
+    """Yield a problem unless policy.inherit and the genes agree on the origin of a brain's weights."""
     coded = any(gene.trait == "policy.weights" for gene in section.genes)
     key, inherit = ("species", name, "policy", "inherit"), species.policy.inherit
     if inherit == "birth" and not coded:
-        allowed = 'a gene with trait = "policy.weights", or another way'
+        allowed = 'a gene with trait = "policy.weights", or another value'
         yield Problem(key, "no gene codes for policy.weights", inherit, allowed)
     if inherit == "learned" and coded:
         yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
 
 
 def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
-    """Whether genes can code for the values of founders."""
+    """Yield a problem if genes cannot code for the values of founders."""
     for i, code in enumerate(layout.genes if section.founders == "own" else ()):
         if code.trait is None or code.width:
             continue
@@ -201,7 +201,7 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
-    """Problems of the operators; whether that which crosses fits these genomes matters where it is used."""
+    """Yield problems of the operators; whether crossover fits these genomes is checked only if it is used."""
     for word in ("mate", "mutate"):
         entry = getattr(species.genome, word)
         operator = entry.operator

@@ -1,4 +1,5 @@
-"""Checks of interventions and of land use: what they name exists, lies in the world, and may change."""
+"""Checks of interventions and of land use: the things that they name exist, lie in the world, and may
+change."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -29,7 +30,8 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """All problems of interventions; `changed(config, values, folder)` is a checked world with other values."""
+    """Yield all problems of interventions; `changed(config, values, folder)` is a checked world with other
+    values."""
     for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, intervention)
@@ -72,20 +74,20 @@ def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
-    """Problems of a region that is not in the world."""
+    """Yield problems of a region that is not in the world."""
     size = config.space.size[:2]
     allowed = f"{REGION}, within {extent(size)}"
     if len(region) == 4:
         for low, high, length, axis in zip(region[:2], region[2:], size, "xy", strict=True):
             if low < 0 or high > length:
-                yield Problem(key, f"outside of the world along {axis}", region, allowed)
+                yield Problem(key, f"outside the world along {axis}", region, allowed)
             elif low >= high:
                 fault = f"without extent along {axis}: {axis}0 is not less than {axis}1"
                 yield Problem(key, fault, region, REGION)
         return
     most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
     if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
-        yield Problem(key, "its centre is outside of the world", region, allowed)
+        yield Problem(key, "its center is outside the world", region, allowed)
     if not 0 < region[2] <= most:
         yield Problem(key, f"a radius of {region[2]:g} m", region, f"more than 0, at most {most:g} m")
 
@@ -107,7 +109,7 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
                 yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
         allowed = "count = 1, or a region instead of at_place"
-        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count, allowed)
+        yield Problem((*key, "count"), f"a site has only one {add.species}", add.count, allowed)
 
 
 def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
@@ -118,7 +120,9 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
     elif dose.field is not None:
         yield from named((*key, "field"), "field", dose.field, config.fields)
         if dose.substance is not None:
-            yield Problem(at, "given together with field", dose.substance, "none: a field has its own")
+            yield Problem(
+                at, "given together with field", dose.substance, "no substance: a field has its own"
+            )
     else:
         holders = [name for name, kind in config.objects.items() if kind.substances]
         holders += [name for name, kind in config.species.items() if kind.substances]
@@ -129,7 +133,7 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
         else:
             yield from named(at, "substance", dose.substance, config.substances)
     if dose.amount == 0:
-        yield Problem((*key, "amount"), "no dose", 0.0, "more or less than 0")
+        yield Problem((*key, "amount"), "not a dose", 0.0, "more or less than 0")
 
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
@@ -145,25 +149,26 @@ def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Pro
 
 
 def learns(species: Species) -> bool:
-    """Whether a species has what learning needs."""
+    """Return whether a species can learn."""
     return species.policy.thinks and species.happiness is not None
 
 
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Fences or roads in the order of time: one must be `there`, by line and region, to be removed."""
+    """Yield problems of fences or roads in the order of time: one must be `there`, by line and region, to
+    be removed."""
     missing, lines, gone, allowed = {
         Fence: (
             "is missing, and region too",
             "corners [[x, y], …], or a region",
-            "no such fence stands then",
+            "there is no such fence then",
             "the line or region of a fence put up before, or neither for all fences",
         ),
         Road: (
             "is missing",
             "corners [[x, y], …]",
-            "no such road lies there then",
+            "there is no such road then",
             "the line of a road laid before, or none for all roads",
         ),
     }[kind]
@@ -193,20 +198,25 @@ def _in_time(config: WorldConfig, kind: type[Kind]) -> list[tuple[Key, Kind]]:
 
 
 def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterator[Problem]:
-    """Problems of corners [x, y] [m] outside of the world."""
+    """Yield problems of corners [x, y] [m] outside the world."""
     size = config.space.size[:2]
     for corner in line:
         if not all(0 <= x <= s for x, s in zip(corner, size, strict=False)):
-            yield Problem(key, "a corner outside of the world", corner, extent(size))
+            yield Problem(key, "a corner outside the world", corner, extent(size))
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one."""
+    """Yield problems of values to be set, in the order of time: each must leave a valid world and be
+    possible in a living one."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")
         if any(name.partition(".")[0] == "interventions" for name in change.set):
-            yield Problem(key, "interventions cannot change others", allowed="keys of the rest of the world")
+            yield Problem(
+                key,
+                "interventions cannot change other interventions",
+                allowed="keys of the rest of the world",
+            )
             continue
         try:
             new = changed(now, change.set, folder)
@@ -220,7 +230,7 @@ def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator
 
 
 def check_land_use(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of harvests and plantings."""
+    """Yield all problems of harvests and plantings."""
     kinds = [*config.species, *config.objects]
     for i, use in enumerate(config.land_use):
         key = ("land_use", i)
@@ -239,7 +249,7 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
             )
         if use.season is not None and use.season[0] == use.season[1]:
             yield Problem(
-                (*key, "season"), "ends when it begins", use.season, "two different shares of a year"
+                (*key, "season"), "ends at its beginning", use.season, "two different shares of a year"
             )
         if isinstance(use, Harvest) and use.most is not None and (use.least or 0.0) > use.most:
             yield Problem(

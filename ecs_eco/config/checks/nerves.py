@@ -31,23 +31,25 @@ from ecs_eco.inputs.section import LARGEST, function_name
 from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
 
-MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
-MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes seconds, a decision a millisecond
+MOST_WHOLE = 10**9  # of an integer among the hyperparameters
+MOST_WEIGHTS = 10_000_000  # of a policy network: initializing more takes seconds, a decision a millisecond
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
-    """All problems of the species' nervous system; files are named from `folder`."""
+    """Yield all problems of the species' nervous system; files are relative to `folder`."""
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    sensors = species.readings(config.dims) if not wrong else None  # else what names them may be right
+    sensors = (
+        species.readings(config.dims) if not wrong else None
+    )  # otherwise uses of their names may be valid
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)
     yield from _check_policy(key, species, folder, config.dims)
 
 
 def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of the species' sensors, apart from the names of their channels."""
+    """Yield all problems of the species' sensors, apart from the names of their channels."""
     for i, sensor in enumerate(config.species[name].sensors):
         yield from _check_sensor(config, config.species[name], ("species", name, "sensors", i), sensor)
 
@@ -76,7 +78,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield from at_most((*key, "range"), config.space.too_wide, sensor.range, config.space.widest)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
-        fault = "further off the body than the world is wide, in its radii"
+        fault = "further from the body than the width of the world, in its radii"
         yield Problem((*key, "at"), fault, at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
@@ -110,12 +112,12 @@ def _check_kin(
     at = (*key, "target" if isinstance(sensor, Nearest) else "of")
     for kind in of:
         if kind not in family and kind in (*config.species, *config.objects):
-            yield Problem(at, "none of its kin is among them", kind, " or ".join(family) + ", or no kin")
+            yield Problem(at, "its kin are not among them", kind, " or ".join(family) + ", or no kin")
     if not of:
-        yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
+        yield Problem(at, "is missing, but kin needs it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
-        fault = "kin are known by their voices, not by sight"
+        fault = "kin are recognized by voice, not by sight"
         yield Problem((*key, word), fault, getattr(sensor, word), f"kin or {word}, not both")
 
 
@@ -126,8 +128,8 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
         for channel in sensor.channels(config.dims):
             own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
             if channel in seen:
-                fault = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
-                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a name of its own")
+                fault = f"has the channel {channel}, which sensor {seen[channel]} has, too"
+                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a unique name")
                 break
             if noses[channel] and not own:
                 fault = "the mean over the noses has this name"
@@ -173,12 +175,12 @@ def _check_formula(key: Key, formula: str, names: Iterable[str] | None) -> Itera
 
 
 def _no_weights(path: Path) -> str:
-    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built."""
+    """Return why a path cannot be a file of weights, or ""; its content is checked when a world is built."""
     try:
         if not os.path.isfile(path):
             return "no such file"
         with open(path, "rb") as file:
-            file.read(8)  # parts of /proc cannot be read, though they claim to be regular files
+            file.read(8)  # files of /proc claim to be regular files but cannot be read
         return ""
     except OSError as error:
         return f"cannot be read: {error.strerror or error}"
@@ -188,13 +190,13 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     policy, at = species.policy, (*key, "policy")
     if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
-        yield Problem((*at, "file"), wrong, policy.file, "a file beside the world file", near)
+        yield Problem((*at, "file"), wrong, policy.file, "a file next to the world file", near)
     inherited = {"inherit": policy.inherit != "none", "mutation_sd": policy.mutation_sd != 0}
     for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
         allowed = 'policy.kind = "individual", or nothing here'
         yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
-        fault = "the network's own class says its layers"
+        fault = "the network's own class defines its layers"
         yield Problem((*at, "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
@@ -204,20 +206,20 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         allowed = '"module:name" of a function of sensors (n, channels) and uids (n)'
         yield Problem((*at, "function"), "is missing", allowed=allowed)
     if policy.kind != "function" and policy.function is not None:
-        fault, allowed = "there is no such policy to use it", 'policy.kind = "function", or nothing here'
+        fault, allowed = "no policy of this kind uses it", 'policy.kind = "function", or nothing here'
         yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
     settings: dict[Key, object] = {("ppo",): species.ppo}
     settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
     for place, value in settings.items():
         if value and not policy.thinks:
             allowed = 'policy.kind = "shared" or "individual", or nothing here'
-            yield Problem((*key, *place), "there is no network to use it", value, allowed)
+            yield Problem((*key, *place), "no network uses it", value, allowed)
     if policy.kind != "none":
         yield from _check_needs(key, species)
 
 
 def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
-    """Problems of what a policy needs: something to sense, to choose and, if it learns, to be happy about."""
+    """Yield problems of a policy's requirements: observations, choices and, if it learns, happiness."""
     free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.always_on)]
     needs = {"sensors": species.sensors, "actions": free}
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
@@ -234,10 +236,10 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     for name, value in species.ppo.items():
         most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
         if name in ALIASES and name not in known:
-            fault = f"another word for {ALIASES[name]}, which is given twice"
+            fault = f"another name of {ALIASES[name]}, which is given twice"
             yield Problem(at, fault, value, f"{ALIASES[name]} alone")
         elif name not in known:
-            fault = "no hyperparameter of this name"
+            fault = "no hyperparameter has this name"
             yield Problem(at, fault, value, listed(known, 40), nearest(name, known))
         elif isinstance(value, int | float) and abs(value) > most:
             yield Problem(at, "not possible", value, f"at most {most:g}")

@@ -1,4 +1,4 @@
-"""Checks of what a world measures and records, and of the code that it names, which is not called."""
+"""Checks of reporters and recorded fields, and of the code that a world names, without calling it."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -23,7 +23,7 @@ NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
 
 
 def check_reporters(config: WorldConfig) -> Iterator[Problem]:
-    """The problems of names and formulas; functions are checked with all other code."""
+    """Yield the problems of names and formulas; functions are checked with all other code."""
     for i, (name, what) in enumerate(config.reporters.items()):
         key = ("reporters", name)
         if fault := fault_of_name(name, [*config.species, *config.objects]):
@@ -38,7 +38,7 @@ def check_reporters(config: WorldConfig) -> Iterator[Problem]:
 
 
 def check_record(config: WorldConfig) -> Iterator[Problem]:
-    """The problems of fields that are recorded of single organisms."""
+    """Yield the problems of recorded fields of organisms."""
     fields, complete = fields_of_components(config) if config.record else ({}, True)
     known = [f"{component}.{field}" for component, own in fields.items() for field in own]
     for i, name in enumerate(config.record):
@@ -57,7 +57,8 @@ def check_record(config: WorldConfig) -> Iterator[Problem]:
 
 
 def fault_of_name(name: str, kinds: Collection[str]) -> str:
-    """What is wrong with the name of a reporter in a world of these kinds, and what is allowed; or ""."""
+    """Return the problem of the name of a reporter in a world with these species and object types, and
+    what is expected; or ""."""
     if not NAME.fullmatch(name):
         return (
             "not a name; expected: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "
@@ -69,18 +70,18 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
 
 
 def is_formula(what: object) -> TypeGuard[str]:
-    """Whether a reporter is a formula, not a function or the name of one."""
+    """Return whether a reporter is a formula, not a function or the name of one."""
     return isinstance(what, str) and ":" not in what
 
 
 def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
-    """The compiled formula of a reporter; raises FormulaError."""
+    """Return the compiled formula of a reporter. Raises FormulaError."""
     fields, complete = fields_of_components(config)
     return compile_reporter(text, [*config.species, *config.objects], fields, complete)
 
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
-    """The fields of all components, and whether these are all: not where own code may not run yet."""
+    """Return the fields of all components, and whether they are complete: not if own code may not run yet."""
     fields = {name: getattr(components, name).fields for name in components.__all__}
     owns = [components_of(config, species) for species in config.species.values()]
     for own in owns:
@@ -106,7 +107,8 @@ ARGUMENTS = {  # by key, the number of arguments of a function; None: it is chec
 
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of the functions, systems and components that a world names, and of their parameters."""
+    """Yield all problems of the functions, systems and components that a world names, and of their
+    parameters."""
     used = list(used_in(config))
     names = [entry.use if isinstance(entry, Use) else entry for _, entry in used]
     if any(isinstance(name, str) and name not in SHIPPED for name in names):
@@ -126,20 +128,20 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
             yield Problem(
                 key,
-                "no system: it has no method process",
+                "not a system: it has no method process",
                 function_name(value),
                 "a class derived from ecs_eco.System",
             )
         elif pattern == "species.*.components.*" and not is_component(thing):
             yield Problem(
-                key, "no component", function_name(value), "a class declared with @ecs_eco.component"
+                key, "not a component", function_name(value), "a class declared with @ecs_eco.component"
             )
         elif not made and (n := ARGUMENTS.get(pattern)) is not None:
             yield from _check_call(place, entry, thing, n)
 
 
 def _check_call(place: Key, entry: object, thing: Any, n: int) -> Iterator[Problem]:
-    """Problems of a function that is called with n arguments, and of its parameters."""
+    """Yield problems of a function that is called with n arguments, and of its parameters."""
     given = entry.parameters if isinstance(entry, Use) else {}
     problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []
     yield from problems

@@ -1,7 +1,8 @@
 """Checks that float32 resolves the steps by which positions, headings, energies and smells change.
 
-Other sums need none: ages and times are ticks, incubation is float64, and masses, temperatures and substances
-keep what float32 cannot hold."""
+Other sums need no check: ages and times are ticks, incubation is float64, and masses, temperatures and
+substances store the remainder of float32.
+"""
 
 import math
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem
 
-STEPS = 8  # units of float32 that a step must have: it is then rounded by at most 1/16 of itself
+STEPS = 8  # units of float32 per step: rounding then changes a step by at most 1/16
 
 
 def resolution(value: float) -> float:
@@ -21,7 +22,8 @@ def resolution(value: float) -> float:
 
 
 def check_resolution(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of what would move, turn, fade, or gain or lose energy in steps that float32 rounds away."""
+    """Yield all problems of motion, turning, decay, and energy changes in steps that float32 rounds to
+    nothing."""
     size, dt = config.space.size, config.dt
     for name, species in config.species.items():
         yield from _motions(config, species, ("species", name))
@@ -55,7 +57,7 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
             yield Problem(
                 (*key, "locomotion", "turn"),
-                "too slow: headings are float32, and such steps are rounded away",
+                "too slow: headings are float32, and such steps round to 0",
                 way.turn,
                 f"0, or at least {step / config.dt:.3g} rad/s",
             )
@@ -68,10 +70,7 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
 def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
     for key, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
-            fault = (
-                f"too slow for a world of {extent:g} m: positions are float32, "
-                "and such steps are rounded away"
-            )
+            fault = f"too slow for a world of {extent:g} m: positions are float32, and such steps round to 0"
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
             yield Problem(key, fault, speed, allowed)
 
@@ -80,7 +79,7 @@ def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
         yield Problem(
             key,
-            "too slow: amounts are float32, and such steps are rounded away",
+            "too slow: amounts are float32, and such steps round to 0",
             decay,
             f"0, or at least {step / dt:.3g} per second; or a longer tick",
         )
@@ -89,8 +88,8 @@ def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
     fault = (
-        f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
-        "and such steps are rounded away"
+        f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, and such "
+        "steps round to 0"
     )
     costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "photosynthesis")]
     if (way := species.locomotion) is not None:

@@ -1,4 +1,4 @@
-"""Checks across the sections of a world: all that is named exists, and values fit together."""
+"""Checks across the sections of a world: all names exist, and values fit together."""
 
 import math
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "clas
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """The problems across the sections of a world whose file names are relative to `folder`,
-    at most MOST + 1.
+    """Return the problems across the sections of a world whose file names are relative to `folder`, at most
+    MOST + 1.
 
     `changed` is as in `check_interventions`.
     """
@@ -74,17 +74,17 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
                 yield Problem((section, name), "a reserved word", name, "any other name")
     for name in config.objects:
         if name in config.species:
-            yield Problem(("objects", name), "a species has the same name", name, "a name of its own")
+            yield Problem(("objects", name), "a species has the same name", name, "a unique name")
 
 
 def _check_causes(config: WorldConfig) -> Iterator[Problem]:
-    """The problem of too many causes of death, at the key of the first in excess."""
+    """Yield the problem of too many causes of death, at the key of the first in excess."""
     known = {"culled"}
     for key, cause in _causes(config):
         known.add(cause)
         if len(known) > MOST_CAUSES:
-            allowed = f"at most {MOST_CAUSES} in a world, those of being eaten among them"
-            yield Problem(key, "one cause of death too many", cause, allowed)
+            allowed = f"at most {MOST_CAUSES} in a world, including those of being eaten"
+            yield Problem(key, "too many causes of death", cause, allowed)
             return
 
 
@@ -114,7 +114,7 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS
     ):
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
-        fault = f"too small: neighbours would be looked up in {cells:.3g} cells"
+        fault = f"too small: the neighbor index would have {cells:.3g} cells"
         allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
         yield Problem(("space", "cell"), fault, space.cell, allowed)
 
@@ -140,7 +140,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of what a field holds."""
+    """Yield all problems of the content of a field."""
     field, key = config.fields[name], ("fields", name)
     if field.substance is not None and field.substance not in config.substances:
         yield unknown((*key, "substance"), "substance", field.substance, config.substances)
@@ -150,17 +150,17 @@ def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Proble
                 (*key, part),
                 "given without a substance",
                 getattr(field, part),
-                "a substance that the field holds, or none of these",
+                "a substance of the field, or none of these keys",
             )
     if field.depth is not None and config.dims == 3:
-        yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
+        yield Problem((*key, "depth"), "a volume has its own depth", field.depth, "no depth")
     ground = config.terrain
     if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
         yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
 
 
 def _check_year(config: WorldConfig) -> Iterator[Problem]:
-    """The problem of a year that is given twice."""
+    """Yield the problem of a year that is given twice."""
     if config.year is not None and config.sun is not None and config.sun.year is not None:
         yield Problem(
             ("sun", "year"),
@@ -191,7 +191,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
 
 
 def check_water(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of the water, of sinking, and of swimming."""
+    """Yield all problems of the water, of sinking, and of swimming."""
     yield from _check_volume(config)
     water, size = config.water, config.space.size
     if water is None:
@@ -205,11 +205,11 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
         yield from named(("water", "shading", name), "species", name, config.species)
     if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
         allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
-        yield Problem(("water", "layer"), "no layer of this water", water.layer, allowed)
+        yield Problem(("water", "layer"), "not a layer of this water", water.layer, allowed)
     for i, current in enumerate(water.current):
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
-                fault = "further than half of the world in one tick"
+                fault = "more than half of the world in one tick"
                 yield Problem(
                     ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
                 )
@@ -240,14 +240,14 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
 
 
 def check_land(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of real land; where there are none, the world has read it."""
+    """Yield all problems of real land; if there are none, the world has read it."""
     terrain = config.terrain
     if terrain is None:
         return
     if terrain.raster is None:
         for part in ALONE:
             if getattr(terrain, part):
-                yield Problem(("terrain", part), "given without a raster", allowed="terrain.raster beside it")
+                yield Problem(("terrain", part), "given without a raster", allowed="terrain.raster with it")
         return
     problems = [*_agreement(config, terrain)]
     yield from problems
@@ -267,7 +267,7 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
     if config.space.edges == "torus":
         yield Problem(
             (*key, "raster"),
-            "its edges do not meet as those of a torus do",
+            "its opposite edges differ, but a torus joins them",
             terrain.raster,
             'space.edges = "walls"',
         )
@@ -277,7 +277,7 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
         yield Problem((*key, "hills"), "given together with a raster", allowed="one of the two")
     if terrain.cover_band is not None and terrain.cover is None:
         yield Problem(
-            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover beside it"
+            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover with it"
         )
     if len(terrain.classes) > MOST_CLASSES:
         yield Problem(
@@ -299,7 +299,7 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
         ):
             yield Problem(
                 at,
-                "nowhere: it says not where it is",
+                "does not define where it is",
                 allowed="codes, above, below, steeper, or a layer with this class as `land`",
             )
     for i, layer in enumerate(terrain.layers):
@@ -312,4 +312,6 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
             yield unknown(place, "class", layer.land, terrain.classes)
     drainage = terrain.drainage
     if drainage is not None and drainage.sea is drainage.depth is drainage.stream is None:
-        yield Problem((*key, "drainage"), "says not where water collects", allowed="sea, depth or stream")
+        yield Problem(
+            (*key, "drainage"), "does not define where water collects", allowed="sea, depth or stream"
+        )

@@ -1,5 +1,5 @@
-"""What species and object types can be or do: keys of the world file, their checks, and what they bring.
+"""Traits and abilities of species and object types: keys of the world file, their checks, and their effects.
 
 `ecs_eco.config.models.species.Species` and `ecs_eco.config.models.surroundings.ObjectType` are assembled from
-these. A feature names components; its systems read its keys from `table.species`. It imports no numba.
+these. A feature names components; its systems read its keys from `table.species`. It does not import numba.
 """

@@ -19,16 +19,15 @@ from ecs_eco.inputs.section import (
 
 
 class Build(Section, change=FREE, own=True):
-    """What an animal can make, where it is; without a group of actions `build` it does so whenever it can."""
+    """An object that an animal can make, at its position; without a group of actions `build` it does so
+    whenever it can."""
 
     object: str = about("an object type, which is also the name of the action", change=ANEW)
     cost: NonNegative = quantity(
-        "energy burned by making one; the energy that the object holds is paid in addition", "energy"
+        "energy burned per object, in addition to the energy that the object holds", "energy"
     )
-    spacing: NonNegative = quantity("least distance from the next one", "m", 0.0)
-    most: Count | None = quantity(
-        "how many there can be at a time; absent: no limit", "1", None, own=POPULATION
-    )
+    spacing: NonNegative = quantity("minimum distance between these objects", "m", 0.0)
+    most: Count | None = quantity("maximum number at a time; absent: no limit", "1", None, own=POPULATION)
 
 
 class Building(Feature, after="carries"):
@@ -39,16 +38,16 @@ class Building(Feature, after="carries"):
 
     @staticmethod
     def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with what a species builds."""
+        """Yield the problems of the objects that a species builds."""
         yield from check_objects(config, (*key, "builds"), species.builds, "spacing")
         yield from check_used(species, key, "builds", "build")
 
     @staticmethod
     def acting(species: "Building") -> Iterator[tuple[str, str, list[str]]]:
-        """Yield the group of what it builds."""
+        """Yield the group of the objects that it builds."""
         yield "build", "object in builds", [way.object for way in species.builds]
 
     @staticmethod
     def makes(species: "Building") -> Iterator[str]:
-        """Yield what it builds."""
+        """Yield the objects that it builds."""
         yield from (way.object for way in species.builds)

@@ -11,8 +11,8 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_
 
 
 class Carry(Section, change=FREE, own=True):
-    """What an animal can pick up, one at a time, and put down; without actions `take` and `drop` it picks up
-    whatever it can and keeps it."""
+    """An object type that an animal can pick up, one at a time, and put down; without actions `take` and
+    `drop` it picks up any object it can and keeps it."""
 
     object: str = about("an object type, without solid bodies", change=SHAPE)
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
@@ -23,22 +23,24 @@ class Carrying(Feature, after="diet"):
     """Animals pick up objects and put them down: system `Carry`, components `Load` and `Carrier`."""
 
     acts = {"carry": ("take", "none", "drop")}
-    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty, change=SHAPE)
+    carries: list[Carry] = about(
+        "objects that it can pick up and put down", [], exclude_if=is_empty, change=SHAPE
+    )
 
     @staticmethod
     def problems(species: "Carrying", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with what a species carries."""
+        """Yield the problems of the objects that a species carries."""
         yield from check_objects(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
             if way.object in config.objects and config.objects[way.object].body.solid:
-                fault = "is solid: nothing else can be where it is"
+                fault = "is solid: no other body can share its place"
                 allowed = f"objects.{way.object}.body.solid = false"
                 yield Problem((*key, "carries", i, "object"), fault, way.object, allowed)
         yield from check_used(species, key, "carries", "carry")
 
     @staticmethod
     def feels(species: "Carrying") -> Iterator[tuple[str, str]]:
-        """Yield the mass of what it carries."""
+        """Yield the mass of the carried object."""
         if species.carries:
             yield "load", "Load.mass"
 
@@ -50,7 +52,7 @@ class Carrying(Feature, after="diet"):
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield what it can pick up."""
+        """Yield the objects that it can pick up."""
         for i, way in enumerate(species.carries):
             yield f"carries.{i}", way.object, way.reach
 

@@ -1,4 +1,4 @@
-"""Chemistry: what bodies do with their substances: reactions, exchange, newborn, decomposition, emissions."""
+"""Chemistry: processes of substances in bodies: reactions, exchange, newborn, decomposition, emissions."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -30,89 +30,84 @@ Amounts = dict[Name, Positive]
 _From: Any = with_keyword(
     "from",
     Amounts,
-    quantity("substance = amount used up per mole of extent", "mol/mol", min_length=1, own=CHEMISTRY),
+    quantity("substance = amount consumed per mole of extent", "mol/mol", min_length=1, own=CHEMISTRY),
 )
 
 
 class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
-    """A reaction within the body: at most at its rate, and only as far as what it uses up is there.
+    """A reaction within the body: at most at its rate, and limited by its reactants.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
-    Menten 1913; Monod 1949), times the light at its place with `light`. A reaction that sets energy free
-    stops where the organism is full, one that needs energy where it has none.
+    Menten 1913; Monod 1949), times the light at its place with `light`. A reaction that releases energy stops
+    when the organism is full, one that needs energy when it has none.
     """
 
-    to: Amounts = quantity("substance = amount made per mole of extent", "mol/mol", {}, own=CHEMISTRY)
+    to: Amounts = quantity("substance = amount produced per mole of extent", "mol/mol", {}, own=CHEMISTRY)
     energy: Real = quantity(
-        "energy that a mole of extent gives to the organism, negative: takes from it", "energy/mol", 0.0
+        "energy gained by the organism per mole of extent; negative: energy needed", "energy/mol", 0.0
     )
-    rate: Positive = quantity("greatest extent in a second and a liter of the body", "mol/(L s)")
+    rate: Positive = quantity("maximum extent per second and liter of the body", "mol/(L s)")
     half: Amounts = quantity(
-        "substance = concentration at which the rate is half of its greatest; "
-        "a substance not named does not slow it",
-        "mol/L",
-        {},
+        "substance = concentration at half of the maximum rate; other substances do not limit it", "mol/L", {}
     )
-    light: bool = about("whether it needs light: its rate is that in full daylight", False)
+    light: bool = about("whether it needs light; its rate is that in full daylight", False)
     action: str | None = about(
-        "the action that it goes with, in any group: muscles that run burn sugar; absent: always",
+        "the action during which it runs, in any group, such as running muscles that burn sugar; absent: always",
         None,
         exclude_if=is_absent,
     )
 
 
 class Uptake(Section, change=FREE, own=True):
-    """Takes the substance of a field up from where the mouth is: breathes, drinks, sucks with its roots.
+    """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
 
-    At most rate × c/(half + c) × volume × dt in a tick, c being the concentration there; where bodies want
-    more than there is, each gets the same share of what it wants.
+    At most rate × c/(half + c) × volume × dt in a tick, c being the concentration there; if bodies demand
+    more than exists, each gets the same share of its demand.
     """
 
     kind: Literal["uptake"]
     field: str = about("a field of a substance")
-    rate: Positive = quantity("most that a liter of the body takes up per second", "mol/(L s)")
+    rate: Positive = quantity("maximum uptake per second and liter of the body", "mol/(L s)")
     half: Positive | None = quantity(
-        "concentration in the field at which it takes up half as much "
-        "(Michaelis & Menten 1913); absent: as much at any",
+        "concentration in the field at half of the maximum uptake (Michaelis & Menten 1913); absent: the "
+        "uptake does not depend on it",
         "mol/L",
         None,
     )
     concentration_max: Positive | None = quantity(
-        "takes no more up at this concentration in its body; absent: always", "mol/L", None, former="until"
+        "concentration in the body at which uptake stops; absent: no limit", "mol/L", None, former="until"
     )
     at: Point = quantity("position of the mouth: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
-    action: str | None = about("the action by which it does so, in a group of any name; absent: always", None)
+    action: str | None = about("the action during which it runs, in any group; absent: always", None)
 
 
 class Release(Section, change=FREE, own=True):
-    """Gives a substance off: excretes, sweats, exhales or leaks it, dc/dt = −rate (c − above)."""
+    """Release of a substance by excretion, sweat, breath or leakage, dc/dt = −rate (c − above)."""
 
     kind: Literal["release"]
-    substance: str = about("what it gives off")
-    field: str | None = about("a field of this substance that it goes into; absent: it is lost", None)
-    rate: Positive = quantity("share given off per second", "1/s")
+    substance: str = about("the substance that it releases")
+    field: str | None = about("a field of this substance that receives it; absent: it is lost", None)
+    rate: Positive = quantity("share released per second", "1/s")
     above: NonNegative = quantity("concentration in its body that it keeps", "mol/L", 0.0)
     at: Point = quantity(
-        "place where it comes out: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
+        "position of the outlet: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
     )
-    action: str | None = about("the action by which it does so, in a group of any name; absent: always", None)
+    action: str | None = about("the action during which it runs, in any group; absent: always", None)
 
 
 class Equilibrate(Section, change=FREE, own=True):
-    """Lets a substance pass through the skin, dc/dt = rate (partition × c_field − c), in both directions.
+    """Passage of a substance through the skin, dc/dt = rate (partition × c_field − c), in both directions.
 
     This is Fick's law (1855) with rate = permeability × surface / volume; it is solved exactly for a body and
-    its share, by volume, of the cell of the field that it is in.
+    its share, by volume, of its cell of the field.
     """
 
     kind: Literal["equilibrate"]
     field: str = about("a field of a substance")
-    rate: Positive = quantity("share of the difference that vanishes in a second, in a large field", "1/s")
-    partition: Positive = quantity(
-        "concentration in the body over that in the field where they balance", "1", 1.0
-    )
+    rate: Positive = quantity("share of the difference lost per second, in a large field", "1/s")
+    partition: Positive = quantity("ratio of the concentrations in body and field at equilibrium", "1", 1.0)
     at: Point = quantity(
-        "place of the gills or the skin: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
+        "position of the gills or the skin: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
     )
 
 
@@ -126,18 +121,19 @@ class Chemistry(Feature, after="substances"):
         "reactions of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
     )
     exchange: list[AnyExchange] = about(
-        "what it takes up from fields and gives off, in this order", [], exclude_if=is_absent, change=SHAPE
+        "exchange of substances with fields, in this order", [], exclude_if=is_absent, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield reactions and exchange of no substances, for energy that objects do not hold, and by no action."""
+        """Yield problems of reactions and exchange without substances, of energy of objects, and of
+        actions."""
         used = [name for name in CHANGING if getattr(species, name, None) not in (None, [], "declared")]
         if used and not substances_of(config, key[1]):
             yield Problem(
                 (*key, "substances"),
-                f"is missing, and {used[0]} changes them",
-                allowed="concentrations at the start [mol/L], 0 for those that it begins without",
+                f"is missing, but {used[0]} changes them",
+                allowed="initial concentrations [mol/L], which may be 0",
             )
         for i, reaction in enumerate(species.reactions):
             at = (*key, "reactions", i)
@@ -145,7 +141,7 @@ class Chemistry(Feature, after="substances"):
                 for name in getattr(reaction, part):
                     yield from named((*at, part, name), "substance", name, config.substances)
             if reaction.energy and key[0] == "objects":
-                yield Problem((*at, "energy"), "objects hold no energy", reaction.energy, "0")
+                yield Problem((*at, "energy"), "objects have no energy budget", reaction.energy, "0")
             yield from check_action(species, (*at, "action"), reaction.action)
         holding = {name: f.substance for name, f in config.fields.items() if f.substance is not None}
         for i, way in enumerate(species.exchange):
@@ -155,7 +151,7 @@ class Chemistry(Feature, after="substances"):
             if way.field is not None and way.field not in holding:
                 yield unknown((*at, "field"), "field of a substance", way.field, holding)
             elif way.field is not None and released not in (None, held := holding[way.field]):
-                yield Problem((*at, "field"), f"it holds {held}", way.field, f"a field of {released}")
+                yield Problem((*at, "field"), f"it contains {held}", way.field, f"a field of {released}")
             yield from check_action(species, (*at, "action"), getattr(way, "action", None))
 
 
@@ -163,9 +159,8 @@ class Provision(Feature, after="exchange"):
     """Newborn get substances from their mother, or from the soil: systems `Provide` and `Spread`."""
 
     born_with: Literal["declared", "mother", "soil"] = about(
-        "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "
-        "holds, at equal concentration; soil: from the first field of each, where a seed falls, and it "
-        "sprouts only where there is enough",
+        "origin of the substances of newborn: declared: from nowhere; mother: she shares hers, at equal "
+        "concentrations; soil: from the first field of each, and a seed sprouts only if there is enough",
         "declared",
         exclude_if=lambda value: value == "declared",
         change=SHAPE,
@@ -173,7 +168,8 @@ class Provision(Feature, after="exchange"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield newborn without a mother, seeds without soil, and soil that lacks what they need."""
+        """Yield problems of newborn without a mother, seeds without soil, and soil without the needed
+        substances."""
         at, kind = (*key, "born_with"), getattr(species.reproduction, "kind", None)
         if species.born_with == "mother" and kind in (None, "spread"):
             yield Problem(at, "it has no mother", "mother", "declared or soil, or another reproduction")
@@ -188,19 +184,19 @@ class Provision(Feature, after="exchange"):
             if concentration > 0 and name not in held:
                 yield Problem(
                     (*key, "substances", name),
-                    "no field holds it, and newborn take it from the soil",
+                    "no field contains it, but newborn take it from the soil",
                     concentration,
                     "0, or a field with this substance",
                 )
 
 
 class Decomposition(Section, change=FREE):
-    """Decay: what it holds goes into the first field of each substance, dc/dt = −rate c (Olson 1963), or is
-    lost where there is none; the object vanishes when little is left."""
+    """Decay: the content passes into the first field of each substance, dc/dt = −rate c (Olson 1963), or
+    is lost if there is none; the object vanishes when little is left."""
 
     rate: Positive = quantity("share returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(
-        "share after whose time it gives back the rest at once and vanishes", "1", 0.01
+        "remaining share at which it returns the rest at once and vanishes", "1", 0.01
     )
 
 
@@ -208,21 +204,21 @@ class Decomposing(Feature, after="exchange"):
     """Objects decay: system `Decompose`, component `Matter`."""
 
     decomposition: Decomposition | None = about(
-        "how they decay; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+        "decay; absent: none", None, exclude_if=is_absent, change=SHAPE
     )
 
     @staticmethod
     def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield how objects end."""
+        """Yield the causes of the end of objects."""
         if species.decomposition is not None:
             yield (*key, "decomposition"), "decomposed"
 
 
 class Emission(Section, own=True):
-    """A smell of what the body is made of: rate × amount of a substance in the body [mol] each second."""
+    """A smell of a substance of the body: rate × its amount in the body [mol] per second."""
 
-    substance: str = about("what smells")
-    rate: NonNegative = quantity("share of the substance in the body, in a second", "1/s")
+    substance: str = about("the substance that smells")
+    rate: NonNegative = quantity("share of the substance in the body, per second", "1/s")
     consume: bool = about("whether the body loses what it emits", False, change=SHAPE)
 
 
@@ -230,12 +226,12 @@ class Emitting(Feature, after=("defence", "decomposition")):
     """Organisms and objects emit into fields: system `Diffuse`."""
 
     emits: dict[Name, NonNegative | Emission] = table(
-        "field = amount put into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
+        "field = amount emitted into it [1/s], or { substance, rate, consume }", dict, change=FREE, own=True
     )
 
     @staticmethod
     def problems(species: "Emitting", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield emissions into no field, of no substance, and from nothing."""
+        """Yield problems of emissions into no field, of no substance, and from nothing."""
         for name, way in species.emits.items():
             at, holds = (*key, "emits", name), getattr(config.fields.get(name), "substance", None)
             yield from named(at, "field", name, config.fields)
@@ -244,33 +240,33 @@ class Emitting(Feature, after=("defence", "decomposition")):
             elif isinstance(way, Emission) and not substances_of(config, key[1]):
                 yield Problem(
                     (*at, "substance"),
-                    "its bodies hold no substances",
+                    "its bodies contain no substances",
                     way.substance,
                     "substances, or a number",
                 )
             elif holds and not (isinstance(way, Emission) and way.consume and way.substance == holds):
                 yield Problem(
                     at,
-                    f"the field holds {holds}, which cannot come from nothing",
+                    f"the field contains {holds}, which cannot come from nothing",
                     allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`',
                 )
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield that bodies cannot whose emissions follow from what they hold."""
+        """Yield that bodies whose emissions depend on their content rule out a divided world."""
         if any(isinstance(way, Emission) for way in species.emits.values()):
             yield "emits", "that emits what its bodies are made of"
 
 
 def substances_of(config: WorldSections, name: str | int) -> set[str]:
-    """Return the substances that bodies of a kind are declared to hold, of remains those of the dead too."""
+    """Return the declared substances of bodies of a kind; for remains also those of the dead."""
     kind = config.species.get(str(name)) or config.objects[str(name)]
     dead = [s.substances for s in config.species.values() if s.remains == name]
     return {substance for held in (kind.substances, *dead) for substance in held}
 
 
 def check_action(kind: Any, at: Key, action: str | None) -> Iterator[Problem]:
-    """Yield what is wrong with an action by which a species changes its substances."""
+    """Yield problems of an action by which a species changes its substances."""
     if action is None:
         return
     if at[0] == "objects":
@@ -278,4 +274,4 @@ def check_action(kind: Any, at: Key, action: str | None) -> Iterator[Problem]:
     elif action not in (rows := kind.action_rows()):
         yield unknown(at, "action of the species", action, rows)
     elif kind.action_list()[rows[action]][0] in kind.ranges():
-        yield Problem(at, "is continuous", action, "an action that is done or not")
+        yield Problem(at, "is continuous", action, "a categorical action")

@@ -12,7 +12,7 @@ from ecs_eco.inputs.section import FREE, Real, Section, about, quantity, table
 
 
 class Lethal(Section, own=True):
-    """The interval of one property outside of which the organism dies."""
+    """The range of one property outside of which the organism dies."""
 
     property: str = about(
         "energy, age, fertility, a property or substance that the species has, or "
@@ -41,11 +41,11 @@ class Mortality(Feature, after="hatch"):
     """Members die outside of their limits, and become objects: systems `Perish` and `LeaveRemains`."""
 
     lethal: list[Lethal] = table("limits beyond which it dies", list, change=FREE)
-    remains: str | None = about("object type that the dead leave", None)
+    remains: str | None = about("object type left by the dead", None)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield unknown remains, and limits that kill at birth."""
+        """Yield problems of unknown remains, and limits that kill at birth."""
         if species.remains is not None and species.remains not in config.objects:
             yield unknown((*key, "remains"), "object type", species.remains, config.objects)
         born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
@@ -64,7 +64,7 @@ class Mortality(Feature, after="hatch"):
                         (*species.own(), *own),
                     )
             elif lethal.min is None and lethal.max is None:
-                yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
+                yield Problem((*at, "min"), "is missing, and so is max", allowed="min, max or both")
             elif low >= high:
                 yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
             elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
@@ -72,13 +72,11 @@ class Mortality(Feature, after="hatch"):
                     "min" if value <= low else "max",
                     f"deadly at birth, when {lethal.property} is {value:g}",
                 )
-                yield Problem(
-                    (*at, end), fault, getattr(lethal, end), "an interval around the value at birth"
-                )
+                yield Problem((*at, end), fault, getattr(lethal, end), "a range around the value at birth")
 
     @staticmethod
     def causes(species: "Mortality", key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield a cause for each end of each interval."""
+        """Yield a cause for each end of each range."""
         for i, limit in enumerate(species.lethal):
             for end, cause in (("min", limit.cause_below), ("max", limit.cause_above)):
                 if getattr(limit, end) is not None:
@@ -86,6 +84,6 @@ class Mortality(Feature, after="hatch"):
 
     @staticmethod
     def undivided(species: "Mortality") -> Iterator[tuple[str, str]]:
-        """Yield that remains cannot be handed over."""
+        """Yield that remains rule out a divided world."""
         if species.remains is not None:
             yield "remains", "whose dead become objects"

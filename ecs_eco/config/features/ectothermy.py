@@ -1,4 +1,4 @@
-"""Ectothermy: animals that are as warm as their surroundings slow down in the cold, to torpor."""
+"""Ectothermy: animals with the temperature of their surroundings slow down in the cold, to torpor."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -10,14 +10,14 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, 
 
 
 class Cold(Section, change=FREE, own=True):
-    """How rates depend on temperature: speeds and the basal rate are those declared at `reference`, and change
-    by the factor `q10` with every 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
+    """The dependence of rates on temperature: speeds and the basal rate have their declared values at
+    `reference`, and change by the factor `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
 
     The temperature is that of the body if `properties` has one, otherwise that of its place.
     """
 
-    q10: Positive = quantity("factor by which rates rise with 10 K", "1", 2.0)
-    reference: Positive = quantity("temperature at which rates are as declared", "K", 298.15)
+    q10: Positive = quantity("factor of rates per 10 K", "1", 2.0)
+    reference: Positive = quantity("temperature of the declared rates", "K", 298.15)
     torpor: NonNegative = quantity("temperature at and below which it does not move", "K", 0.0)
 
 
@@ -25,12 +25,12 @@ class Ectothermy(Feature, after="heat"):
     """Animals live more slowly in the cold: system `SlowDown`, component `SpeedScale`."""
 
     ectothermy: Cold | None = about(
-        "how its rates depend on temperature; absent: they do not", None, exclude_if=is_absent, change=SHAPE
+        "dependence of its rates on temperature; absent: none", None, exclude_if=is_absent, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield genes that code for the pace that temperature sets."""
+        """Yield problems of genes that code for the pace that temperature sets."""
         genome = species.genome if species.ectothermy is not None else None
         genes = [] if genome is None else [(("genes", i), gene) for i, gene in enumerate(genome.genes)]
         derived = [] if genome is None else [(("derived", name), one) for name, one in genome.derived.items()]

@@ -9,19 +9,21 @@ from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
 
 LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
-OWN = "an egg only keeps the genome of what hatches from it: it is read when that is born"
+OWN = "an egg only stores the genome of the animal that hatches from it, which expresses it at birth"
 
 
 class Hatching(Section, change=FREE, own=OWN):
-    """The eggs of another species, whose `reproduction.eggs` names this one: they lie where they were laid
-    and hatch at the end of their incubation, with what energy is left in them.
+    """The eggs of another species, whose `reproduction.eggs` names this one: they stay where they were laid
+    and hatch at the end of their incubation, with their remaining energy.
 
-    Where `temperature` is given, they develop in proportion to the degrees above the threshold.
+    If `temperature` is given, they develop in proportion to the degrees above the threshold.
     """
 
     into: str = about("species that hatches from them", change=SHAPE)
     incubation: Positive = quantity("from laying to hatching, at the temperature", "s")
-    temperature: Positive | None = quantity("at which incubation takes that long; absent: at any", "K", None)
+    temperature: Positive | None = quantity(
+        "temperature at which incubation takes that long; absent: any", "K", None
+    )
     threshold: NonNegative = quantity("temperature at and below which they do not develop", "K", 273.15)
 
 
@@ -29,7 +31,7 @@ class Eggs(Feature, after="care"):
     """Eggs develop, faster where it is warmer, and hatch: system `Hatch`, component `Incubation`."""
 
     hatch: Hatching | None = about(
-        "for eggs: what hatches from them, and when; absent: these are not eggs",
+        "for eggs: the species that hatches from them, and when; absent: these are not eggs",
         None,
         exclude_if=is_absent,
         change=SHAPE,
@@ -37,7 +39,7 @@ class Eggs(Feature, after="care"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with a species that lays eggs, and with eggs."""
+        """Yield problems of a species that lays eggs, and of eggs."""
         if laid_by(species) is not None:
             yield from _of_layer(species, config, key)
         if species.hatch is not None:
@@ -45,7 +47,7 @@ class Eggs(Feature, after="care"):
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield how eggs end."""
+        """Yield the causes of the end of eggs."""
         if species.hatch is not None:
             yield (*key, "hatch"), "hatched"
 
@@ -63,13 +65,13 @@ class Eggs(Feature, after="care"):
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield that neither eggs nor those that lay them can."""
+        """Yield that eggs and species that lay them rule out a divided world."""
         if laid_by(species) is not None or species.hatch is not None:
             yield "reproduction.eggs", "that lays eggs"
 
     @staticmethod
     def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
-        """Give the eggs that a species lays what they keep of it: genomes, and brains of their own."""
+        """Give the eggs of a species the data that they keep of it: genomes, and individual brains."""
         if (laid := laid_by(species)) is None:
             return
         eggs = table.species.nursery = tables[laid]
@@ -81,7 +83,7 @@ class Eggs(Feature, after="care"):
 
 
 def laid_by(species: Any) -> str | None:
-    """Return the name of the eggs that a species lays; None where it lays none."""
+    """Return the name of the eggs that a species lays; None if it lays none."""
     return getattr(species.reproduction, "eggs", None)
 
 
@@ -98,7 +100,7 @@ def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem
             (*key, "reproduction", "energy_given"), f"more than an egg holds, {laid}", given, allowed
         )
     if species.born_with == "mother":
-        fault = "its newborn are eggs, which hold what their own section says"
+        fault = "its newborn are eggs, whose own section defines their substances"
         yield Problem((*key, "born_with"), fault, species.born_with, '"declared"')
 
 

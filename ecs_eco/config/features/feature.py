@@ -1,4 +1,4 @@
-"""What a feature declares, and how the models of species and object types are assembled from features."""
+"""The declaration of a feature, and the assembly of the models of species and object types from features."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
@@ -12,12 +12,12 @@ Model = TypeVar("Model", bound=Section)
 
 
 class Cost(NamedTuple):
-    """Energy that members burn in each second."""
+    """Energy that members burn per second."""
 
     key: Key  # within the section of the species
     value: float  # [energy/s], or [energy] for each unit of `most`
-    most: float | None = None  # of what is paid by the unit: most units in a second
-    owed: bool = False  # whether it is burnt even where no energy is left
+    most: float | None = None  # for costs by the unit: maximum units per second
+    owed: bool = False  # whether it is burned even without energy
 
 
 class Feature(Section):
@@ -197,7 +197,8 @@ class Feature(Section):
 
 
 def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:
-    """Yield what the features of a species or object type yield: `what` is the name of a function of `Feature`."""
+    """Yield the results of the features of a species or object type: `what` is the name of a function of
+    `Feature`."""
     model: type[Section] = type(species)
     for hook in _hooks_of(model, what):
         yield from hook(species, *more)
@@ -220,7 +221,7 @@ def _features_of(model: type[Section]) -> tuple[type[Feature], ...]:
 
 
 def assembled(model: type[Model]) -> type[Model]:
-    """Return a model whose keys of features stand in their places, for pages and for what is written."""
+    """Return a model whose keys of features are in their places, for pages and files."""
     fields = dict(model.model_fields)
     for feature in features_of(model):
         own = {name: fields.pop(name) for name in feature.model_fields}

@@ -1,4 +1,4 @@
-"""Feeding: what members eat, and their defence against being eaten."""
+"""Feeding: the diet of members, and their defense against being eaten."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -26,15 +26,15 @@ class Diet(Section, own=True):
 
     eats: str = about("a species or an object type")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
-    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
+    chance: Share = quantity("probability of success per second of contact", "1", 1.0)
+    gain: Real = quantity("energy gained per item, whatever its energy", "energy", 0.0)
+    efficiency: Share = quantity("share of the item's energy that is gained in addition", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
     satiation: Real | None = quantity(
-        "eats only below this energy; absent: while it is not full", "energy", None, former="until"
+        "eats only below this energy; absent: until it is full", "energy", None, former="until"
     )
     assimilation: Share | None = quantity(
-        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
+        "share of the item's substances that its body keeps, if both contain substances; the rest enters "
         "the first field of each, or is lost; absent: all of it",
         "1",
         None,
@@ -43,7 +43,7 @@ class Diet(Section, own=True):
 
 
 class Defence(Section, change=FREE, own=Column("Defence")):
-    """Defence against being eaten, and its cost."""
+    """Defense against being eaten, and its cost."""
 
     submodel = Submodel(
         "Defence",
@@ -55,8 +55,8 @@ class Defence(Section, change=FREE, own=Column("Defence")):
         },
     )
 
-    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
-    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
+    toughness: Share = quantity("share of bites that fail", "1", 0.0)
+    poison: NonNegative = quantity("energy lost by its eater", "energy", 0.0)
     cost: NonNegative = quantity(
         "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
     )
@@ -65,17 +65,17 @@ class Defence(Section, change=FREE, own=Column("Defence")):
 class Defending(Feature, after="locomotion"):
     """Members are tough or poisonous: component `Defence`, read by system `Feed`."""
 
-    defence: Defence = table("defence against being eaten", Defence)
+    defence: Defence = table("defense against being eaten", Defence)
 
 
 class Feeding(Feature, after="emits"):
     """Members eat others and objects: system `Feed`."""
 
-    diet: list[Diet] = table("what it eats", list, change=FREE)
+    diet: list[Diet] = table("its food", list, change=FREE)
 
     @staticmethod
     def problems(species: "Feeding", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield unknown food, food that gives nothing, and a reach beyond the world."""
+        """Yield problems of unknown food, food without gain, and a reach beyond the world."""
         food = [*config.species, *config.objects]
         eaten: set[str] = set()
         for i, diet in enumerate(species.diet):
@@ -87,12 +87,12 @@ class Feeding(Feature, after="emits"):
             eaten.add(diet.eats)
             if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
                 yield Problem(
-                    (*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both"
+                    (*at, "gain"), "is missing, and so is efficiency", allowed="gain, efficiency or both"
                 )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
                 yield Problem(
                     (*at, "efficiency"),
-                    f"{diet.eats} holds no energy",
+                    f"{diet.eats} contains no energy",
                     diet.efficiency,
                     f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
                 )
@@ -100,13 +100,13 @@ class Feeding(Feature, after="emits"):
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield what it can eat."""
+        """Yield its food."""
         for i, food in enumerate(species.diet):
             yield f"diet.{i}", food.eats, food.reach
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield how its food dies, and how members die of deadly food."""
+        """Yield the causes of death of its food, and of members that eat deadly food."""
         for i, food in enumerate(species.diet):
             yield (*key, "diet", i), f"eaten by {key[1]}"
             if food.deadly:

@@ -21,14 +21,12 @@ from ecs_eco.inputs.section import (
 class Heat(Section, change=FREE):
     """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of its shape.
 
-    The body needs `properties.temperature`, which is that at the start.
+    The body needs `properties.temperature`, its initial value.
     """
 
-    specific_heat: Positive = quantity(
-        "heat that warms a kilogram of the body by one kelvin", "J/(kg K)", 3500.0
-    )
+    specific_heat: Positive = quantity("specific heat capacity of the body", "J/(kg K)", 3500.0)
     conductance: NonNegative = quantity(
-        "heat through a square meter of bare surface per kelvin; about 10 in still air, some 100 in water",
+        "heat transfer coefficient of the bare surface; about 10 in still air, some 100 in water",
         "W/(m^2 K)",
         10.0,
     )
@@ -41,25 +39,25 @@ class Heat(Section, change=FREE):
 
 
 class Regulation(Section, own=True):
-    """Regulation of the body's temperature: at full power until the set point, then as much as holds it.
+    """Regulation of the body's temperature: at full power until the set point, then as much as needed.
 
-    It is paid from the energy held, and ends where there is none.
+    It is paid from the animal's energy, and stops without energy.
     """
 
-    set_point: NonNegative = quantity("temperature that is held", "K")
-    warming: NonNegative = quantity("most heat that it makes in addition, as by shivering", "W", 0.0)
-    cooling: NonNegative = quantity("most heat that it gives off in addition, as by panting", "W", 0.0)
-    cost: NonNegative = quantity("energy burned for each joule made or given off", "energy/J")
+    set_point: NonNegative = quantity("set point", "K")
+    warming: NonNegative = quantity("maximum additional heat production, as by shivering", "W", 0.0)
+    cooling: NonNegative = quantity("maximum additional heat loss, as by panting", "W", 0.0)
+    cost: NonNegative = quantity("energy burned per joule of either", "energy/J")
 
 
 class BodyHeat(Heat, own=True):
     """Exchange of heat with the surroundings by Newton's law of cooling, heat of metabolism, and regulation.
 
-    The species needs `properties.temperature`, which is that at birth.
+    The species needs `properties.temperature`, its value at birth.
     """
 
     metabolic_heat: NonNegative = quantity(
-        "heat set free by each unit of energy burned, apart from that burnt for regulation", "J/energy", 0.0
+        "heat released per unit of energy burned, except energy burned for regulation", "J/energy", 0.0
     )
     regulate: Regulation | None = about("regulation of its temperature; absent: none", None)
 
@@ -68,7 +66,7 @@ class Warmth(Feature, after="properties"):
     """Bodies exchange heat: system `ExchangeHeat`, components `HeatExchange` and, for a gene, `Coat`."""
 
     heat: BodyHeat | None = about(
-        "how its temperature changes; absent: it stays as it was at birth",
+        "exchange of heat; absent: its temperature stays as at birth",
         None,
         exclude_if=is_absent,
         change=SHAPE,
@@ -76,12 +74,12 @@ class Warmth(Feature, after="properties"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with the heat of a species' bodies."""
+        """Yield problems of the heat of a species' bodies."""
         yield from check_heat(species, key)
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
             allowed = "a power [W] of warming, of cooling or of both; or no regulate"
-            yield Problem((*key, "heat", "regulate", "warming"), "is 0, and cooling too", 0.0, allowed)
+            yield Problem((*key, "heat", "regulate", "warming"), "is 0, and so is cooling", 0.0, allowed)
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
@@ -95,22 +93,22 @@ class WarmObjects(Feature, after="properties"):
     """Objects exchange heat: system `ExchangeHeat`, component `HeatExchange`."""
 
     heat: Heat | None = about(
-        "how their temperature changes; absent: it stays", None, exclude_if=is_absent, change=SHAPE
+        "exchange of heat; absent: their temperature is constant", None, exclude_if=is_absent, change=SHAPE
     )
 
     @staticmethod
     def problems(kind: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is wrong with the heat of objects."""
+        """Yield problems of the heat of objects."""
         yield from check_heat(kind, key)
 
 
 def check_heat(kind: Any, key: Key) -> Iterator[Problem]:
-    """Yield what is wrong with the temperature of bodies that exchange heat, of a species or object type."""
+    """Yield problems of the temperature of bodies that exchange heat, of a species or object type."""
     if kind.heat is None:
         return
     at, known = (*key, "properties", "temperature"), kind.properties.get("temperature")
     if known is None:
-        allowed = "the temperature at the start [K], or no heat"
-        yield Problem(at, "is missing, and heat changes it", allowed=allowed)
+        allowed = "the initial temperature [K], or no heat"
+        yield Problem(at, "is missing, but heat changes it", allowed=allowed)
     elif known < 0:
         yield Problem(at, "below absolute zero", known, "at least 0 K")

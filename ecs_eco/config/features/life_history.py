@@ -23,29 +23,29 @@ from ecs_eco.inputs.section import (
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
-    """How fertility depends on age and season: `fertility` is its height, reached at the prime, in season.
+    """The dependence of fertility on age and season: `fertility` is its peak, reached at the prime, in
+    season.
 
-    With age it follows a beta curve from maturity to the end; where the prime is a third of the way it is
+    With age it follows a beta curve from maturity to the end; if the prime is a third of the way, this is
     Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year it follows a von Mises
-    curve, a normal one bent into a circle.
+    curve, the circular analog of the normal curve.
     """
 
     maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
     prime: Positive | None = quantity(
-        "age at which it is most fertile; absent: a third of the way from maturity to the end; "
-        "without an end: at maturity",
+        "age of peak fertility; absent: a third of the way from maturity to the end; without an end: at maturity",
         "s",
         None,
     )
     end: Positive | None = quantity(
-        "age at which fertility ends; absent: it does not fall with age, "
-        "and rises in proportion to age from maturity to the prime",
+        "age at which fertility ends; absent: it does not fall with age, and rises in proportion to age "
+        "from maturity to the prime",
         "s",
         None,
     )
     season: Share | None = quantity(
-        "time of the year when it is most fertile: 0 is the spring equinox, 0.25 "
-        "midsummer; absent: it breeds all year; the world needs a year",
+        "time of year of peak fertility: 0 is the spring equinox, 0.25 midsummer; absent: it breeds all "
+        "year; needs a year",
         "1",
         None,
     )
@@ -64,12 +64,12 @@ class Seasons(Feature, after="fertility"):
     """Fertility follows age and season: system `Mature`, component `Breeding`."""
 
     breeding: Breeding | None = about(
-        "how fertility depends on age and season; absent: it stays", None, exclude_if=is_absent
+        "dependence of fertility on age and season; absent: none", None, exclude_if=is_absent
     )
 
     @staticmethod
     def problems(species: "Seasons", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield ages that are not in order, and a season without a year."""
+        """Yield problems of ages that are not in order, and of a season without a year."""
         way, at = species.breeding, (*key, "breeding")
         if way is None:
             return
@@ -84,35 +84,31 @@ class Seasons(Feature, after="fertility"):
 
 
 class Growth(Section, change=FREE, own=True):
-    """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
-    power 3/4. Founders and immigrants are adults."""
+    """Growth from newborn to adult size, which is that of `body`; the costs of living scale with the mass
+    to the power 3/4. Founders and immigrants are adults."""
 
     law: Literal["von_bertalanffy", "west"] = about(
-        "what approaches the adult's at a constant rate: the cube root of the mass (von Bertalanffy 1957) or "
-        "the fourth root (West, Brown & Enquist 2001)",
+        "law of growth: the cube root of the mass approaches the adult's at a constant rate (von "
+        "Bertalanffy 1957), or the fourth root does (West, Brown & Enquist 2001)",
         "von_bertalanffy",
     )
-    rate: Positive = quantity("of that approach; of an adult mass that is a gene, the one of body", "1/s")
+    rate: Positive = quantity("rate of growth; if adult mass is heritable, that of body.mass", "1/s")
     newborn: Annotated[float, Field(ge=1e-9, le=1)] = quantity(
         "mass of a newborn, as a share of the adult's", "1", 0.05
     )
     cost: NonNegative = quantity("energy burned for each kilogram of growth", "energy/kg", 0.0)
     reserve: NonNegative = quantity(
-        "energy that it keeps back: it grows by what it holds beyond; "
-        "with 0 it spends all on growth, and starves",
-        "energy",
-        0.0,
+        "energy reserve that is not spent on growth; with 0 it spends everything, and starves", "energy", 0.0
     )
     pace: NonNegative = quantity(
-        "power of the mass, as a share of the adult's, with which speeds rise; 0: "
-        "the young are as fast as adults",
+        "exponent with which speeds scale with the mass, as a share of the adult's; 0: the young are as "
+        "fast as adults",
         "1",
         0.0,
     )
     store: NonNegative = quantity(
-        "power of the mass, as a share of the adult's, with which "
-        "metabolism.energy_max rises, 1 for fat in proportion to the body; 0: the "
-        "young hold as much as adults. What one was born with beyond it is kept",
+        "exponent with which metabolism.energy_max scales with the mass, as a share of the adult's; 1: in "
+        "proportion to the body; 0: the young store as much as adults. Energy from birth beyond the limit is kept",
         "1",
         0.0,
         exclude_if=is_empty,
@@ -123,54 +119,49 @@ class Growing(Feature, after="breeding"):
     """The young grow: system `GrowUp`, component `Stature`."""
 
     growth: Growth | None = about(
-        "how the young grow; absent: they are born as large as adults",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
+        "growth of the young; absent: they are born at adult size", None, exclude_if=is_absent, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield a reserve that leaves nothing for growth."""
+        """Yield the problem of a reserve that leaves nothing for growth."""
         way, most = species.growth, species.metabolism.energy_max
         if way is not None and way.cost and way.reserve >= most:
-            fault = "as much as energy_max: nobody would grow"
+            fault = "at least energy_max: the young would not grow"
             yield Problem((*key, "growth", "reserve"), fault, way.reserve, f"less than {most:g}")
 
 
 class Care(Section, change=FREE, own=True):
     """Feeding of the young at the expense of their parents.
 
-    With an action `nurse` a parent feeds when it decides to, else whenever it can.
+    With an action `nurse` a parent feeds when it decides to, otherwise whenever it can.
     """
 
-    rate: Positive = quantity("most energy given to each of the young", "energy/s")
+    rate: Positive = quantity("maximum energy given to each of the young", "energy/s")
     age_max: Positive = quantity("age until which the young are fed", "s", former="until")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
+    reserve: NonNegative = quantity("energy reserve of a parent", "energy", 0.0)
     efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(
         "share of the energy given that reaches the young", "1", 1.0
     )
-    by: Literal["mother", "father", "both"] = about("which parents feed them", "mother")
+    by: Literal["mother", "father", "both"] = about("which parents feed the young", "mother")
 
 
 class Caring(Feature, after="reproduction"):
     """Parents feed their young, by decision or whenever they can: system `Nurse`."""
 
     acts = {"nurse": ("nurse",)}
-    care: Care | None = about(
-        "how parents feed their young; absent: they do not", None, exclude_if=is_absent, change=SHAPE
-    )
+    care: Care | None = about("feeding of the young; absent: none", None, exclude_if=is_absent, change=SHAPE)
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield what one of the young is given."""
+        """Yield the energy given to each of the young."""
         if species.care is not None:
             yield Cost(("care", "rate"), species.care.rate)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield an action that nurses nobody."""
+        """Yield the problem of an action nurse without care."""
         if species.care is None and "nurse" in species.actions and "nurse" not in species.ranges():
             at = (*key, "actions", "nurse")
-            yield Problem(at, "it cares for nobody", species.actions["nurse"], "care, or no such group")
+            yield Problem(at, "it has no care", species.actions["nurse"], "care, or no such group")

@@ -1,4 +1,4 @@
-"""Wandering: animals that decide on no turn walk a correlated random walk."""
+"""Wandering: animals that decide on no turn perform a correlated random walk."""
 
 from __future__ import annotations
 
@@ -13,24 +13,23 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_
 
 
 class Wander(Section, change=FREE, own=True):
-    """A correlated random walk (Kareiva & Shigesada 1983): in each tick the heading changes by a normal number
-    with standard deviation `turn` times the square root of `dt`, unless the animal turns left or right.
+    """A correlated random walk (Kareiva & Shigesada 1983): in each tick the heading changes by a normal
+    number with standard deviation `turn` times the square root of `dt`, unless the animal turns left or
+    right.
 
     With a gait, animals without decisions walk: the gait is their only action of the group `speed`, an
-    automatic one, or the neutral one where `actions` has that group.
+    automatic one, or the default one if `actions` has that group.
     """
 
     turn: NonNegative = quantity("standard deviation of the change of heading", "rad/√s")
-    gait: str | None = about(
-        "gait of those that decide on none; absent: as `actions` says", None, change=SHAPE
-    )
+    gait: str | None = about("gait of undecided animals; absent: that of `actions`", None, change=SHAPE)
 
 
 class Wandering(Feature, after="locomotion"):
     """Undecided animals walk about: system `Wander`."""
 
     wander: Wander | None = about(
-        "how undecided animals walk about; absent: they keep their heading",
+        "random walk of undecided animals; absent: they keep their heading",
         None,
         exclude_if=is_absent,
         change=SHAPE,
@@ -39,7 +38,7 @@ class Wandering(Feature, after="locomotion"):
     @model_validator(mode="before")
     @classmethod
     def _walk(cls, data: Any) -> Any:
-        """Make the gait an automatic action, or the neutral one."""
+        """Make the gait an automatic action, or the default one."""
         wander = data.get("wander") if isinstance(data, dict) else None
         gait = wander.get("gait") if isinstance(wander, dict) else None
         kinds = {"actions": dict, "always_on": list, "default_action": dict}
@@ -53,12 +52,13 @@ class Wandering(Feature, after="locomotion"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield a walk without gaits, and one whose turns a policy or reflex decides in each tick."""
+        """Yield problems of a walk without gaits, and of one whose turns a policy or reflex decides in
+        each tick."""
         if species.wander is None:
             return
         gaits = () if species.locomotion is None else species.locomotion.speed
         if species.locomotion is None:
-            yield Problem((*key, "locomotion"), "is missing: it wanders", allowed="speed = { walk = … }")
+            yield Problem((*key, "locomotion"), "is missing, but it wanders", allowed="speed = { walk = … }")
         elif species.wander.gait is not None and species.wander.gait not in gaits:
             yield unknown((*key, "wander", "gait"), "gait in locomotion.speed", species.wander.gait, gaits)
         elif "speed" not in species.actions:

@@ -159,10 +159,10 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
         ({"terrain.band": 2}, "terrain.band = 2\n  no such band; expected: 1, the only one (topo)"),
         ({"terrain.band": "tpo"}, 'did you mean "topo"?'),
         ({"terrain.raster": "dam.npz"}, 'terrain.raster = "dam.npz"\n  cannot be read'),
-        ({"space.edges": "torus"}, 'do not meet as those of a torus do; expected: space.edges = "walls"'),
+        ({"space.edges": "torus"}, 'differ, but a torus joins them; expected: space.edges = "walls"'),
         ({"terrain.hills": {"amplitude": 1.0, "scale": 9.0}}, "given together with a raster"),
         ({"terrain.classes": {"wood": {"codes": [1]}}}, "there is no raster of classes"),
-        ({"terrain.classes": {"wood": {}}}, "it says not where it is"),
+        ({"terrain.classes": {"wood": {}}}, "does not define where it is"),
         ({"terrain.classes": {"wood": {"above": 3.0, "below": 2.0}}}, "not above `above`"),
         ({"terrain.classes": {"wood": {"above": 3.0, "growht": 2.0}}}, 'did you mean "growth"?'),
         (
@@ -173,7 +173,7 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
             },
             "terrain.cover_band = 7\n  no such band",
         ),
-        ({"terrain.drainage": {}}, "says not where water collects"),
+        ({"terrain.drainage": {}}, "does not define where water collects"),
         ({"terrain.raster": FAULT}, 'or crs = "EPSG:4326" if it counts in degrees'),
     ],
 )
