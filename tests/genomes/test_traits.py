@@ -81,7 +81,7 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "sensors.energy.scale",
         "sensors.eye.blind",
         "sensors.eye.fov",
-        "sensors.nose.scale",
+        "sensors.nose.half_saturation",
         "sensors.pit.scale",
         "sensors.pit.zero",
     }
@@ -158,8 +158,8 @@ def test_a_plant_has_no_more_than_its_own() -> None:
         "defence.toughness",
         "emits.grass_smell",
         "metabolism.basal",
-        "metabolism.handling_time",
         "metabolism.energy_max",
+        "metabolism.handling_time",
         "metabolism.photosynthesis",
         "reproduction.rate",
         "reproduction.spread",

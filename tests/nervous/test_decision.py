@@ -74,10 +74,10 @@ def test_a_lone_action_can_be_left_undone():
 
 
 def test_automatic_actions_are_on_unless_a_reflex_blocks_them():
-    nerves = _nerves({"eat": ["eat"], "speed": ["still", "run"]}, always_on=["eat"])
+    nerves = _nerves({"eat": ["eat"], "speed": ["still", "run"]}, automatic=["eat"])
     assert nerves.choices == (2,)  # the policy has no say in it
     assert _decide(nerves, [[0]] * 3, [[-1, 0, 0], [0, 0, 0], [1, 0, 0]]) == [[0, 1, 0], [1, 1, 0], [1, 1, 0]]
-    full = _nerves({"eat": ["eat"], "speed": ["still", "run"]}, always_on=["eat.eat"])
+    full = _nerves({"eat": ["eat"], "speed": ["still", "run"]}, automatic=["eat.eat"])
     assert full.automatic.tolist() == [True, False, False]
 
 
