@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import islice
@@ -171,6 +171,16 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> s
     guess = nearest(name, known)
     hint = f'; did you mean "{guess}"?' if guess else ""
     return f"{place}: unknown {kind} {str(name)!r}; known: {listed(known)}{hint}"
+
+
+def no_attribute(table: Mapping[type, object], name: str) -> str:
+    """Return the message for an attribute that a table lacks: the component with a field of this name."""
+    if name.startswith("_"):
+        return name
+    owners = [f"table[{c.__name__}].{name}" for c in table if name in getattr(c, "fields", ())]
+    known = f"its components are {listed(c.__name__ for c in table)}"
+    hint = f"it is a column: {' or '.join(owners)}" if owners else known
+    return f"table {getattr(table, 'name', '')!r} has no attribute {name!r}; {hint}"
 
 
 class RecordingError(ValueError):

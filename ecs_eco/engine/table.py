@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ecs_eco._html import of_entities
 from ecs_eco.engine.blocks import Blocked
-from ecs_eco.engine.errors import UnknownName, listed, unknown_name
+from ecs_eco.engine.errors import UnknownName, no_attribute, unknown_name
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
@@ -170,16 +170,8 @@ class Table(dict[type, Any]):
             )
         )
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError that names the component with a field of this name."""
-            if name.startswith("_") or name in Table.__slots__:
-                raise AttributeError(name)
-            owners = [f"table[{c.__name__}].{name}" for c in self if name in c.fields]
-            known = f"its components are {listed(c.__name__ for c in self)}"
-            hint = f"it is a column: {' or '.join(owners)}" if owners else known
-            raise AttributeError(f"table {self.name!r} has no attribute {name!r}; {hint}")
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(name if name in Table.__slots__ else no_attribute(self, name))
 
     def __setitem__(self, component: object, columns: object) -> NoReturn:
         raise TypeError(
