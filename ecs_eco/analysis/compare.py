@@ -291,8 +291,7 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
     if len(kept) < 4:
         return {}
     period = float(np.median([c.period for _, c in kept]))
-    out = {}
-    present = [s for s in runs[0].species if _there(runs, s)]
+    out, present = dict[str, Any](), [s for s in runs[0].species if _there(runs, s)]
     for a, b in zip(present, present[1:], strict=False):
         try:
             surrogates = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
