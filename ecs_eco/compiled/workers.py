@@ -122,7 +122,7 @@ class Workers:
         self._share([(take,)] * min(len(self.helpers), len(others)), take, first)
 
     def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: object) -> None:
-        """Let helpers do the jobs, functions with their arguments, and this thread its own work; wait for
+        """Run the jobs, functions with their arguments, on helpers, and `own` on this thread; wait for
         all, and raise an exception of any of them."""
         busy, errors = [], []
         try:

@@ -1,4 +1,4 @@
-"""Reads what a component's source says of its fields: the comment behind each, "# [unit] meaning"."""
+"""Read the comment behind each field in a component's source: "# [unit] meaning"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the description of a world (ODD) takes from the declaration of a system or of a section."""
+"""The declaration of a system or a section for the description of a world (ODD)."""
 
 from __future__ import annotations
 
@@ -26,4 +26,4 @@ class Submodel(NamedTuple):
     changes: tuple[str, ...] = ()
     """The state variables that it changes: components, or Component.field."""
     draws: str = ""
-    """What it draws at random."""
+    """Its random draws."""

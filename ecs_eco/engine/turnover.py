@@ -82,7 +82,7 @@ class Unheard:
 
 
 class Turnover:
-    """How deaths and births take effect in the tables of a world: rows are freed and filled, hooks are
+    """The way deaths and births take effect in the tables of a world: rows are freed and filled, hooks are
     called."""
 
     def __init__(self, world: LivingWorld) -> None:

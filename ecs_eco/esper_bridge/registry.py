@@ -312,7 +312,7 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Let an entity die: at the end of the phase `die`, or at once, between ticks. Raises KeyError if
+        """Kill an entity: at the end of the phase `die`, or at once, between ticks. Raises KeyError if
         it is not alive."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:

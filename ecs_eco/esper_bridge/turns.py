@@ -73,7 +73,7 @@ class _Turn:
                 self._returned.append(thread)
 
     def leave(self) -> None:
-        """Let waiting threads go first, unless this thread still holds the turn: within `with world:`."""
+        """Give way to waiting threads, unless this thread still holds the turn: within `with world:`."""
         if self.held():
             return
         taken, end = self._taken, time.monotonic() + self.PATIENCE

@@ -25,7 +25,7 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """Which loci code for which value, both ways; every row of letters decodes to valid values.
+    """The mapping between loci and values in both directions; every row of letters decodes to valid values.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ def problems(
 
 
 def is_weights(gene: Gene, trait: Trait | None) -> bool:
-    """Whether a gene codes for the weights of a network."""
+    """Return whether a gene codes for the weights of a network."""
     return (
         gene.form is not None
         or (trait is not None and trait.kind == "weights")
@@ -78,7 +78,7 @@ def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
 
 
 def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> int | None:
-    """How many codons a gene has; None where the shapes of its network are not known."""
+    """Return how many codons a gene has; None where the shapes of its network are not known."""
     if not is_weights(gene, trait):
         return gene.codons
     known = shapes_of(gene, shapes)

@@ -63,7 +63,7 @@ WIDTH = "it is the width of a column or of a network's input, which all members 
 
 @dataclass(frozen=True)
 class Change:
-    """What to do instead of changing a field in a living world, FREE if it may change; the same for the
+    """The alternative to changing a field in a living world, FREE if it may change; the same for the
     entries of a table, if that differs."""
 
     instead: str | None = None

@@ -102,7 +102,7 @@ class Archipelago:
         policies : str or Mapping, default "trained"
             As for `World.from_config`.
         learn : bool or Mapping of str to bool, optional
-            Which species learn; default: as the world file says.
+            Which species learn; default: as the world file states.
         snapshot_every, record, command, trust
             As for `run_to_folder`.
 

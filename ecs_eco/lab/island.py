@@ -200,7 +200,9 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
         )
     world, folder = restored(file, claim, manifest, threads, trust)
     if start and world.digest() != plan["islands"].get(name, {}).get("digest"):
-        raise ForeignFile(f"{file}: has another digest than {FILE} says of the island {name} at tick {start}")
+        raise ForeignFile(
+            f"{file}: has another digest than {FILE} records for the island {name} at tick {start}"
+        )
     return Live(world, folder, manifest, threading.get_ident())
 
 

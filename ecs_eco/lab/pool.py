@@ -22,8 +22,8 @@ ENDED = 130  # exit code of a worker that was asked to end
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Let processes that start within this context use one thread each, and import nothing from the folder
-    in which they run."""
+    """Restrict processes that start within this context to one thread each, and to importing nothing from
+    their folder."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:

@@ -91,7 +91,7 @@ class RayExecutor(Executor):
 
     @property
     def workers(self) -> int:
-        """How many calls run at a time."""
+        """The number of calls that run at a time."""
         return self.at_once or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:

@@ -202,7 +202,7 @@ class Individuals(PlainNetwork):
         split: Split,
         own: Mapping[str, np.ndarray] | None = None,
     ) -> dict[str, float]:
-        """Let the animals of `rows` i64[n] learn from their rollouts, and empty these; `bootstrap` f32[n] are
+        """Train the animals of `rows` i64[n] on their rollouts, and empty these; `bootstrap` f32[n] are
         the values of their current states.
 
         `plasticity` has their learning rates, discounts and entropy coefficients, each f32[n] or one number

@@ -61,7 +61,7 @@ def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np
 
 @njit
 def claim(cell, wanted, soil, rooted):
-    """Let each of k newborn in turn take its whole demand from its cells of the soil, or nothing."""
+    """Give each of k newborn in turn its whole demand from its cells of the soil, or nothing."""
     for i in range(rooted.size):
         for k in range(len(soil)):
             if soil[k][cell[i, k]] < wanted[i, k]:

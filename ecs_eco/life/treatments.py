@@ -25,8 +25,8 @@ def no_reflexes(species: Iterable[Kind]) -> None:
 
 
 def neutral_drift(species: Iterable[Kind]) -> None:
-    """Let genes be inherited, cross and mutate without being expressed: all organisms have the values of
-    their species."""
+    """Switch off the expression of genes, which are still inherited, cross and mutate: all organisms have the
+    values of their species."""
     for heredity in _heredities(species):
         if heredity.layout is not None:
             heredity.expression = False
@@ -43,7 +43,7 @@ def shuffled_genome(species: Iterable[Kind]) -> None:
 
 
 def no_mutation(species: Iterable[Kind]) -> None:
-    """Let genomes cross without mutation, and inherit weights without noise: lost alleles do not come
+    """Switch off mutation of genomes and noise of inherited weights: lost alleles do not come
     back."""
     for heredity in _heredities(species):
         heredity.mutation = False

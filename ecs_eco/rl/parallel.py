@@ -69,7 +69,7 @@ class Parallel(Shown, ParallelEnv):
         self.arena.cycles = whole_number("max_cycles", cycles, 1)
 
     def observation_space(self, agent: Agent) -> Any:
-        """Return the Box of what an agent senses, a number for each of `channels`.
+        """Return the Box of observations, a number for each of `channels`.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Parallel(Shown, ParallelEnv):
         return self.arena.observation_space
 
     def action_space(self, agent: Agent) -> Any:
-        """Return the space of what an agent chooses, a number for each of `options`.
+        """Return the space of actions, a number for each of `options`.
 
         Parameters
         ----------

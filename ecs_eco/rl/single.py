@@ -64,7 +64,7 @@ class Body(Shown, Env):
         Parameters
         ----------
         action : array or dict
-            As `action_space` says.
+            As in `action_space`.
 
         Returns
         -------

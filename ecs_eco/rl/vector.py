@@ -51,7 +51,7 @@ class Slots(Shown, VectorEnv):
 
     @property
     def mask(self) -> np.ndarray:
-        """Which slots have a body: bool[n]."""
+        """Mask of the slots that have a body: bool[n]."""
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:

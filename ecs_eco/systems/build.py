@@ -48,7 +48,7 @@ class Build(System):
         return bool(table.species.builds)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species build."""
+        """Build objects for one species."""
         for number, way in enumerate(table.species.builds):
             cost, spacing = own_values(
                 table,
@@ -59,7 +59,7 @@ class Build(System):
     def build(
         self, table: Table, thing: Table, way: Way, world: SpatialWorld, cost: Number, spacing: Number
     ) -> None:
-        """Let one species build objects of one type, at a cost and a spacing of all, or of each [high]."""
+        """Build objects of one type for one species, at a cost and a spacing of all, or of each [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
         worth = np.float32(0.0 if thing.species.energy is None else thing.species.energy.initial)
         price = np.broadcast_to(cost + worth, table.high)

@@ -52,13 +52,13 @@ class Carry(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Let the objects of the dying fall, and those of emigrants, which arrive with empty hands."""
+        """Drop the objects of the dying, and those of emigrants, which arrive with empty hands."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
         world.on_arrival.append(lambda table, rows, origin: put_down(table, rows))
 
     def process(self, *_args: object) -> None:
-        """Let all species put down, then pick up, then carry."""
+        """Put down, pick up and carry objects, for all species."""
         self._hands: list[tuple[Table, list[Table], np.ndarray]] = []
         super().process()
         wishes = [
@@ -73,7 +73,7 @@ class Carry(System):
             self.carry(table, things, self.world)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species put down objects, and record which animals have empty hands."""
+        """Put down objects of one species, and record which animals have empty hands."""
         load, species = table[Load], table.species
         things = [world.tables[way.object] for way in species.carries]
         rows = table.by_uid()

@@ -36,7 +36,7 @@ class Decay(System):
         world.cause(CAUSE)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one type of objects decay."""
+        """Decay one type of objects."""
         store = table.species.energy
         if store is None or store.decay == 0:
             return

@@ -37,7 +37,7 @@ class Decompose(System):
         world.on_death.append(self.vanish)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one kind of objects decompose."""
+        """Decompose one kind of objects."""
         way = table.species.decomposition
         if way is None or not table.n:
             return

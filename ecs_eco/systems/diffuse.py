@@ -73,7 +73,7 @@ class Diffuse(System):
         self.world.bands.share({name: field.value for name, field in smells.items()})
 
     def emanate(self, name: str, table: Table, way: Emission) -> None:
-        """Let one kind of bodies emit a substance of theirs into one field."""
+        """Emit a substance of one kind of bodies into one field."""
         world, field = self.world, self.world.fields[name]
         index, s = world.index(table), world.substances.index(way.substance)
         rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt

@@ -49,7 +49,7 @@ class ExchangeMatter(System):
     _asked: dict[tuple[int, int, str], list[Asked]]
 
     def process(self, *_args: object) -> None:
-        """Let all bodies exchange the substances that their species list, one process and one field after
+        """Exchange the substances that species list, for all bodies, one process and one field after
         another."""
         self._asked, world = {}, self.world
         super().process()
@@ -72,7 +72,7 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Let bodies of all kinds take up their demand from one field, or their share of its content."""
+        """Take up the demand of bodies of all kinds from one field, or their share of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
@@ -121,7 +121,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Let bodies release a share of their content above the amount that they keep."""
+        """Release a share of the content of bodies above the amount that they keep."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:
@@ -233,7 +233,7 @@ def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
 
 @njit
 def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, before, total, value, litres):
-    """Let a substance pass between bodies and their parts, by volume, of their cells, where all bodies
+    """Pass a substance between bodies and their parts, by volume, of their cells, where all bodies
     have the volume `total` f64[cells]; return the amount that has entered bodies [mol]."""
     moved = 0.0
     for i in range(rows.size):

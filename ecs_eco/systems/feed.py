@@ -128,7 +128,7 @@ class Feed(System):
             self.swallow(eaten)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species propose items of each kind of food."""
+        """Propose items of each kind of food for one species."""
         for number, food in enumerate(table.species.foods):
             table.species.eaten[food.eats] = 0.0
             prey = world.tables[food.eats]
@@ -136,7 +136,7 @@ class Feed(System):
                 self.want(table, prey, food, number, world)
 
     def want(self, table: Table, prey: Table, food: Diet, number: int, world: SpatialWorld) -> None:
-        """Let all members of `table` that want to eat propose items of `prey`."""
+        """Propose items of `prey` for all members of `table` that want to eat."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
         reach, chance, *effect = self.meal(table, food, number, world.dt)
@@ -197,7 +197,7 @@ class Feed(System):
         )
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
-        """Let the eaters of one table eat the nearest item that each has won, then the next if it still
+        """Give the eaters of one table the nearest item that each has won, then the next if it still
         can; return those whose substances enter their eaters."""
         eaten, table = list[Meals](), mine[0].table
         m, holds = table[Metabolism], Matter in table
@@ -217,7 +217,7 @@ class Feed(System):
         return eaten
 
     def eat(self, meals: Meals) -> None:
-        """Let eaters eat the items that they have won, and count their gain [energy]."""
+        """Give eaters the items that they have won, and count their gain [energy]."""
         world, table, prey, food = self.world, meals.table, meals.prey, meals.food
         eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
@@ -522,7 +522,7 @@ def ingest(
     food_killer,
     food_uids,
 ):
-    """Let eaters eat their items: `best` i32[foods], −1 for none; return the total gain."""
+    """Give eaters their items: `best` i32[foods], −1 for none; return the total gain."""
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
     for j in range(best.size):  # no branches: memory of a meal is fetched while others wait for theirs
         eaten[np.uint64(n)] = j

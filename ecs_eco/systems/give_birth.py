@@ -39,7 +39,7 @@ class GiveBirth(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species give birth."""
+        """Give birth in one species."""
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return

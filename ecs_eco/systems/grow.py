@@ -39,7 +39,7 @@ class Grow(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species grow; those without `photosynthesis` do not change."""
+        """Grow one species; those without `photosynthesis` do not change."""
         way = table.species.metabolism
         if way.photosynthesis == 0 and Growth not in table:
             return

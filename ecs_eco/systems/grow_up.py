@@ -45,7 +45,7 @@ class GrowUp(System):
     asked_for = staticmethod(lambda table: table.species.growth is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species grow."""
+        """Grow the young of one species."""
         way, b, s, m, high = (
             table.species.growth,
             table[Body],

@@ -64,7 +64,7 @@ class Mate(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species mate."""
+        """Mate members of one species."""
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
@@ -192,7 +192,7 @@ class Mate(System):
         distance2: np.ndarray,
         world: SpatialWorld,
     ) -> None:
-        """Let a user's function choose, one chooser after another, in the order of uids."""
+        """Choose mates by a user's function, one chooser after another, in the order of uids."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
         state = pyrandom.getstate()
@@ -216,7 +216,7 @@ class Mate(System):
             pyrandom.setstate(state)
 
     def conceive(self, table: Table, world: SpatialWorld, way: Sexual, pairs: np.ndarray) -> None:
-        """Let `pairs` (rows of mother and father, i64[n, 2]) conceive at random."""
+        """Conceive at random in `pairs` (rows of mother and father, i64[n, 2])."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
         chance, (she, he) = own_value(table, "reproduction.chance", way.chance), pairs.T
@@ -612,7 +612,7 @@ def join(
     stored,
     rest,
 ):
-    """Let each pair conceive at random: the mother carries, the father pays his share and rests."""
+    """Conceive at random in each pair: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
         if draw(key, uid[she], MEET) >= success[p]:

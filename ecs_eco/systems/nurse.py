@@ -51,7 +51,7 @@ class Nurse(System):
     asked_for = staticmethod(lambda table: table.species.care is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species feed its young."""
+        """Feed the young of one species."""
         way, b = table.species.care, table[Biology]
         if way is None or not table.n:
             return
@@ -68,7 +68,7 @@ class Nurse(System):
     def feed(
         self, table: Table, world: SpatialWorld, way: Care, young: np.ndarray, parent: np.ndarray
     ) -> None:
-        """Let `parent` i64[k] feed `young` i64[k], rows in the order of the uids of the young."""
+        """Feed `young` i64[k] by `parent` i64[k], rows in the order of the uids of the young."""
         p, m, nerves, space = table[Position], table[Metabolism], table.species.nerves, world.space
         column = (
             -1

@@ -38,7 +38,7 @@ class Provide(System):
         """Do nothing: substances are shared when a birth takes effect."""
 
     def share(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Let newborn of one species, rows i64[k], share their mothers' substances; parents u64[k] are
+        """Share the substances of mothers with newborn of one species, rows i64[k]; parents u64[k] are
         uids."""
         if table.species.born_with != "mother" or Matter not in table:
             return

@@ -63,7 +63,7 @@ class Reproduce(System):
     _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species reproduce."""
+        """Reproduce one species."""
         way = table.species.reproduction
         if (
             way is None

@@ -83,7 +83,7 @@ class Spread(System):
         return bool(table.species.born_with == "soil")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Let one species of plants spread."""
+        """Spread one species of plants."""
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
