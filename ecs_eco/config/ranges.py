@@ -92,7 +92,7 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
     elif span.scale == "log" and low <= 0:
         yield Problem(place, "cannot be taken on a log scale", given, "low > 0")
     elif not low <= value <= high and not set_:
-        fault = f"does not hold the world's own value, {value:g}"
+        fault = f"does not contain the world's own value, {value:g}"
         yield Problem(place, fault, given, "a range around it")
 
 

@@ -244,7 +244,7 @@ def test_a_file_of_another_user_is_not_read(tmp_path, monkeypatch):
 def test_a_folder_that_cannot_be_made_is_said_once_and_kernels_run(tmp_path):
     (tmp_path / "file").write_text("")
     folder = Folder(tmp_path / "file" / "cache")
-    with pytest.warns(RuntimeWarning, match="not kept.*Not a directory") as caught:
+    with pytest.warns(RuntimeWarning, match="not cached.*Not a directory") as caught:
         assert not folder.usable()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

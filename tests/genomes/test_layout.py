@@ -282,7 +282,7 @@ def test_rows_of_another_form_are_refused(loci: object) -> None:
 
 
 def test_a_number_that_is_no_letter_is_refused_with_its_place() -> None:
-    with pytest.raises(ValueError, match="genome 1: 4 at place 0 is no letter"):
+    with pytest.raises(ValueError, match="genome 1: 4 at place 0 is not the number of a letter"):
         one(RED).decode(np.array([[0], [4]], np.uint8))
 
 

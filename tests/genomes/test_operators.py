@@ -202,7 +202,7 @@ def test_a_partial_and_a_function_may_stand_there_too_and_arguments_beside_it_ad
         (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); pass its arguments by name"),
         (
             {"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2},
-            "indpb = 0.1 in the toolbox, and 0.2 beside it; .* toolbox.mate may",
+            "indpb = 0.1 in the toolbox, and 0.2 next to it; .* toolbox.mate may",
         ),
     ],
 )

@@ -87,7 +87,7 @@ def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
     ("system", "what"),
     [
         ("my_garden:Shelte", "has no function"),
-        ("my_garden:content", "no system"),
+        ("my_garden:content", "not a system"),
         ("my_gardn:Shelter", "does not list"),
     ],
 )
@@ -218,5 +218,5 @@ def test_what_is_no_component_is_refused_where_a_reporter_is_a_formula(tmp_path:
     with pytest.raises(ConfigError) as error:
         load(slimy(tmp_path, {"own.py": OWN}, f"own:{name}"), trust=True, places=[tmp_path])
     assert [(p.key, p.what) for p in error.value.problems] == [
-        (("species", "snail", "components", 0), "no component")
+        (("species", "snail", "components", 0), "not a component")
     ]

@@ -184,14 +184,14 @@ def test_what_cannot_be_is_refused(menagerie, tmp_path, whole):
         World.from_config(config(menagerie))
     with pytest.raises(RecordingError, match=r"no archipelago\.json"):
         Archipelago(whole.islands["a"])
-    with pytest.raises(RecordingError, match="is already at tick 20"):
+    with pytest.raises(RecordingError, match="is at tick 20 already"):
         Archipelago(whole.folder).run(until=10)
     with pytest.raises(FileExistsError):
         Archipelago.from_config(config(menagerie), out=whole.folder)
     copy = shutil.copytree(whole.folder, tmp_path / "copy")
     for file in (copy / "islands" / "b" / "checkpoints").glob("tick-*20.safetensors"):
         file.unlink()
-    with pytest.raises(CheckpointError, match="cannot go on from tick 20"):
+    with pytest.raises(CheckpointError, match="cannot continue from tick 20"):
         Archipelago(copy).run(until=25)
     text = (copy / "archipelago.json").read_text()
     (copy / "archipelago.json").write_text(text.replace('"tick": 20', '"tick": 10'))

@@ -220,7 +220,7 @@ def test_where_slurm_is_not_or_refuses_it_is_said(
         submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
     monkeypatch.setenv("PATH", "/nowhere")
     with pytest.raises(
-        ConfigError, match="SLURM is not available: there is no scontrol; expected: a machine from"
+        ConfigError, match="SLURM is not available: there is no scontrol; expected: a machine that"
     ):
         submit(sweep.folder, [0])
 

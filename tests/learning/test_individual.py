@@ -152,7 +152,7 @@ def test_observations_of_another_width_are_refused():
     [((0, (2,), ()), "n_observations"), ((1, (), ()), "groups"), ((1, (2,), (4, 0)), "hidden")],
 )
 def test_impossible_networks_are_refused(arguments, name):
-    with pytest.raises(ValueError, match=f"{name} = .*allowed"):
+    with pytest.raises(ValueError, match=f"{name} = .*expected"):
         Individuals(*arguments, PPO(), 0)
 
 
@@ -221,7 +221,7 @@ def test_a_thirty_second_of_the_population_learns_each_tick_though_all_were_born
 def test_what_one_animal_lives_through_changes_no_other():
     herds = []
     for odd in (False, True):
-        individuals = minds(minibatch=3)
+        individuals = minds(minibatch_size=3)
         table = herd(individuals, 20)
         for tick in range(20):
             if odd:  # animal 4 is another from birth on, sees other things and has other rewards

@@ -85,7 +85,7 @@ class Elsewhere(Plain):
         (Forgetful, "returns two different outputs for the same observations"),
         (Elsewhere, "raises RuntimeError"),
         (lambda n, groups: Plain(n, groups).to("meta"), "cannot be moved to the device 'cpu'"),
-        (changed(memory=16), "has memory = 16, and its forward takes no state"),
+        (changed(memory=16), "has memory = 16, but its forward takes no state"),
         (
             changed(Gru, forward=lambda self, x, state: (*Gru.forward(self, x, state)[:2], state[:, :4])),
             "gives state f32[3, 4]; it should",
@@ -168,7 +168,7 @@ def test_a_sequential_of_linear_and_tanh_becomes_the_built_in_network(outputs):
     "net", [nn.Linear(4, 5), nn.Sequential(), nn.Sequential(nn.Linear(4, 5), nn.ReLU(), nn.Linear(5, 5))]
 )
 def test_other_layers_are_refused_by_from_torch(net):
-    with pytest.raises(ValueError, match="allowed"):
+    with pytest.raises(ValueError, match="expected"):
         from_torch(net)
 
 

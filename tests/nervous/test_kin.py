@@ -76,7 +76,7 @@ def test_a_dead_mother_reads_as_nothing(meadow):
 
 
 def test_radius_field_of_view_and_torus_limit_it(meadow):
-    assert readings(herd(meadow, [sees("mother", radius=5.0)]))[2:, 2] == pytest.approx([0.2, 0, 0])
+    assert readings(herd(meadow, [sees("mother", range=5.0)]))[2:, 2] == pytest.approx([0.2, 0, 0])
     assert not readings(herd(meadow, [sees("mother", fov=math.pi)])).any()  # she is behind
     world = herd(meadow, [sees("mother")])
     arrange(world, "deer", x=[1.0, 9.0, 19.0, 9.0, 9.0])

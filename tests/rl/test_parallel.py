@@ -154,7 +154,7 @@ def test_observations_are_in_their_space_and_have_names():
         (lambda a: a.pop(next(iter(a))), r"no action \(1 such\)"),
         (lambda a: a.update({10_000: [0, 0]}), "10000.*\n.*dead, or never born"),
         (lambda a: a.update({next(iter(a)): [0, 3]}), "no such option.*0 .left., 1 .none., 2 .right."),
-        (lambda a: a.update({next(iter(a)): [0, np.nan]}), "no number"),
+        (lambda a: a.update({next(iter(a)): [0, np.nan]}), "not a number"),
         (lambda a: a.update({next(iter(a)): [0]}), "of each agent one of MultiDiscrete"),
     ],
 )

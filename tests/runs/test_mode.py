@@ -31,7 +31,7 @@ def test_a_manifest_names_mode_and_processor(folder):
 
 def test_a_run_is_not_resumed_in_the_other_mode(folder, monkeypatch):
     monkeypatch.setattr(portable, "_on", True)
-    with pytest.raises(RecordingError, match="native mode, but this process is in the portable one"):
+    with pytest.raises(RecordingError, match="native mode, but this process is in the portable mode"):
         resume(folder, until=4, report=False)
     monkeypatch.setattr(portable, "_on", False)
     assert resume(folder, until=4, report=False)["done"] == 4

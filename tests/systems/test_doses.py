@@ -118,7 +118,7 @@ def test_a_dosed_world_keeps_its_promises_with_the_ledger_closed():
         ({"species": "sheep", "substance": "sal"}, 'did you mean "salt"'),
         ({"species": "shep", "substance": "salt"}, 'did you mean "sheep"'),
         ({"species": "sheep"}, "interventions.0.substance\n  is missing"),
-        ({"field": "soil", "amount": 0.0}, "no dose"),
+        ({"field": "soil", "amount": 0.0}, "not a dose"),
         ({"field": "soil", "region": [9.0, 9.0, 1.0]}, "its center is outside the world"),
     ],
 )

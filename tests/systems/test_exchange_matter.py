@@ -195,7 +195,7 @@ def test_water_is_where_the_lakes_are(pasture):
     ("wrong", "says"),
     [
         ({"kind": "uptake", "field": "ait", "rate": 1.0}, 'did you mean "air"'),
-        ({"kind": "release", "substance": "salt", "field": "air", "rate": 1.0}, "it holds oxygen"),
+        ({"kind": "release", "substance": "salt", "field": "air", "rate": 1.0}, "it contains oxygen"),
         ({"kind": "uptake", "field": "air", "rate": 1.0, "action": "eet"}, 'did you mean "eat"'),
     ],
 )

@@ -51,7 +51,11 @@ def test_the_fed_and_grown_give_birth_with_their_chance_and_pay(meadow):
 
 
 def test_the_newborn_lands_anywhere_or_within_dispersal_of_its_parent(meadow):
-    for way in (WAY, WAY | {"place": "near", "dispersal": 3.0}, WAY | {"kind": "asexual", "dispersal": 3.0}):
+    for way in (
+        WAY,
+        WAY | {"place": "near", "dispersal": 3.0},
+        WAY | {"kind": "simplified", "place": "near", "dispersal": 3.0},
+    ):
         world = meadow(
             count=300, world={"space": {"size": [100.0, 80.0]}}, reproduction=way, body={"radius": 0.05}
         )

@@ -130,7 +130,7 @@ def test_worlds_without_it_have_no_such_system():
     ("use", "fault"),
     [
         ({"species": "fisch"}, "fish"),
-        ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside of the world"),
+        ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside the world"),
         ({"season": [0.1, 0.2]}, "period"),
         ({"season": [0.1, 0.1], "period": 5.0}, "ends at its beginning"),
         ({"at": 5, "until": 2}, "before at"),
