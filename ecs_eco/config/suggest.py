@@ -65,7 +65,7 @@ def _dotted(key: Key) -> str:
 def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
     """Return the table that has an entry of this name, or whose entries have the keys that stand under it."""
     keys = set(_table(data.get(word)))
-    for table in NAMED:
+    for table in (name for name in NAMED if name in model.model_fields):
         entry = typing.get_args(model.model_fields[table].annotation)[-1]
         if word in _table(data.get(table)):
             return table
