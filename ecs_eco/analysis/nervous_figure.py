@@ -48,8 +48,7 @@ def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, 
 
 
 def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
-    """Draw the nervous systems of several species, one below the other; by default, of all species that have
-    one."""
+    """Draw the nervous systems of several species, one below the other (default: all)."""
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
@@ -64,8 +63,7 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, depending on the suffix, completely or not at all; the same figure gives the
-    same file.
+    """Write a PNG, SVG or PDF, by suffix, completely or not at all; the same figure gives the same file.
 
     An SVG follows the dark or light theme of the system or its page.
     """

@@ -149,8 +149,7 @@ class Pedigree:
         return self.uid[np.array(below, bool)]
 
     def generation(self) -> np.ndarray:
-        """Return the generation of each organism, f64: 0 for founders, else the mean of its parents' plus
-        1."""
+        """Return the generation of each organism, f64: 0 for founders, else the parents' mean plus 1."""
         depth: list[float] = []
         for m, f in zip(self.mother.tolist(), self.father.tolist(), strict=True):
             if m >= 0 and f >= 0:
@@ -172,8 +171,7 @@ class Pedigree:
         return np.array(marked, bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
-        """Return the uids of the founders that are alive, or have living descendants, at the end of a tick
-        (default: the last)."""
+        """Return the uids of founders that live or have living descendants at the end of a tick."""
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:

@@ -120,8 +120,7 @@ def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
     """Return the series of a run folder, of a table with the columns of `world.series()`, or of species →
-    numbers. `species` selects and orders them, producers first. Raises RecordingError for a folder with a
-    damaged file."""
+    numbers. `species` selects and orders. Raises RecordingError for a folder with a damaged file."""
     run = getattr(run, "arrow", run)  # the result of world.series() contains an Arrow table
     if isinstance(run, Series):
         series = run

@@ -27,8 +27,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """Kaplan–Meier estimate; `survival[i]` is valid from `time[i]` to the next time. Starts at time 0 with
-    1."""
+    """Kaplan–Meier estimate from time 0; `survival[i]` is valid from `time[i]` to the next time."""
 
     time: np.ndarray
     at_risk: np.ndarray
@@ -53,17 +52,15 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
     """Return the Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and
     Prentice 1980).
 
-    `died` is False if the observation ended first (censored). If the interval is undefined (survival 1 or 0),
-    it is [1, 1] before the first death and [0, last upper limit] after the last.
+    `died` is False if the observation ended first (censored). At survival 1 or 0 the interval is [1, 1]
+    before the first death, [0, last upper limit] after the last.
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
     time = np.unique(np.append(t[d], 0.0))
     survival = estimate.evaluate(time)
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", RuntimeWarning
-        )  # at 0 and 1 there is no interval; it is filled in below
+        warnings.simplefilter("ignore", RuntimeWarning)  # no interval at 0 and 1: filled in below
         interval = estimate.confidence_interval(level, method="log-log")
     low, high = interval.low.evaluate(time), interval.high.evaluate(time)
     low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
@@ -75,8 +72,7 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
 
 
 def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
-    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for an invalid sample of
-    durations."""
+    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for invalid durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         raise ValueError(
@@ -90,8 +86,7 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Return the log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p
-    (Mantel 1966)."""
+    """Return chi² (1 degree of freedom) and p of a log-rank test of two (durations, died) (Mantel 1966)."""
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
     from scipy.stats import logrank

@@ -21,8 +21,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     of ticks: then `digest()` is the same in all of them, and equal to that of a single process. Work on
     species of fewer than `least` organisms is repeated in every process. With `state`, each process keeps
     only its part of the world (`ecs_eco.bands.divided`); otherwise all keep the whole world. Returns the
-    bands. Raises RuntimeError for worlds that differ, and ConfigError for a world whose state cannot be
-    divided, or not into so many bands.
+    bands. Raises RuntimeError for worlds that differ, ConfigError for a state that cannot be divided so.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     bands: Any = Bands(world, comm, least)

@@ -17,8 +17,7 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return copies of all columns of all tables in the order of uids: {table: {"uid": …, "Position.x":
-    …}}."""
+    """Return copies of all columns of all tables, ordered by uid: {table: {"uid": …, "Position.x": …}}."""
     out: State = {}
     for table in world.tables.values():
         rows = table.by_uid()
