@@ -19,12 +19,11 @@ DEAD = np.uint64(1 << 63)  # lives that have ended get numbers from here on; all
 
 
 class BandRollout(Rollout):
-    """The transitions of organisms in a band, each with its uid and its place among the transitions of all
-    bands.
+    """The transitions of organisms in a band, each with its uid and its place among all transitions.
 
     An open record moves with its organism, so that the reward is added to it. `advantages` gathers the
-    records of all processes in every process, in the order of a single process; learning from them is then
-    work on common data.
+    records of all processes in every process, in the order of a single process; learning is then work on
+    common data.
     """
 
     table: Table
