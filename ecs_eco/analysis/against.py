@@ -28,14 +28,11 @@ class Summary(NamedTuple):
 
 
 class Both(NamedTuple):
-    """The summaries of one species in the run [ticks] and in the outside series, and its lags behind other
-    species."""
+    """The summaries of each species in the run [ticks] and outside, and the lags behind other species."""
 
     run: dict[str, Summary]
     outside: dict[str, Summary]
-    lags: dict[
-        tuple[str, str], tuple[float, float]
-    ]  # of b behind a, as fractions of the period: run, outside
+    lags: dict[tuple[str, str], tuple[float, float]]  # of b behind a, in periods: run, outside
 
 
 def numbers_of(series: Series, name: str) -> np.ndarray:

@@ -33,8 +33,7 @@ class Islands:
         return next(iter(self.series.values())).species
 
     def moved(self, species: str | None = None) -> np.ndarray:
-        """Return the number of migrants from each island to each other, in total or of one species: i64[from,
-        to]."""
+        """Return the number of migrants between islands, in total or of one species: i64[from, to]."""
         out = np.zeros((len(self.series),) * 2, np.int64)
         rows = self.moves if species is None else self.moves[self.moves[:, 1] == self.species.index(species)]
         np.add.at(out, (rows[:, 2], rows[:, 3]), rows[:, 4])
@@ -86,8 +85,7 @@ def _until(series: Series, tick: int) -> Series:
 
 
 def places(plan: Archipelago) -> np.ndarray:
-    """Return the positions of the islands on a map from 0 to 1: in a grid if their graph is one, else on a
-    circle, f64[n, 2]."""
+    """Return islands' positions on a map from 0 to 1, f64[n, 2]: a grid for a grid graph, else a circle."""
     n = len(plan.names)
     if plan.graph == "grid":
         width = math.ceil(math.sqrt(n))

@@ -115,8 +115,7 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """Return the record of a gene in the manifest, given by its name, its trait, or (first locus,
-    letters)."""
+    """Return the manifest's record of a gene, given by name, trait, or (first locus, letters)."""
     if species not in lineage.species:
         raise UnknownName(
             unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist()))
@@ -202,8 +201,7 @@ def words_of_strings(
 def _values(
     codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str
 ) -> tuple[tuple[str, ...], list[np.ndarray]]:
-    """Return the names of a gene's values and, for each string of the genome, the index of each organism's
-    value."""
+    """Return the names of a gene's values and, for each string, the index of each organism's value."""
     words = sorted({word for words_of_cut, _ in codons for word in words_of_cut if word})
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
@@ -227,8 +225,7 @@ def codon_number(codon: str, alphabet: str) -> int:
 
 
 def has_few_values(gene: dict[str, Any]) -> bool:
-    """Return whether a figure can show the carriers of a gene, which requires two to eight different
-    values."""
+    """Return whether a figure can show the carriers of a gene: it must have two to eight values."""
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
@@ -440,6 +437,5 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Return the numbers of codons, with the first letter as the most significant digit: i64[…, letters] to
-    f64[…]."""
+    """Return the numbers of codons, the first letter most significant: i64[…, letters] to f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

@@ -138,8 +138,7 @@ def _add_crossed(
 def _load(
     arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None
 ) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
-    """Return the runs of each arm, and their species; raise ValueError if there are no runs or species
-    differ."""
+    """Return the runs of each arm, and their species; raise ValueError without runs or if species differ."""
     if not arms:
         raise ValueError("nothing to compare: give at least one arm, name → runs")
     loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
@@ -434,8 +433,7 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """Return the head of the page: in how many runs of each arm all species persisted, and the extinctions
-    with their causes."""
+    """Return the head of the page: persistence in each arm, and the causes of extinctions."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
     return [

@@ -134,8 +134,7 @@ def summary(
 
 
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
-    """Return the difference between two arms: by cells for crossed designs, else with a bootstrap over
-    runs."""
+    """Return the difference between two arms: by cells for crossed designs, else by bootstrap over runs."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
         return mean_of_seeds(one - two) if cells else None
@@ -144,8 +143,7 @@ def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
 
 
 def bands(gene: Gene) -> dict[str, Band]:
-    """Return the mean over runs of each arm, with Student's t intervals if at least two runs have living
-    organisms."""
+    """Return the mean over runs of each arm, with Student's t intervals if two runs have survivors."""
     out = {}
     for arm, curves in gene.curves.items():
         length = max(map(len, curves))

@@ -54,8 +54,7 @@ class CycleStatistics:
     enough: bool  # whether that stretch is long enough to analyze
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    # [ticks] of the clearest peak of `period_of`, among recurring peaks if there are any; lags refer to this
-    # period
+    # [ticks] of the clearest (if possible recurring) peak of `period_of`; lags refer to this period
     period: float | None = None
     period_of: tuple[str, ...] = ()  # species whose peaks were considered for the period
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
@@ -100,8 +99,7 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return numbers (ticks, species) after the first fraction `skip` of the run and before any species that
-    lived reached 0."""
+    """Return numbers (ticks, species) after the fraction `skip` and before the first extinction."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -197,8 +195,7 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples of
     a and b].
 
-    The interval is from a circular block bootstrap of the phase with blocks of three periods, widened by
-    Student's t for the small number of blocks; it covers about 90% at 10 to 20 periods.
+    The interval (circular block bootstrap of three periods with Student's t) covers 90% at 10 to 20 periods.
     """
     from scipy.special import ndtri, stdtrit  # slow to import; scipy.stats takes a second
 
@@ -229,8 +226,7 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     """Return the circular median of lags over seeds with a distribution-free interval between order
     statistics.
 
-    The interval is the narrowest with a coverage of at least `level`, or the range if there are too few seeds
-    for that. `coverage` is the actual one: the range of six seeds has 0.97.
+    The interval is the narrowest covering `level`, or else the range (`coverage` 0.97 for six seeds).
     """
     from scipy.special import bdtr
 
@@ -253,8 +249,7 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]: (lags,
-    correlation)."""
+    """Return lags −reach … reach [samples] and the correlations of detrended a(t) with b(t + lag)."""
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)

@@ -50,14 +50,12 @@ def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return which of the HOURS parts of the day ticks fall in: i64. A tick at a full hour, within rounding,
-    begins it."""
+    """Return which of the HOURS parts of the day ticks fall in: i64. A tick at a full hour begins it."""
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
-    """Return the light at the surface at ticks (by default all), f64[ticks], without the effect of
-    interventions."""
+    """Return the light at the surface at ticks (default: all), f64[ticks], without interventions."""
     from ecs_eco.space.sun import Sun  # loads numba
 
     config = series.manifest["config"]

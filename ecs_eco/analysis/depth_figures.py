@@ -178,8 +178,7 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
     return figure
 
 
-# --- the part of a report
-# ------------------------------------------------------------------------------------
+# --- the part of a report -----------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:

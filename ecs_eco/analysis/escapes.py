@@ -107,8 +107,7 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
     """Return the behavior of prey around the approach of a predator to `within` [m]; None if there was no
     approach.
 
-    The V-test treats approaches as independent, which overstates the evidence if an animal is approached
-    often: runs are the replicates.
+    The V-test treats approaches as independent, which overstates the evidence: runs are the replicates.
     """
     events = approaches(tracks.distance, within, rest)
     if not len(events):
@@ -138,8 +137,7 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (species, channels without their directions) of noses that compare two sides, for species with
-    details."""
+    """Return (species, channels without directions) of two-sided noses, for species with details."""
     kinds = {
         k.removeprefix("details-")
         for k, n in manifest.get("parts", {}).items()

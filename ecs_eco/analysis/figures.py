@@ -133,8 +133,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Draw the spectrum of each species with the fitted red noise and the ratio that noise exceeds at one
-    frequency in twenty."""
+    """Draw each species' spectrum, the fitted red noise, and the ratio that noise exceeds 1 in 20 times."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -236,8 +235,7 @@ FLOWS = (
 
 @styled
 def energy(series: Series) -> Figure:
-    """Draw the energy flows per tick of each species: inflows above zero, outflows below, and the net
-    flow."""
+    """Draw each species' energy flows per tick: inflows above zero, outflows below, and the net flow."""
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
@@ -312,8 +310,7 @@ def positions(
 
 
 def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
-    """Return one of thousands of places in each square of 1/300 of the width: more dots would look the
-    same."""
+    """Return one place per square of 1/300 of the width: more dots would look the same."""
     if len(xy) < 5000:
         return xy
     column, row = np.floor(xy * (300 / wide)).astype(np.int64).T

@@ -1,5 +1,4 @@
-"""Energy flows between species in a run: means per tick, and their drawing as SVG, for light and dark
-pages."""
+"""Energy flows between species in a run: means per tick, and a drawing as SVG for light and dark pages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -245,8 +244,7 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
 
 
 def blocks(series: Series, place: Path) -> list[str]:
-    """Return the heading, the drawing and its numbers; empty if no organism ate. `place` gets
-    figures/flows.svg."""
+    """Return heading, drawing and numbers; empty without meals. Writes figures/flows.svg below `place`."""
     found = flows(series)
     if found is None:
         return []

@@ -18,8 +18,7 @@ SAMPLES = 400  # of a run, approximate maximum
 class Course:
     """A gene of many values among the living over time. At `ticks` i64[samples]: the number `n` of the
     living, the `mean` and the standard deviation `sd` of their values f64[samples], and the fraction
-    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if none is
-    alive."""
+    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN without any."""
 
     gene: str
     ticks: np.ndarray
@@ -61,7 +60,7 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Return mean, spread and shares of a gene's values among the living, over time.
+    """Return mean, spread and fractions of a gene's values among the living, every `every` ticks.
 
     Parameters
     ----------

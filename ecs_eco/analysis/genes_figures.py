@@ -52,8 +52,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Draw quantitative genes over time: shades show the fraction of the living, lines the mean and one
-    standard deviation."""
+    """Draw quantitative genes over time: shades show the living, lines mean and one standard deviation."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -122,8 +121,7 @@ def arms(
     return figure
 
 
-# --- the part of a report
-# ------------------------------------------------------------------------------------
+# --- the part of a report -----------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:

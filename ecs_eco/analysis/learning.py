@@ -166,8 +166,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return the number of updates and transitions, and means of each quantity over the first and last tenth
-    of updates."""
+    """Return numbers of updates and transitions, and means of each quantity over the first and last tenth."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)

@@ -92,8 +92,7 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """Return a name in Newick syntax: in single quotes if it contains more than letters, digits, dots and
-    hyphens."""
+    """Return a name in Newick syntax: quoted if it contains more than letters, digits, dots and hyphens."""
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
 
 
@@ -348,8 +347,7 @@ def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
 
 
 def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the births, adding organisms for which only a death or a child was recorded, as born at tick 0
-    without parents."""
+    """Return births, with organisms known only by a death or a child as founders of tick 0."""
     known: dict[int, str] = {}
     for events, column in ((births, "parent"), (births, "parent2"), (deaths, "uid")):
         uids, species = events[column], events["species"]

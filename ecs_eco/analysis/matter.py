@@ -40,8 +40,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap of any tick [mol], the gap as a fraction of the substance's greatest stock,
-        and its tick."""
+        """Return the largest gap of any tick [mol], its fraction of the greatest stock, and its tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))

@@ -1,5 +1,4 @@
-"""Values of reporters over time in one run and in several, and their differences between arms of an
-experiment."""
+"""Values of reporters over time in one or several runs, and their differences between arms."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -95,8 +94,7 @@ def figure(series: Series) -> Figure:
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter over time (rows) in each arm (columns). Thin: each run. Thick: the median over
-    runs."""
+    """Draw each reporter over time (rows) by arm (columns). Thin: each run. Thick: the median over runs."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = panels(

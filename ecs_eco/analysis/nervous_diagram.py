@@ -129,8 +129,7 @@ def nervous_species(config: WorldConfig) -> list[str]:
 
 
 def diagram(config: WorldConfig, species: str) -> Diagram:
-    """Return the diagram of a species; raise ConfigError if there is no such species or it has no nervous
-    system."""
+    """Return the diagram of a species; raise ConfigError if it is missing or has no nervous system."""
     nervous = nervous_species(config)
     if species not in nervous:
         fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
@@ -343,8 +342,7 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
-    """Return (channel, sign) for the channels behind names; a channel behind two names that disagree has
-    None."""
+    """Return (channel, sign) for the channels behind names; None if two names disagree."""
     by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:

@@ -72,8 +72,7 @@ def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, 
 
 
 def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
-    """Draw the nervous systems of several species, one below the other; by default, of all species that have
-    one."""
+    """Draw the nervous systems of several species, one below the other (default: all)."""
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
@@ -88,7 +87,7 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a figure as PNG, SVG or PDF, completely or not at all.
+    """Write a PNG, SVG or PDF, by suffix, completely or not at all; the same figure gives the same file.
 
     Parameters
     ----------

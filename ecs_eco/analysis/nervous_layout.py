@@ -48,8 +48,7 @@ def wrapped(text: str, most: int, lines: int) -> list[str]:
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
-    """Return the centers of boxes, in order and without overlap, as near as possible to the wanted ones
-    (least squares)."""
+    """Return centers of boxes, in order and without overlap, closest to the wanted ones (least squares)."""
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)

@@ -132,8 +132,7 @@ class Pen:
         self.ax.add_patch(PathPatch(path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width)))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the end of a connection, as of synapses: an arrow if it forces, a bar if it blocks, both if it
-        depends."""
+        """Draw the end of a connection like a synapse: an arrow forces, a bar blocks, both: it depends."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -182,8 +181,7 @@ class Pen:
 
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
-    """Return the style of a connection: green and solid forces, red and dashed blocks, gray depends; dotted
-    is heritable."""
+    """Return a line's style: green solid forces, red dashed blocks, gray depends, dotted is heritable."""
     style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
     return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
 

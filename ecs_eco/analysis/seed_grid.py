@@ -191,8 +191,7 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Return the same for a table with gaps, over means of training seeds, or over world seeds if there is a
-    single training seed; None if all are NaN."""
+    """Return the same for a table with gaps, over means of training seeds, or world seeds of a single one."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -403,8 +402,7 @@ def crossed(
     }
 
 
-# --- figures
-# -------------------------------------------------------------------------------------------------
+# --- figures ------------------------------------------------------------------------------------------------
 
 
 @styled

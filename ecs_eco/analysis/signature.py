@@ -18,17 +18,13 @@ class Cycle:
 
     period: float  # [samples]
     shares: np.ndarray  # fraction of each series' variance that the wave explains, f64[series]
-    phases: (
-        np.ndarray
-    )  # lag of each series behind the first, as a fraction of the period in [0, 1), f64[series]
+    phases: np.ndarray  # lags behind the first series, in periods [0, 1), f64[series]
     swings: np.ndarray  # standard deviation of log10 of each series, trend removed, f64[series]
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
     """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest positive
     number.
-
-    Raises ValueError if all are zero, any is negative or not a number, or there are fewer than FEWEST.
     """
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
@@ -44,9 +40,8 @@ def logarithms(numbers: np.ndarray) -> np.ndarray:
 def cycle(*series: np.ndarray) -> Cycle:
     """Return the cycle that simultaneous series f[n] share.
 
-    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares
-    together with a straight line: the Lomb-Scargle periodogram with a floating trend. Raises ValueError like
-    `logarithms`.
+    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares with a
+    straight line: the Lomb-Scargle periodogram with a floating trend. ValueError as in `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)

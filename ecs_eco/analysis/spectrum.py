@@ -43,8 +43,7 @@ def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
 
 
 def smooth(series: np.ndarray, window: int) -> np.ndarray:
-    """Return the centered running mean over `window` ticks (made odd), with shorter windows at the ends; same
-    length."""
+    """Return the centered running mean over `window` ticks (made odd), with shorter windows at the ends."""
     x = np.asarray(series, float)
     half = min(int(window) // 2, len(x) - 1)
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -114,8 +113,7 @@ class RedNoise:
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Return the spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n
-        // 2 + 1)."""
+        """Return the spectrum of unit innovations at the Fourier frequencies of n block means, by root."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -195,8 +193,8 @@ def spectral_peak(
 
     The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
-    bootstrap series, so that both have the bias of the fit; correcting its roots for that bias did not change
-    error rates. Returns None if the series is too short or constant.
+    bootstrap series, so that both share the bias of the fit; correcting it changed no error rates. None for
+    short or constant series.
     """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
@@ -235,8 +233,7 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
     """Return `held` and `slower` of a peak at a period [samples of x].
 
     `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
-    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for a signal that is large only for a
-    while.
+    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for a short burst.
     """
     energy = np.abs(waves(x, period)) ** 2
     steady = energy.sum() ** 2 / (len(x) * (energy**2).sum())
@@ -247,8 +244,7 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
 
 
 def waves(x: np.ndarray, period: float) -> np.ndarray:
-    """Return the analytic signal of the detrended series in the band around `period` [samples], along the
-    last axis."""
+    """Return the detrended analytic signal in the band around `period` [samples], on the last axis."""
     n = x.shape[-1]
     cycles = np.arange(n) * period / n  # frequency in units of the peak's
     with np.errstate(divide="ignore"):

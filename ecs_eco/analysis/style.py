@@ -84,8 +84,7 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
 def several(
     n: int, most: int, each: tuple[float, float], edge: tuple[float, float], **more: Any
 ) -> tuple[Figure, np.ndarray]:
-    """Return a figure with n axes of a size [inches] within an edge, at most `most` per row; unused places
-    are empty."""
+    """Return a figure with n axes of a size [inches] within an edge, at most `most` per row."""
     columns = min(most, n)
     rows = -(-n // columns)
     figure, axes = panels(rows, columns, each[0] * columns + edge[0], each[1] * rows + edge[1], **more)
@@ -181,8 +180,7 @@ def _nothing_above(ax: Any) -> bool:
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
-    """Write an SVG for light and dark pages, completely or not at all; the same figure gives the same
-    bytes."""
+    """Write an SVG for light and dark pages, completely or not at all; bytes depend only on the figure."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     files.write(Path(path), themed(svg_of(figure), Path(path).stem))
     return Path(path)

@@ -27,8 +27,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """Kaplan–Meier estimate; `survival[i]` is valid from `time[i]` to the next time. Starts at time 0 with
-    1."""
+    """Kaplan–Meier estimate from time 0; `survival[i]` is valid from `time[i]` to the next time."""
 
     time: np.ndarray
     at_risk: np.ndarray
@@ -92,9 +91,7 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
     time = np.unique(np.append(t[d], 0.0))
     survival = estimate.evaluate(time)
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", RuntimeWarning
-        )  # at 0 and 1 there is no interval; it is filled in below
+        warnings.simplefilter("ignore", RuntimeWarning)  # no interval at 0 and 1: filled in below
         interval = estimate.confidence_interval(level, method="log-log")
     low, high = interval.low.evaluate(time), interval.high.evaluate(time)
     low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
@@ -106,8 +103,7 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
 
 
 def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
-    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for an invalid sample of
-    durations."""
+    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for invalid durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         raise ValueError(

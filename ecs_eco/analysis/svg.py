@@ -53,8 +53,7 @@ def legible(text: str) -> str:
 
 
 def embedded(text: str, caption: str) -> str:
-    """Return a converted SVG as a part of a page: on the page's background, with a caption for screen
-    readers."""
+    """Return a converted SVG for embedding: on the page's background, with a caption for screen readers."""
     wide = float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])  # type: ignore[index]
     alt = escape(caption, quote=True)
     text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)

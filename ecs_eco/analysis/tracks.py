@@ -44,9 +44,7 @@ class Tracks:
     depth: np.ndarray  # [m] at the end of the tick
     speed: np.ndarray  # [m/s] in the tick
     distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf if none is near
-    away: (
-        np.ndarray
-    )  # cosine of the angle between the movement in the tick and the direction away from that predator
+    away: np.ndarray  # cosine between the movement in the tick and the direction away from it
     # the same with the level direction to the left of away; NaN if away is straight up or down
     aside: np.ndarray
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick

@@ -158,8 +158,7 @@ class Bands(OneBand):
 
 
 def mpi() -> Any:
-    """Return the module mpi4py.MPI. If it is not installed, raise a ConfigError with installation
-    instructions."""
+    """Return the module mpi4py.MPI; raise a ConfigError with installation instructions if missing."""
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:

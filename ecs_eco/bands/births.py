@@ -1,5 +1,4 @@
-"""Births and deaths in divided state: all processes assign the same uids, and the process of the place
-creates the newborn."""
+"""Births and deaths in divided state: all processes assign the same uids, one creates the newborn."""
 
 from __future__ import annotations
 
@@ -102,8 +101,7 @@ class Births(Turnover):
         table.vacate(rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Assign uids to all newborns, as a single process does, and create those whose place is in this
-        band."""
+        """Assign uids to all newborns, as a single process does, and create those placed in this band."""
         world, bands = self.world, self.bands
         born = []
         bands.forget()
@@ -136,12 +134,10 @@ class Births(Turnover):
             x, y = (np.asarray(values[Position, axis], np.float32) for axis in "xy")
             self.sites[table.name].reshape(-1)[self._site(table, x, y)] = uid
 
-    # --- heredity
-    # --------------------------------------------------------------------------------------------
+    # --- heredity -------------------------------------------------------------------------------------------
 
     def litters(self, mine: Litters, where: Around) -> Litters:
-        """Return the litters of all processes in the order of their parents' uids, and where they may be
-        placed."""
+        """Return the litters of all processes, ordered by their parents' uids, and their possible places."""
         n = mine.uid.size
         each = [isinstance(value, np.ndarray) for value in where]
         got = self.bands.everyone(
@@ -173,8 +169,7 @@ class Births(Turnover):
         second: np.ndarray | None,
         sperm: np.ndarray | None,
     ) -> Values:
-        """Return the columns that newborns inherit; rows with places y f32[n] [m] outside this band are
-        zeros."""
+        """Return the columns that newborns inherit; rows outside this band (y f32[n] [m]) are zeros."""
         held = self._parents(table, litters.uid[which], second)
         fathers = None
         if sperm is not None:
@@ -196,8 +191,7 @@ class Births(Turnover):
         return values
 
     def _parents(self, table: Table, first: np.ndarray, second: np.ndarray | None) -> Parents:
-        """Return the living parents with these uids from all processes, with the columns that heredity
-        reads."""
+        """Return the living parents with these uids from all processes, with the columns for heredity."""
         heredity = table.species.heredity
         wanted = np.unique(first if second is None else np.concatenate([first, second]))
         rows = rows_of(table, wanted)

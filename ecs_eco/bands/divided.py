@@ -1,5 +1,4 @@
-"""Divided state: each process holds only the organisms of its band and, within a tick, ghosts of organisms
-beyond it."""
+"""Divided state: each process holds only the organisms of its band and, within a tick, ghosts beyond it."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ MIND = 10  # load of an organism that senses and decides, relative to one that d
 
 
 def stays(table: Table) -> bool:
-    """Return whether the members of a table never move, so that their ghosts remain valid for the whole
-    tick."""
+    """Return whether the members of a table never move, so that their ghosts stay valid for the tick."""
     species = table.species
     return (
         Velocity not in table
@@ -67,11 +65,11 @@ class Step(esper.Processor):
 class Divided(OneBand):
     """The part of a world that this process holds, a band of whole rows of cells; `divide` returns it.
 
-    Before sensing, the process receives ghosts of all organisms that its own organisms may sense. Only its
-    own organisms sense, learn and decide. After moving, organisms that crossed an edge change their process,
-    and ghosts arrive of all organisms whose meals and matings could affect its own. Meals and matings are
-    then computed for own organisms and ghosts alike; the results are correct for its own. Births are sent to
-    all processes, and the process of the place creates the newborn. Ghosts are removed before the tick ends.
+    Before sensing, it receives ghosts of all organisms that its own may sense; only its own sense, learn and
+    decide. After moving, organisms beyond an edge change process, and ghosts arrive of all whose meals and
+    matings could affect its own. Meals and matings are computed for both, and are correct for its own. Births
+    are sent to all processes; the one of the place creates the newborn. Ghosts are removed before the tick
+    ends.
     """
 
     divided = True
@@ -114,8 +112,7 @@ class Divided(OneBand):
         self.early = share_recording(world, comm)  # events before the division
 
     def _take_part(self, world: World) -> None:
-        """Insert the exchanges between the systems of a tick, and replace the handling of births and
-        deaths."""
+        """Insert exchanges between the systems of a tick, and replace the handling of births and deaths."""
         put = world.schedule.put
         put(Step(self.look_around), priority_of("environment", 0))
         for system in world.systems:
@@ -136,8 +133,7 @@ class Divided(OneBand):
         self.copy(self.fixed, max(self.sensing, self.acting), self.light)
 
     def meet(self) -> None:
-        """After moving: send organisms beyond the edges to their process, and receive ghosts for
-        encounters."""
+        """After moving: send organisms beyond the edges away, and receive ghosts for encounters."""
         if self.movers:
             self.migrate(self.movers)
         self.copy(self.movers, self.acting, self.light)
@@ -191,9 +187,7 @@ class Divided(OneBand):
                 if table.name in self.rollouts:
                     rest = self.rollouts[table.name].give(rows, rest)
         for table in tables:
-            if (
-                nerves := table.species.nerves
-            ) is not None:  # organisms that have decided may be elsewhere now
+            if (nerves := table.species.nerves) is not None:  # deciders may have moved away
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
@@ -238,8 +232,7 @@ class Divided(OneBand):
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Exclude ghosts from `World.split` over the entries of an index, or the rows of its cells, within
-        the block."""
+        """Exclude ghosts from `World.split` over an index's entries or rows of cells, within the block."""
         if self.processes == 1 or index.n == self.edges.ny:  # the two cases are indistinguishable
             return nullcontext()
         return self._own(index)
@@ -285,8 +278,7 @@ class Divided(OneBand):
         return self.wire.any(flags)
 
     def litters(self, litters: Any, where: Any) -> Any:
-        """Return the litters of all processes in the order of their parents' uids, and where they may be
-        placed."""
+        """Return the litters of all processes, ordered by their parents' uids, and their possible places."""
         return self.births.litters(litters, where)
 
     def inherited(self, *arguments: Any) -> Any:

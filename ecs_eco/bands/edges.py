@@ -1,5 +1,4 @@
-"""The edges between bands: the owner of each row of cells of the neighbor index, and the rows near each
-band."""
+"""The edges between bands: the owner of each row of cells of the index, and the rows near each band."""
 
 from __future__ import annotations
 

@@ -28,8 +28,7 @@ class Wire:
         self.traffic = Traffic()
 
     def swap(self, parts: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
-        """Send bytes u8[…] to some processes, by rank; return the bytes received. All processes must call
-        this."""
+        """Send bytes u8[…] to processes by rank; return the bytes received. All processes must call this."""
         if self.size == 1:
             return {}
         start, comm = time.perf_counter(), self.comm
@@ -106,8 +105,7 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return components and fields of a table: all, all but the `heavy` ones, or only the components
-    `seen`."""
+    """Return components and fields of a table: all, all but the `heavy` ones, or only those `seen`."""
     return [
         (component, field)
         for component, held in table.columns.items()
@@ -130,8 +128,7 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
 def settled(
     tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Add the rows in bytes from `packed` to the tables; return the new rows i64[k] in each table, and the
-    remaining bytes."""
+    """Add the rows in bytes from `packed` to the tables; return the new rows i64[k] and the rest."""
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 

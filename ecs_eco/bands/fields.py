@@ -24,10 +24,7 @@ class BandField:
     def __init__(self, field: Field, edges: Edges, rank: int, halo: int) -> None:
         self.field, self.edges, self.rank, self.halo = field, edges, rank, halo
         field.band = self
-        self._of: tuple[Any, np.ndarray] = (
-            None,
-            np.zeros(0, np.int64),
-        )  # the process of each row, cached by edges
+        self._of: tuple[Any, np.ndarray] = (None, np.zeros(0, np.int64))  # the process of each row, by edges
         self._traded: dict[tuple[int, int], np.ndarray] = {}
 
     def owners(self) -> np.ndarray:
@@ -53,8 +50,7 @@ class BandField:
         return self._traded[reader, owner]
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Add sources to this band's rows and let them spread and decay; bit for bit the same as
-        `Field.pass_time`."""
+        """Add sources to this band's rows, spread and decay; bit for bit the same as `Field.pass_time`."""
         field, torus = self.field, self.field.space.torus
         if emitted:
             field.emit(*emitted)

@@ -36,8 +36,7 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Send the records since the last collection from all processes to process 0, in the form of a single
-    process.
+    """Send the records since the last collection from all processes to process 0, as if from one process.
 
     Counts are the same. Sums of energies are added band by band, not row by row, so their last digits may
     differ.

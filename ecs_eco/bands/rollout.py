@@ -1,5 +1,4 @@
-"""The rollout of a shared policy in bands: each process stores its own transitions, and all learn from all of
-them."""
+"""The rollout of a shared policy in bands: each process stores its own transitions; all learn from all."""
 
 from __future__ import annotations
 
@@ -20,12 +19,11 @@ DEAD = np.uint64(1 << 63)  # lives that have ended get numbers from here on; all
 
 
 class BandRollout(Rollout):
-    """The transitions of organisms in a band, each with its uid and its place among the transitions of all
-    bands.
+    """The transitions of organisms in a band, each with its uid and its place among all transitions.
 
-    An open record moves with its organism to another process, so that the reward is added to it. `advantages`
-    gathers the records of all processes in every process, in the order in which a single process would have
-    stored them; learning from them is then work on common data.
+    An open record moves with its organism, so that the reward is added to it. `advantages` gathers the
+    records of all processes in every process, in the order of a single process; learning is then work on
+    common data.
     """
 
     table: Table
@@ -53,12 +51,8 @@ class BandRollout(Rollout):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._lives = np.empty(
-            0, np.uint64
-        )  # the life of each record: a uid, or a number for a dead organism
-        self._places = np.empty(
-            0, np.int64
-        )  # index among the records of all processes; −1: it moved to another process
+        self._lives = np.empty(0, np.uint64)  # the life of each record: a uid, or a number if dead
+        self._places = np.empty(0, np.int64)  # index among the records of all; −1: it moved away
 
     def _columns(self) -> tuple[np.ndarray, ...]:
         return (*super()._columns(), self._lives, self._places)
@@ -90,8 +84,7 @@ class BandRollout(Rollout):
         return bool(self.table.species.nerves.learning)
 
     def store(self, rows: np.ndarray, *arrays: Any) -> None:
-        """Append one tick. Its places are assigned in `close`, when the numbers of all processes are
-        known."""
+        """Append one tick. `close` assigns its places when the numbers of all processes are known."""
         ticks, start = self.ticks, self.n
         super().store(rows, *arrays)
         self.ticks, self.stored = ticks, len(rows)
@@ -106,8 +99,7 @@ class BandRollout(Rollout):
         self.ticks += int(counts.sum() > 0)
         self.stored = 0
 
-    # --- organisms that move to another process
-    # ---------------------------------------------------------------
+    # --- organisms that move to another process -------------------------------------------------------------
 
     def take(self, rows: np.ndarray) -> np.ndarray:
         """Return the open records of rows i64[k] as bytes u8[…], and remove them."""

@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 
 GRACE = 5.0  # [s] for process 0 to report an error first, because most errors occur in all processes
 HEARD = 1.0  # [s] for mpiexec to pass on the output of a process before it ends all processes
-PLAIN = (
-    ConfigError,
-    CheckpointError,
-    RecordingError,
-    FloatingPointError,
-    OSError,
-)  # errors that need no traceback
+PLAIN = (ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError)  # need no traceback
 
 
 def together(
@@ -44,8 +38,7 @@ def together(
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
     returns the same world, of which each holds only a part with `state`. Returns the result of `lead` and the
     bands in process 0, None in the others. An error in one process ends all, with exit code 1, or 2 for an
-    invalid file. The same happens with the RuntimeError if each process holds a whole world and their worlds
-    come to differ.
+    invalid file. So does the RuntimeError of processes with whole worlds that come to differ.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
@@ -69,8 +62,7 @@ def together(
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a process that follows; process 0 reports errors first, because most errors occur
-    there too."""
+    """Return the world of a following process; process 0 reports errors first, as most occur there too."""
     try:
         return build()
     except Exception as error:

@@ -1,5 +1,4 @@
-"""The width of the ghost zone beyond a band's edges, from the events of a tick; and the features that cannot
-be divided."""
+"""The width of the ghost zone beyond a band's edges, and the features that cannot be divided."""
 
 from __future__ import annotations
 
@@ -24,9 +23,7 @@ SENSES = ("own", "nearest", "touch", "smell", "rays", "property", "light", "temp
 class Widths(NamedTuple):
     """The reach of ghosts and of rows of fields beyond the edges."""
 
-    sensing: (
-        float  # [m] ghosts before sensing: the widest sense, and the flow into this band's rows of fields
-    )
+    sensing: float  # [m] ghosts before sensing: the widest sense, and flows into this band's fields
     acting: float  # [m] ghosts after moving: all organisms whose fate may affect an own organism in this tick
     halos: list[int]  # rows of each field
     properties: bool  # whether some sensors need more than places and bodies
@@ -112,8 +109,7 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
     return ((t, t.species.reproduction) for t in tables if t.species.reproduction is not None)
 
 
-# --- features that cannot be divided
-# ---------------------------------------------------------------------------
+# --- features that cannot be divided ------------------------------------------------------------------------
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:

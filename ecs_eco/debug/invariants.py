@@ -1,5 +1,4 @@
-"""Conditions that hold in a world at any time: consistent rows, finite values, places in bounds, an ordered
-index."""
+"""Conditions that always hold in a world: consistent rows, finite values, places in bounds, index order."""
 
 from __future__ import annotations
 

@@ -71,8 +71,7 @@ class Debug:
 
 
 class Opening(esper.Processor):
-    """The first processor of a tick: attributes changes made between ticks to that code instead of the first
-    system."""
+    """The first processor of a tick, so that changes between ticks are not blamed on the first system."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)

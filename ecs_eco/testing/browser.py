@@ -41,8 +41,7 @@ def chromium() -> str | None:
 
 @contextmanager
 def launched() -> Iterator[Any]:
-    """Yield a Chromium browser of playwright that renders in software, so that pictures are the same
-    everywhere."""
+    """Yield playwright's Chromium with software rendering, so that pictures are the same everywhere."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:

@@ -1,5 +1,4 @@
-"""The target that results depend on in addition to world and seed: the processor, and versions of
-packages."""
+"""The target on which results depend besides world and seed: the processor, and versions of packages."""
 
 from __future__ import annotations
 
@@ -12,14 +11,7 @@ from ecs_eco.compiled import portable
 from ecs_eco.compiled.numba_version import interpreted
 from ecs_eco.compiled.processor import processor
 
-COMPUTING = (
-    "numpy",
-    "numba",
-    "llvmlite",
-    "torch",
-    "deap",
-    "scipy",
-)  # packages whose versions may affect results
+COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # may affect results
 OTHERS = (
     "esper",
     "pyarrow",
@@ -63,8 +55,7 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def instructions() -> tuple[str, str, list[str]]:
-    """Return the triple, the processor and the features for which numba compiles, in the form of
-    NUMBA_CPU_NAME."""
+    """Return the triple, processor and features for which numba compiles, in the form of NUMBA_CPU_NAME."""
     triple, name, features = processor()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 

@@ -182,9 +182,8 @@ def of_living(live: Live, tick: int, change: Message | None) -> Branch:
 
 
 def of_recorded(replay: Replay, change: Message | None) -> Branch:
-    """Return a branch of a recorded run from the end of the displayed tick. The run may have to be simulated
-    up to there first. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run
-    here."""
+    """Return a branch of a recorded run from the end of the displayed tick. The run may have to be rerun up
+    to there. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run here."""
     manifest, start = replay.recording.manifest, replay.tick + 1
     if replay.done:
         raise ValueError("what if: a recorded run cannot be branched at its last tick; go to an earlier one")

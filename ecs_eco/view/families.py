@@ -35,8 +35,7 @@ class Families:
         self._found: dict[int, tuple[int, np.ndarray]] = {}  # by uid: number of lives scanned, descendants
 
     def roots(self, uid: np.ndarray) -> np.ndarray:
-        """Return the founder of each organism: u64[n]. An organism with unknown parents is its own
-        founder."""
+        """Return the founder of each organism: u64[n]. Without known parents it is itself."""
         self._grow()
         row = np.minimum(np.searchsorted(self._uid, uid), max(self._uid.size - 1, 0))
         return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid

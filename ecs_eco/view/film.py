@@ -35,8 +35,7 @@ def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> rang
 
 
 def encoder(path: Path) -> str:
-    """Return the program that makes films with this suffix, or "" for a GIF; raise FilmError if it is not
-    installed."""
+    """Return the program for films with this suffix, "" for a GIF; raise FilmError if it is missing."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")
@@ -53,8 +52,7 @@ def write(
     fps: float,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3]. The file is replaced only once the film
-    is complete.
+    """Write a film of these ticks, painted as u8[height, width, 3]. The file appears when it is complete.
 
     Raises FilmError, OSError.
     """

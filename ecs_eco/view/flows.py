@@ -64,7 +64,6 @@ def of_run(
 
 
 def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
-    """Divide the energy that an eater took in, f64[n], among its foods by the number it ate of each,
-    f64[foods, n]."""
+    """Divide an eater's energy intake, f64[n], among its foods by the number eaten of each, f64[foods, n]."""
     total = meals.sum(axis=0)
     return taken * np.divide(meals, total, out=np.zeros_like(meals), where=total > 0)

@@ -39,8 +39,7 @@ class Encoder:
         self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
-        """Begin a frame with its number, tick, light at the surface (0 to 1) and elevation of the sun
-        [rad]."""
+        """Begin a frame with its number, tick, surface light (0 to 1) and the sun's elevation [rad]."""
         head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
         self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
         self._counts[:] = 0

@@ -78,8 +78,7 @@ class Genealogy:
         return known[uid]
 
     def life(self, uid: int) -> dict[str, Any] | None:
-        """Return species, tick of birth, death, age at death [s] and parents, or None for an unknown
-        organism."""
+        """Return species, tick of birth, death, age at death [s] and parents; None if unknown."""
         birth = self.birth(uid)
         if birth is None:
             return None

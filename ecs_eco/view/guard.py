@@ -18,16 +18,14 @@ REMEMBERED = 64  # used and expired codes that are remembered, so that a refusal
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two strings are equal, in a time that does not depend on the position of a
-    difference."""
+    """Return whether two strings are equal, in a time independent of the position of a difference."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
 class Credentials:
-    """The codes of one server, and its credential. All methods are thread-safe.
+    """The codes and the credential of one server. All methods are thread-safe.
 
-    Each server draws a new credential, which is not valid for any other server, even a later one on the same
-    port.
+    Each server draws a new credential, which no other server accepts, even a later one on the same port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

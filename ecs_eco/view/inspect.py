@@ -1,5 +1,4 @@
-"""The state of one organism for the panel, read from a living world without changing it, and its last
-state."""
+"""The present or last state of one organism for the panel, read from a living world without changing it."""
 
 from __future__ import annotations
 
@@ -188,8 +187,7 @@ def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
 
 
 def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome of variable length as far as the record alone describes it: the places of genes,
-    without values."""
+    """Return a genome of variable length as the record describes it: the places of genes, without values."""
     promoters = {g["name"]: g["promoter"] for g in known["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
     traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
@@ -315,10 +313,9 @@ class LastStates:
         world.on_death.append(self._has_died)
 
     def state_of(self, uid: int) -> dict[str, Any]:
-        """Return the message "organism" of a living or dead organism; raise KeyError if it never existed.
+        """Return the message "organism" of an organism; raise KeyError if it never existed.
 
-        For a dead organism that was watched, this is its last state, and `as_of` is the last tick in which it
-        lived.
+        For a dead organism that was watched, this is its last state, at tick `as_of`.
         """
         state = state_of(self.world, uid, lives=self.lives)
         last = self._states.get(uid)

@@ -31,8 +31,7 @@ class Chapter:
     """The ticks from `first` to before `end`; both are snapshots or ends of the recording.
 
     The set of organisms is exact, from births and deaths. Places and states lie on a straight line from the
-    last record (a snapshot or the birth) to the next (a snapshot or the death), the shorter way around a
-    torus.
+    last record (a snapshot or the birth) to the next (a snapshot or the death), the short way on a torus.
     """
 
     def __init__(

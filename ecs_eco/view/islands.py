@@ -1,8 +1,6 @@
-"""The map of an archipelago as a page: population sizes, migrants along the routes, and a view of any island
-at a click.
+"""The map of an archipelago as a page: population sizes, migrants, and a view of any island at a click.
 
-If the run is still in progress, the map follows it from barrier to barrier. Each opened island is replayed in
-its own process.
+The map follows a run in progress from barrier to barrier. Each opened island is replayed in its own process.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ def describe(folder: Path) -> Message:
     migrants.
 
     `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier
-    there are no points. Raises RecordingError for a folder without an archipelago or with a damaged one.
+    there are no points. Raises RecordingError without an intact archipelago.
     """
     manifest = read(folder)
     config = manifest["config"]
@@ -90,8 +88,7 @@ def describe(folder: Path) -> Message:
 
 
 def _record(islands: Islands, end: int, names: list[str]) -> Message:
-    """Return population sizes and migrants before tick `end`; species are numbered by their position in
-    `names`."""
+    """Return population sizes and migrants before tick `end`; species are numbered as in `names`."""
     ticks = next(iter(islands.series.values())).ticks
     rows = np.unique(np.linspace(0, np.searchsorted(ticks, end) - 1, POINTS).astype(np.int64))
     n = [
@@ -111,8 +108,7 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; raises RecordingError for a folder without an
-    archipelago."""
+    """The map of a folder for any number of pages; raises RecordingError without an archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -196,10 +192,8 @@ class Map(Inbox):
 def watch_islands(
     folder: Path, announce: Callable[[str], None] = print, *, port: int = 0, browser: bool = False
 ) -> None:
-    """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, and a new one after each
-    use.
-
-    Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
+    """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, then a new one after each
+    use. Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
     """
     shown = Map(folder)
     with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce)) as entrance:

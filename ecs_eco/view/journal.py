@@ -1,5 +1,4 @@
-"""Births and deaths of a living world, noted as they happen, in the form in which a recorded run stores
-them."""
+"""Births and deaths of a living world, noted as they happen, in the form of a recorded run."""
 
 from __future__ import annotations
 
@@ -21,12 +20,9 @@ COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "k
 
 
 class Journal:
-    """The births and deaths of a world from now on. Organisms that are already alive count as births without
-    parents.
-
-    The journal changes nothing in the world. It enters what it has collected only when it is queried or when
-    much is pending. `species` are the names of the tables, in the order of the species numbers. `born`
-    i64[species] counts births; `bred` bool[species] is true once a species has had young of parents.
+    """The births and deaths of a world from now on. Organisms already alive count as births without parents.
+    `species` are the names of the tables, in the order of the species numbers. `born` i64[species] counts
+    births; `bred` bool[species] is true once a species has had young of parents.
     """
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
@@ -72,8 +68,7 @@ class Journal:
         return self.born.copy(), self.bred.copy(), self.died.copy()
 
     def go_back(self, tick: int, next_uid: int, mark: tuple[np.ndarray, ...]) -> None:
-        """Drop births and deaths from a tick on. `next_uid` is the first uid that was still free before that
-        tick."""
+        """Drop births and deaths from a tick on. `next_uid` was the first free uid at that tick."""
         self._settle()
         self._kept["births"].keep("uid", next_uid)
         self._kept["deaths"].keep("tick", tick)

@@ -237,8 +237,7 @@ class Painter:
     def _strip(
         self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray, labelled: bool
     ) -> None:
-        """Draw a species' numbers over time, all of them pale and those up to now strong, with its mark and
-        name above."""
+        """Draw a species' numbers over time, past ones strong, later ones pale; mark and name above."""
         name, hue = kind["name"], self.hues[kind["name"]]
         ax = self.figure.add_axes(place[:4])
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)

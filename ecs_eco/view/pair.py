@@ -1,8 +1,8 @@
 """Two worlds as one source: the page's world and, next to it, a branch or another world; and the choice of a
-new world to start.
+new world.
 
 The first world owns the page: its clock, charts and organisms. The second follows that clock, in the same
-thread. Pages receive its frame, after the frame of the first world, and messages "beside".
+thread. Pages receive its frame after the first's, and messages "beside".
 """
 
 from __future__ import annotations
@@ -163,8 +163,7 @@ class Pair:
         self.first.run(both)
 
     def hello(self) -> Message:
-        """Return the first message, including whether the world can be branched, and which worlds may replace
-        it."""
+        """Return the first message, including whether it can be branched and which worlds may replace it."""
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
         return self.first.hello() | {"forks": forks(self.first), "begins": begins}
 

@@ -68,8 +68,7 @@ class Blocks:
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
     def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
-        """Return these columns of all rows from tick `first` to tick `last`, in the order of the
-        recording."""
+        """Return these columns of all rows from tick `first` to tick `last`, in recorded order."""
         blocks: list[Columns] = []
         for group in self.groups:
             if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:

@@ -28,8 +28,7 @@ ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter",
 
 
 class Player(Inbox):
-    """Plays a source at `speed` [ticks/s], or None for full speed, to any number of pages until
-    `halted()`."""
+    """Plays a source at `speed` [ticks/s] (None: full speed) to any number of pages until `halted()`."""
 
     def __init__(
         self,
@@ -95,8 +94,7 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Make and send this tick's frame again if it was sent, because a second world has appeared or
-        gone."""
+        """Make and send this tick's frame again if it was sent: a second world has appeared or gone."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages can take it
         self._made.clear()
@@ -145,8 +143,7 @@ class Player(Inbox):
         if state or any(view.news for view in self._views.values()):
             self._measure(now)
         news = [text(message) for message in self._log.told(tick, self.source.news())]
-        # curve points are sent along with the next frame, because waking the server's thread is the largest
-        # cost
+        # curve points are sent with the next frame, because waking the server's thread costs the most
         ready = any(view.awaits is None for view in self._views.values())
         same, new = now + PATIENCE, now + PATIENCE if ready else min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
@@ -176,8 +173,7 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its usual time [s]; the first call, which includes loading, counts
-        little."""
+        """Do some work and return its usual time [s]; the first call includes loading and counts little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
@@ -187,8 +183,7 @@ class Player(Inbox):
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Add what a page lacks, that is points of the series, the panel and the frame; return whether there
-        was any."""
+        """Add points of the series, the panel and the frame that a page lacks; return whether any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:

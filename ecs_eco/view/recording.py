@@ -30,8 +30,7 @@ BINS = 400  # of births and deaths on the timeline
 
 
 class Recording:
-    """A folder written by `ecs-eco run`, read lazily. A damaged file raises an error with its name when it is
-    first needed.
+    """A folder written by `ecs-eco run`, read lazily. A damaged file raises an error when first read.
 
     `first` and `last` are the recorded ticks. `scene` is a world built like the recorded one, without
     organisms; it holds everything that does not change. It is None if it cannot be built here, and `why`
@@ -82,8 +81,7 @@ class Recording:
             return None, str(error)
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living organisms of a species at the end of a tick: from details if they exist, else
-        interpolated between snapshots."""
+        """Return the living of a species at the end of a tick: from details, else interpolated."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 

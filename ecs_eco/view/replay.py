@@ -221,8 +221,7 @@ class Replay(Watched):
         return organisms
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species at this tick, in the order of uids, or the permanent objects of a
-        type."""
+        """Return the living of a species at this tick, ordered by uid, or the permanent objects of a type."""
         if name in self.objects:
             return self._lying(name)
         o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])

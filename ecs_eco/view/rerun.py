@@ -1,5 +1,4 @@
-"""Reruns of stretches of a recorded run, in a separate thread, and the list of stretches that have
-details."""
+"""Reruns of stretches of a recorded run, in a separate thread, and the list of stretches with details."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Ring:
     """Checkpoints of a world, made while it lives. Interventions from pages are stored, so that a rerun can
     repeat them.
 
-    `why` is the reason why this world cannot go back, "" if it can. A run that is recorded in files cannot.
+    `why` is the reason why this world cannot go back, or "". Runs recorded in files cannot.
     """
 
     def __init__(self, world: World, journal: Journal, tally: Tally) -> None:

@@ -92,8 +92,7 @@ def names_of(world: World) -> list[str]:
 
 def map_of(world: World, name: str) -> dict[str, Any]:
     """Return the message "field": values u8[ny, nx] from low to high, in base64. Land is seen from above,
-    starting in the south-west. Water is seen from the side, averaged from front to back, starting at the
-    bottom.
+    from the south-west; water from the side, averaged over its width, from the bottom.
 
     Raises KeyError for a name that is not in `names_of`.
     """
@@ -220,8 +219,7 @@ def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | Non
 
 
 def grows(world: World, name: str) -> bool:
-    """Return whether a species that does not move is a plant, which grows, breeds or is eaten, rather than a
-    resting animal."""
+    """Return whether a sessile species is a plant, which grows, breeds or is eaten, not a resting animal."""
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)

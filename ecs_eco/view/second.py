@@ -1,5 +1,4 @@
-"""The second of two worlds, a branch of the first or an unrelated world, which follows the clock of the
-first."""
+"""The second of two worlds, a branch of the first or an unrelated world, which follows the first's clock."""
 
 from __future__ import annotations
 
@@ -273,8 +272,7 @@ def forks(first: Source) -> bool:
 
 
 def choices(first: Source) -> Message:
-    """Return the message "params": the values that a change may set, and the first and last tick at which a
-    branch may start."""
+    """Return the message "params": values that a change may set, and the first and last tick of a branch."""
     if isinstance(first, Live):
         config, ticks = first.world.config, (kept(first), first.tick)
     elif isinstance(first, Replay):

@@ -11,8 +11,7 @@ IDLE = {"none", "still", "rest"}
 
 
 def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Sequence[str] = ()) -> str:
-    """Return a sentence about a message "organism"; `foods` are the species that it eats, `enemies` those
-    that eat it."""
+    """Return a sentence about a message "organism"; `foods` are its food species, `enemies` its eaters."""
     name = str(state["species"]).capitalize()
     died = state.get("died")
     if not state["alive"] and died:

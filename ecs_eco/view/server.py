@@ -1,5 +1,4 @@
-"""The viewer's server, in a separate thread: the page's files, and a WebSocket from each page to the
-player."""
+"""The viewer's server, in a separate thread: the page's files, and a WebSocket for each page."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ TYPES = {
 
 
 class Client:
-    """One page and its outgoing messages. The world's thread may call only `send`; the server's thread calls
-    all other methods."""
+    """One page and its outgoing messages. Only `send` may be called from the world's thread."""
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket, self.loop = socket, asyncio.get_running_loop()
@@ -79,8 +77,7 @@ class Client:
 
 
 class Strangers(dict[object, asyncio.Transport]):
-    """Connections without the credential, by address, oldest first. Their number is limited, so that they
-    cannot use up this process's file handles."""
+    """Connections without the credential, by address, oldest first; limited to protect file handles."""
 
     def add(self, address: object, transport: asyncio.Transport) -> None:
         """Add a connection; close the oldest if there are too many."""
@@ -115,8 +112,7 @@ class Server:
     free one.
 
     `frames` are the origins of pages that may show the viewer in a frame: none, except for a notebook. `page`
-    is the file that is shown first. `came` is called in the server's thread with each code that was
-    presented, and whether it was accepted.
+    is the file that is shown first. The server's thread calls `came(code, accepted)` for each code.
     """
 
     def __init__(
@@ -264,8 +260,7 @@ class Server:
                 request = None
             if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
                 request = {"kind": "not a request"}
-            # a page that sends requests faster than they are answered must wait; other pages do not wait for
-            # it
+            # a page that sends requests faster than they are answered must wait, but other pages need not
             while sum(page is client for page, _ in self.player.inbox.copy()) >= ASKED:
                 await asyncio.sleep(0.005)
             self.player.say(client, request)

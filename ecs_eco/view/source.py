@@ -33,11 +33,11 @@ class Source(Protocol):
         """True if this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run or show the world: call `turn()` before every tick and after the last, and return when it returns
-        False.
+        """Run or show the world: call `turn()` before every tick and after the last, and return when it
+        returns False.
 
         `turn` serves the pages and returns when the next tick is due. While `done`, it returns only at the
-        end, or when a request such as `seek` has made `done` false.
+        end, or if `seek` goes back.
         """
 
     def hello(self) -> Message:
@@ -92,8 +92,7 @@ def text(message: Message) -> str:
 
 
 def said(level: str, words: str, field: str | None = None) -> Message:
-    """Return a text message at level "info", "warning" or "error"; `field` is the request that it is
-    about."""
+    """Return a text message at level "info", "warning" or "error"; `field` is its request."""
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 

@@ -30,8 +30,7 @@ class Turn(NamedTuple):
 class Story:
     """Entries {tick, kind, species, text, cause}, oldest first; kinds: birth, boom, crash, extinct, return.
 
-    `foods` gives what each species eats; `cause(column)` returns the cause of death that a column of the sums
-    counts.
+    `foods` gives what each species eats; `cause(column)` names the cause of death of a column.
     """
 
     def __init__(
@@ -59,8 +58,7 @@ class Story:
         self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
     ) -> None:
         """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning; `deaths()`
-        i64[s, causes], called only when needed; `bred` bool[s], true once a species has had young of
-        parents."""
+        i64[s, causes], called if needed; `bred` bool[s], true once a species has had young of parents."""
         for s, count in enumerate(n.tolist()):
             low, high = self._low[s], self._high[s]
             if low is not None and low.n < count < (high or low).n and not bred[s] > self._bred[s]:
@@ -145,8 +143,7 @@ class Story:
         del self.entries[:-KEPT]
 
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
-        """Return a text on the causes of death since a high, and on changes in its foods and enemies
-        meanwhile."""
+        """Return a text on the causes of death since a high, and on changes in foods and enemies."""
         died = now.deaths - high.deaths
         total, born = int(died.sum()), now.births - high.births
         if not total:

@@ -20,7 +20,7 @@ class Tally:
     """The curves and the story of a world, from its tables, its recorder and the journal of births and
     deaths.
 
-    `genes` are the genes of each species that have curves. The tally changes nothing in the world.
+    `genes` are the genes of each species that have curves.
     """
 
     def __init__(self, world: World, journal: Journal, genes: dict[str, list[str]]) -> None:

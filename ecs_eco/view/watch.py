@@ -74,10 +74,9 @@ def _begun(player: Player) -> Player | None:
 
 
 class Window:
-    """A view of a world that other code runs: `open` it before the first tick, `close` it after the last.
+    """A view of a world that other code runs: `open` it before the first tick, then `close` it.
 
-    The world waits between ticks while a page has paused it; it runs at full speed unless a page slows it
-    down.
+    The world waits between ticks while a page has paused it, and runs at full speed unless a page slows it.
     """
 
     def __init__(

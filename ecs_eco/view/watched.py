@@ -71,8 +71,7 @@ class Watched:
         self.frame(0, "happiness")  # compiles kernels before the first page connects
         self.ranges.clear()
 
-    # --- methods that living worlds and recorded runs implement
-    # --------------------------------------------------
+    # --- methods that living worlds and recorded runs implement ---------------------------------------------
 
     @property
     def tick(self) -> int:
@@ -96,8 +95,7 @@ class Watched:
         """Carry out a request that differs between living worlds and recorded runs."""
         raise NotImplementedError
 
-    # --- methods that build on them
-    # ------------------------------------------------------------------------------
+    # --- methods that build on them -------------------------------------------------------------------------
 
     def hello(self) -> Message:
         """Return the part of hello that follows from the genes and foods."""

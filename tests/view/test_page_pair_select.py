@@ -127,5 +127,5 @@ def test_a_link_brings_one_of_the_second_world_back_and_says_so_where_there_is_n
     until(page, "ecs.second === null")
     with opened(browser, page.run.address()) as other:
         other.evaluate(f"location.hash = '{link}'")
-        until(other, "document.querySelector('#notice').innerText.includes('of a second world')")
+        until(other, "document.querySelector('#notice').innerText.includes('belongs to a second world')")
         assert other.evaluate("ecs.selected") is None

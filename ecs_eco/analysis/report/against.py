@@ -25,8 +25,7 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return table and figure of both series; empty without an outside series. The figure is written below
-    `place`."""
+    """Return table and figure (written below `place`) of both series; empty without an outside series."""
     if outside is None:
         return []
     both = compare(series, outside)

@@ -34,8 +34,7 @@ def fields(run: Path | str) -> list[str]:
 def _moments(
     parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
 ) -> dict[tuple[str, str], str]:
-    """Return mean ± standard deviation by species and field, of all rows or of the rows of one tick, chosen
-    by `which`."""
+    """Return mean ± standard deviation by species and field, of all rows or one tick, as `which` selects."""
     if not parts:
         return {}
     columns = ["tick", "species", *names]

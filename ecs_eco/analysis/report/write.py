@@ -1,5 +1,4 @@
-"""The whole report: its order, tables and figures, the settings of the run, and the command that repeats
-it."""
+"""The whole report: its order, tables and figures, the run's settings, and the command that repeats it."""
 
 import json
 import shlex
@@ -215,8 +214,7 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
-    """Return the largest gap of each species' energy ledger: absolute, as a fraction of the stock, and its
-    tick.
+    """Return each species' largest gap in its energy ledger: absolute, as a share of the stock, and its tick.
 
     The stock at the start of a tick must equal the stock at the end of the tick before.
     """
@@ -329,8 +327,7 @@ def _written(
 
 
 def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
-    """Return the part on outside series. If the run is too short for it, return the reason, unless the series
-    was requested explicitly."""
+    """Return the part on outside series; if the run is too short and none was requested, the reason."""
     try:
         return against_blocks(series, outside, place)
     except ConfigError as error:

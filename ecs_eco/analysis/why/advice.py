@@ -62,8 +62,7 @@ ROOM: Advice = ("species.{s}.max_count", "higher", "more can be alive at once")
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Return values to change for a verdict, the most likely remedy first: key, present value, direction,
-    effect.
+    """Return values to change for a verdict, the best remedy first: key, value, direction, effect.
 
     Values at the end of their range are left out.
     """

@@ -49,8 +49,7 @@ class Case:
 
     @classmethod
     def read(cls, run: Path | str) -> Self:
-        """Read a run folder; raise FileNotFoundError if it contains no run, RecordingError if a file is
-        damaged."""
+        """Read a run folder; raise FileNotFoundError without a run, RecordingError if a file is damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
         animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
@@ -138,8 +137,7 @@ class Case:
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
-        """Return the number of `prey` that an eater took in each tick, (ticks,); 0 for objects, which are not
-        recorded."""
+        """Return the number of `prey` eaten by an eater in each tick, (ticks,); 0 for unrecorded objects."""
         column = f"{DIED}eaten by {eater}"
         return (
             self.series.of(prey, column)

@@ -1,7 +1,6 @@
-"""Tracing of an extinction back to its first cause. If a species starved because its food was gone, the
-cause is whatever ate the food. If it starved amid plenty, aged without offspring, lost its newborns or was
-poisoned, the chain ends. Each step has a weight from 0 to 1; the verdict is the end with the greatest
-weight."""
+"""Tracing of an extinction back to its first cause. If a species starved because its food was gone, the cause
+is whatever ate the food. If it starved amid plenty, aged without offspring, lost its newborns or was
+poisoned, the chain ends. Steps have weights from 0 to 1; the verdict is the end with the greatest weight."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -32,8 +31,7 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return the lifetime offspring of a well-fed individual according to the world file; ∞ if the file sets
-    no rate or no lifespan."""
+    """Return a well-fed individual's lifetime offspring by the world file; ∞ without a rate or lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -243,8 +241,7 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
     """Return the causes of a fall with their shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns
-    starve", "poisoned", "unreplaced", …; for species that eat no other species, "energy ran out" replaces
-    "amid plenty"."""
+    starve", "poisoned", "unreplaced", …; without a diet, "energy ran out" replaces "amid plenty"."""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}

@@ -61,8 +61,7 @@ def _span(case: Case) -> tuple[float, float]:
 
 
 def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
-    """Return the displayed animals: those that declined first, then others with deaths; plants only if there
-    are no animals."""
+    """Return the displayed animals: first those that declined, then others with deaths; else plants."""
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
@@ -86,9 +85,7 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     ax.set_yscale("log")
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
-    ax.yaxis.set_minor_formatter(
-        LogFormatter()
-    )  # plain numbers, because texts of figures are not parsed as formulas
+    ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers, because texts are not parsed as formulas
     verdict = findings["verdict"]
     if verdict == "healthy":
         ax.set_title("no species died out")

@@ -1,7 +1,6 @@
-"""The limiting factor of a species in each of its phases. The maximal birth rate minus actual growth equals
-births that failed due to lack of energy or space plus deaths by cause, per capita and tick. The largest loss is
-the limit. In a fall after another phase, it is the loss that has risen most: a meadow that always lacks space
-falls because it is grazed."""
+"""The limiting factor of a species by phase. The maximal birth rate minus actual growth equals births failed
+due to lack of energy or space plus deaths by cause, per capita and tick. The largest loss is the limit. In a
+later fall, it is the loss that has risen most: a meadow short of space falls through grazing."""
 
 from typing import Any
 
@@ -14,8 +13,7 @@ MOST = 8  # phases reported per species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """Return the loss of growth by each limit in the rows first … last − 1 of the series, per capita and
-    tick."""
+    """Return the loss of growth by each limit in rows first … last − 1 of the series, per capita and tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -33,8 +31,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return births that failed due to lack of energy, and for lack of space or mates, per capita and tick; 0 if
-    it does not breed."""
+    """Return births per capita and tick that failed for want of energy, and of space or mates; 0 if none."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -48,8 +45,7 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Return the maximal births per capita and tick without any limit: the world file's rate, or the highest
-    in the run."""
+    """Return the unlimited births per capita and tick: the world file's rate, or the run's highest."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))

@@ -1,5 +1,4 @@
-"""Explanation of a run folder in short plain sentences: why.json for programs, why.html and a figure for
-people."""
+"""Explanation of a run folder in plain sentences: why.json for programs, why.html and a figure for people."""
 
 import json
 import math
@@ -258,8 +257,7 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
-    """Return the cost of locomotion as a fraction of always using the most expensive gait; None if moving is
-    free."""
+    """Return the cost of locomotion relative to the most expensive gait; None if moving is free."""
     values, dt = case.of(species), case.series.dt
     costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
     basal = (values.get("metabolism") or {}).get("basal", 0.0)

@@ -130,7 +130,7 @@ export class Act {
     const key = h("input", { class: "input", list: "parameterKeys", placeholder: "Type to search", "aria-label": "Parameter", autocomplete: "off", spellcheck: "false" });
     const value = h("input", { class: "input", "aria-label": "New value", autocomplete: "off" });
     const about = h("p", { class: "about", text: "" });
-    const slider = h("input", { type: "range", "aria-label": "Slide to a new value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
+    const slider = h("input", { type: "range", "aria-label": "Slider for the value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
     value.addEventListener("input", () => (slider.value = value.value));
     const { changes } = this, found = () => changes.find(key.value);
     const go = h("button", { class: "button primary", type: "button", text: "Change", disabled: true, onclick: () => {
