@@ -22,6 +22,8 @@ def present_names(model: type[Section]) -> dict[str, str]:
 
 def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
     """Give keys in the data of a section their present names; yield each key, and its former name."""
+    if not has_former(kind):
+        return
     kind = type_of(kind, data)
     if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
         now = {names.get(name, name): value for name, value in data.items()}
@@ -87,9 +89,18 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
             yield f'species.{name}.reproduction: write kind = "asexual", place = "{way.place}" for simplified'
 
 
+@cache
 def is_section(kind: Any) -> bool:
     """Return whether a type is that of a section."""
     return isinstance(kind, type) and issubclass(kind, Section)
+
+
+@cache
+def has_former(kind: Any) -> bool:
+    """Return whether a key in values of a type has a former name."""
+    if not is_section(kind):
+        return any(map(has_former, get_args(kind)))
+    return bool(present_names(kind)) or any(has_former(f.annotation) for f in kind.model_fields.values())
 
 
 def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
@@ -113,17 +124,26 @@ def type_of(kind: Any, data: object) -> Any:
     """Return a type without Annotated and None; of a union of sections that of the data, by its `kind`."""
     if isinstance(data, Section):
         return type(data)
-    while get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
+    members = _members(kind)
+    if len(members) > 1 and isinstance(data, dict):
+        tag = data.get("kind")
+        for member in members:  # a section may stand next to lists or words
+            if tag in tags_of(member) if tag is not None else is_section(member):
+                return member
+    return members[0]
+
+
+@cache
+def _members(kind: Any) -> tuple[Any, ...]:
+    """Return the types that a type unites, without Annotated and None."""
+    if get_origin(kind) is Annotated:
+        return _members(get_args(kind)[0])
     if get_origin(kind) in (types.UnionType, Union):
-        members = [type_of(m, data) for m in get_args(kind) if m is not type(None)]
-        tag = data.get("kind") if isinstance(data, dict) else None
-        if isinstance(data, dict) and tag is None:  # a section next to lists or words
-            members.sort(key=lambda m: not is_section(m))
-        return next((m for m in members if tag is not None and tag in tags_of(m)), members[0])
-    return kind
+        return tuple(own for part in get_args(kind) if part is not type(None) for own in _members(part))
+    return (kind,)
 
 
+@cache
 def tags_of(section: object) -> tuple[Any, ...]:
     """Return the possible kinds of a section."""
     info = getattr(section, "model_fields", {}).get("kind")

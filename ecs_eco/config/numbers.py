@@ -121,11 +121,14 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 def labels(entries: list[Any]) -> list[str]:
     """Return what keys call the entries of a list: by name, food or property, numbered where these are
     shared; else by their places."""
-    words = ("label", "name", "eats", "property")
-    names = [
-        next((str(own) for word in words if (own := getattr(entry, word, None))), str(i))
-        for i, entry in enumerate(entries)
-    ]
+    names = []
+    for i, entry in enumerate(entries):
+        own: Any = None
+        for word in ("label", "name", "eats", "property"):
+            own = own or getattr(entry, word, None)
+        names.append(str(own or i))
+    if len({*names}) == len(names):
+        return names
     return [
         name if names.count(name) == 1 else f"{name}_{names[: i + 1].count(name)}"
         for i, name in enumerate(names)

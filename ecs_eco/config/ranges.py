@@ -17,7 +17,7 @@ PARTS = ("value", "search", "scale")
 
 def key_of(name: str) -> Key:
     """The key of a dotted name; a part with a dot in it stands in quotes."""
-    return tuple(part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name))
+    return tuple([part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name)])
 
 
 def name_of(key: Key) -> str:

@@ -83,7 +83,9 @@ def too_deep(data: object) -> Problem | None:
         inner: list[tuple[tuple[str | int, ...], Any]] = []
         for key, node in level:
             parts = node.items() if isinstance(node, dict) else enumerate(node)
-            inner += [((*key, name), part) for name, part in parts if isinstance(part, dict | list)]
+            for name, part in parts:
+                if isinstance(part, dict | list):
+                    inner.append(((*key, name), part))
         level = inner
     if not level:
         return None

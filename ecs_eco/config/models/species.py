@@ -215,7 +215,9 @@ class Species(
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
         """Groups of actions that shipped systems carry out: what an action is called, and the actions."""
-        known = {group: ("action", list(names or ())) for group, names in GROUPS.items()}
+        known: dict[str, tuple[str, list[str]]] = {}
+        for group, names in GROUPS.items():
+            known[group] = "action", list(names or ())
         known["speed"] = "gait in locomotion.speed", list(self.locomotion.speed if self.locomotion else ())
         for feature in features_of(type(self)):
             known |= {group: ("action", list(names or ())) for group, names in feature.acts.items()}
