@@ -85,8 +85,9 @@ def test_hyperparameters_are_explicit_where_a_policy_learns() -> None:
     assert config.species["grass"].ppo == {}
 
 
-def test_the_resolved_world_loads_as_the_same_world() -> None:
-    config = load("predator-prey")
+@pytest.mark.parametrize("world", shipped())
+def test_the_resolved_world_loads_as_the_same_world(world: str) -> None:
+    config = load(world)
     again = load(json.loads(json.dumps(config.resolved())))
     assert again.resolved() == config.resolved()
     assert again.config_hash == config.config_hash

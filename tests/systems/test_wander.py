@@ -108,6 +108,12 @@ def test_the_gait_is_neutral_beside_others_and_each_may_have_its_own_turn():
     assert (table[Position].x[table.rows()] != 0).all()
 
 
+def test_the_resolved_world_loads_as_the_same_world():
+    for walker in ({}, {"actions": {"speed": ["rest", "walk"]}}):
+        walks = load(config(walker=walker))
+        assert load(walks.resolved()).resolved() == walks.resolved()
+
+
 @pytest.mark.parametrize(
     ("walker", "words"),
     [

@@ -45,6 +45,8 @@ class Wandering(Feature, after="locomotion"):
         given = {key: data.get(key, kind()) for key, kind in kinds.items()} if gait is not None else {}
         if not given or not all(isinstance(given[key], kind) for key, kind in kinds.items()):
             return data
+        if gait in given["always_on"]:  # it was resolved before
+            return data
         if "speed" in given["actions"]:
             return data | {"default_action": {"speed": gait} | given["default_action"]}
         actions = given["actions"] | {"speed": [gait]}
