@@ -140,7 +140,7 @@ def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
     ("thing", "words"),
     [
         ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere cannot reach"),
-        ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside of the world"),
+        ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside the world"),
         ({"between": [[1.0, 1.0, 1.0, 1.0]], "body": BOX}, "more than 0 m"),
         ({"between": [[1.0, 1.0, 19.0, 1.0]], "body": BOX}, "at most 10 m"),
         (

@@ -81,7 +81,7 @@ def test_a_road_makes_another_digest():
 @pytest.mark.parametrize(
     ("road", "fault"),
     [
-        ({"line": [[10.0, 30.0], [70.0, 30.0]]}, "outside of the world"),
+        ({"line": [[10.0, 30.0], [70.0, 30.0]]}, "outside the world"),
         ({"line": None}, "is missing"),
         ({"remove": True}, "no such road"),
         ({"pace": 0.0}, "pace"),

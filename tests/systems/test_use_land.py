@@ -106,7 +106,7 @@ def test_quotas_may_change_while_a_world_lives_and_nothing_else_of_the_list():
     world = World.from_config(_coast(FISHING | {"rate": 100.0, "quota": 5, "period": 2.0}))
     world.intervene({"kind": "set", "set": {"land_use.0.quota": 50}})
     assert _run(world, 2)[0] == [50, 0]
-    with pytest.raises(ConfigError, match="cannot change in a living world"):
+    with pytest.raises(ConfigError, match="cannot change during a run"):
         world.intervene({"kind": "set", "set": {"land_use": []}})
 
 
@@ -130,7 +130,7 @@ def test_worlds_without_it_have_no_such_system():
     ("use", "fault"),
     [
         ({"species": "fisch"}, "fish"),
-        ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside of the world"),
+        ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside the world"),
         ({"season": [0.1, 0.2]}, "period"),
         ({"season": [0.1, 0.1], "period": 5.0}, "ends at its beginning"),
         ({"at": 5, "until": 2}, "before at"),
