@@ -85,7 +85,7 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
     """Yield problems of the range of a value; the value may lie outside if it is `set_`."""
     low, high = given = span.search
     if isinstance(value, bool) or not isinstance(value, int | float):
-        fault = "has no value yet" if value is None else "is a range for a key whose value is not a number"
+        fault = "has no value yet" if value is None else "is a range, but its key is not a number"
         shown = "absent" if value is None else repr(value)
         yield Problem(place, f"{fault}: {name} = {shown}", given, "the key of a number")
     elif not (math.isfinite(low) and math.isfinite(high) and low < high):

@@ -127,11 +127,11 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         ),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 10.0}}, ""),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}, "age": [0.0, 50.0]}, ""),
-        (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at 50, older founders"),
+        (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at age 50, so older founders"),
         (
             BREEDS | {"max_count": 9, "reproduction": BREEDS["reproduction"] | {"litter": 5}},
             "species.hermit.reproduction.litter = 5: no mother can pay for the whole litter: "
-            "metabolism.energy_max is 1 and",
+            "metabolism.energy_max is 1, and",
         ),
         (PAIRS, ""),
         (
@@ -172,7 +172,7 @@ def test_a_search_over_less_than_a_life_is_noted():
     assert notes(load(config)) == []
     assert notes(load(config | ranges | {"ticks": 60})) == []
     (found,) = notes(load(config | ranges))
-    assert found.startswith("species.hermit: a search runs for 40 s, less than a lifespan of 50 s")
+    assert found.startswith("species.hermit: runs of a search last 40 s, less than a lifespan of 50 s")
 
 
 def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():

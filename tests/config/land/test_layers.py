@@ -281,7 +281,7 @@ def test_no_layer_leads_elsewhere(place, requests, name, content, fault):
 @pytest.mark.parametrize("name", ["a.geojson", "a.gpkg", "a.shp", "a.fgb"])
 def test_a_pipe_in_the_place_of_a_layer_is_not_waited_for(place, tmp_path, name):
     os.mkfifo(tmp_path / name)
-    with pytest.raises(ConfigError, match="no regular file"):
+    with pytest.raises(ConfigError, match="is not a regular file"):
         place(name)
 
 
@@ -290,7 +290,7 @@ def test_a_pipe_beside_a_shapefile_is_not_waited_for(layers, tmp_path):
     assert made(layers=[{"file": "a.shp", "make": "lakes"}]).ground.sum() == 12
     (tmp_path / "a.dbf").unlink()
     os.mkfifo(tmp_path / "a.dbf")
-    with pytest.raises(ConfigError, match="no regular file"):
+    with pytest.raises(ConfigError, match="is not a regular file"):
         made(layers=[{"file": "a.shp", "make": "fences"}])
 
 
