@@ -73,7 +73,7 @@ def test_a_wrong_world_has_one_problem(case: str, folder: Path) -> None:
 
 def test_all_problems_are_told_at_once(folder: Path) -> None:
     text = WORLD
-    for case in ("food", "rate", "key", "radius", "formula name", "cell", "fewer than no goats"):
+    for case in ("food", "rate", "key", "range", "formula name", "cell", "fewer than no goats"):
         text = text.replace(*CASES[case][:2])
     output = run(folder, text)
     assert "meadow.toml: " in output

@@ -143,8 +143,8 @@ ANALYSIS = (  # modules; after a colon the names, where the module has no public
 DATA = {  # what is no function and no class
     "PHASES": "The phases of a tick in order: environment, sense, feel, learn, decide, move, interact, metabolise, "
     "die, reproduce, record. Deaths take effect at the end of `die`, births at the end of `reproduce`.",
-    "ANEW": "For `about(change=…)`: the value cannot change in a living world; build a new one.",
-    "FREE": "For `about(change=…)`: the value may change in a living world.",
+    "ANEW": "For `about(change=…)`: the value cannot change during a run; build a new one.",
+    "FREE": "For `about(change=…)`: the value may change during a run.",
     "Count": "Type of a key: an integer from 1 to 50,000,000.",
     "Name": "Type of a key: a name of letters, digits and underscores that begins with a letter.",
     "NonNegative": "Type of a key: a finite number, at least 0.",

@@ -115,7 +115,8 @@ def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
             e.get("name") if isinstance(e, dict) else label
             for e, label in zip(data, labels(data), strict=True)
         ]
-        place = int(part) if str(part).isdecimal() else names.index(part) if part in names else len(data)
+        number = str(part).isdecimal() and len(str(part)) < 10  # int() refuses thousands of digits
+        place = int(part) if number else names.index(part) if part in names else len(data)
         return inner, data[place] if place < len(data) else None
     return inner, data.get(part) if isinstance(data, dict) else None
 

@@ -60,7 +60,7 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
     known = [row["key"] for row in parameters(config)]
     numbers = "the key of a number that may change in a run"
     if why := why_not(name, type(config)):
-        return Problem(place, f"cannot change in a living world: {name}", knob.key, f"{numbers}; or {why}")
+        return Problem(place, f"cannot change during a run: {name}", knob.key, f"{numbers}; or {why}")
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = f"has no value: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
         return Problem(place, fault, knob.key, numbers, nearest(name, known))
@@ -68,7 +68,7 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
         fault = f"the gene {gene} codes for it, so it differs between organisms"
         return Problem(place, fault, knob.key, "values that no gene codes for")
     allowed = f"a number that has one, as {listed(known[:3])}"
-    return Problem(place, "has no effect in a living world", knob.key, allowed, nearest(name, known))
+    return Problem(place, "has no effect during a run", knob.key, allowed, nearest(name, known))
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report."""
+"""Find the line of each key in a TOML text and the characters of its value, which tomllib does not report."""
 
 import re
 
@@ -13,22 +13,25 @@ TOKEN = re.compile(
 
 
 def key_lines(text: str) -> dict[Key, int]:
-    """Line (from 1) of every key and list entry in valid TOML, by its full key."""
+    """Return the line (from 1) of every key and list entry in valid TOML, by its full key."""
     return _Reader(text).lines
 
 
 def value_spans(text: str) -> dict[Key, tuple[int, int]]:
-    """First character of the value of every key and entry, and the one after it; of a [header], its ends."""
+    """Return the first character of every value and the character after it, by key; for a [header], its
+    ends."""
     return _Reader(text).spans
 
 
 class _Reader:
-    """Reads a text once, token by token: the lines and the spans of its keys."""
+    """Reads a text once, token by token, and records the lines and spans of its keys."""
 
     def __init__(self, text: str) -> None:
         self.lines: dict[Key, int] = {}
         self.spans: dict[Key, tuple[int, int]] = {}
-        self._tokens: list[tuple[str, int, int, int]] = []  # text, line, first character, the one after it
+        self._tokens: list[
+            tuple[str, int, int, int]
+        ] = []  # text, line, first character, character after the last
         self._at, line = 0, 1
         for match in TOKEN.finditer(text):
             if match.lastgroup not in ("comment", "space"):
@@ -43,7 +46,7 @@ class _Reader:
                 self._pair(table)
 
     def _ahead(self) -> str | None:
-        """The token ahead, beyond ends of lines."""
+        """Return the next token, skipping line ends."""
         while self._at < len(self._tokens) and self._tokens[self._at][0] == "\n":
             self._at += 1
         return self._tokens[self._at][0] if self._at < len(self._tokens) else None
@@ -89,13 +92,13 @@ class _Reader:
                 index += 1
                 self._at += self._ahead() == ","
             self._at += 1
-        else:  # a scalar: everything up to the end of the line or the entry
+        else:  # a scalar: all text up to the end of the line or the entry
             while self._at < len(self._tokens) and self._tokens[self._at][0] not in ("\n", ",", "]", "}"):
                 self._at += 1
         self.spans[key] = begin, self._tokens[self._at - 1][3]
 
     def _key(self) -> tuple[str, ...]:
-        """A dotted key."""
+        """Read a dotted key."""
         text = self._ahead() or ""
         self._at += 1
         part = text[1:-1] if text[:1] in ("'", '"') else text

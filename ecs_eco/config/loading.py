@@ -1,4 +1,4 @@
-"""Loads a world, with values set from outside; or reports all problems."""
+"""Load a world with values set from outside, or report all problems."""
 
 import copy
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,10 +28,10 @@ from ecs_eco.config.rules import Key, written_at
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
 from ecs_eco.inputs.code import Code, read
 
-NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of training
+NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of a training world
 
 WorldSource: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig | Document
-"""A world: the name of a shipped one, a TOML file, its content, or a configuration that was loaded."""
+"""A world: the name of a shipped world, a TOML file, its content, or a loaded configuration."""
 
 
 def load(
@@ -53,16 +53,16 @@ def load(
     overrides : Mapping or sequence of str, optional
         Dotted keys with values, or texts such as "species.deer.count=50".
     systems : iterable
-        Classes or instances of systems, added to those of the file.
+        Classes or instances of systems, in addition to those in the file.
     reporters : Mapping of str to str or callable
-        Measurements by name, added to those of the file.
+        Measurements by name, in addition to those in the file.
     features : sequence of type
-        Classes derived from `Feature`, added to those of the file's code.
+        Classes derived from `Feature`, in addition to those in the file's code.
     trust : bool, default False
         Whether the code that the file lists in `code` may run in this process. Code that may not run is not
-        checked either.
+        checked.
     places : sequence of Path
-        Folders from which files of code are taken; default: the folder of the file.
+        Folders to search for code files; default: the folder of the file.
 
     Returns
     -------
@@ -101,9 +101,9 @@ def load(
     problems += wrong_ranges + [_beside(p, inline) for p in invalid]
     if config is not None:
         problems += check_search(config, inline, document.set)
-        if document.original is None:  # a modified world may have values beyond the ends of its knobs
+        if document.original is None:  # values of a modified world may lie outside the range of its knobs
             problems += check_knobs(config, document.set)
-            if not problems and not document.places:  # the world of a record: its folder keeps a copy
+            if not problems and not document.places:  # the world of a recording: its folder keeps a copy
                 problems += check_measurements(config)
     if config is not None and not problems:
         problems = _check_training(config) or check_islands(config, island_of)
@@ -113,13 +113,13 @@ def load(
 
 
 def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
-    """Return the configuration of a pre-training: with the values of `[training.set]`.
+    """Return the configuration for pre-training: the world with the values of `[training.set]`.
 
     Parameters
     ----------
     config : WorldConfig
     values : Mapping of str to value, optional
-        Values by dotted key that apply in addition, of keys that vary from world to world.
+        Additional values by dotted key, for keys that vary between worlds.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
         "interventions": [],
         "reporters": {},
         "record": [],
-    }  # with functions, not their names
+    }  # with the functions themselves, not their names
     wanted = {**data["training"]["set"], **(values or {})}
     data["training"] |= NO_PLAN
     new = _modified(config, data, wanted, set_by="[training] set")
@@ -144,7 +144,8 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:
-    """The world of one island of an archipelago, with its own values and seed; raises ConfigError."""
+    """Return the world of one island of an archipelago, with the island's values and seed; raise
+    ConfigError."""
     plan = config.archipelago
     assert plan is not None
     data = config.model_dump()
@@ -153,11 +154,11 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
-    """The world with new values while it lives; raises ConfigError."""
+    """Return the world with new values, as changed during a run; raise ConfigError."""
     names = values if isinstance(values, Mapping) else [text.partition("=")[0] for text in values or ()]
     data, touched = config.model_dump(), {name.strip().partition(".")[0] for name in names}
     kept: dict[str, Any] = {}
-    if "interventions" not in touched:  # checked already: not again for each change
+    if "interventions" not in touched:  # already checked: not repeated for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
         data["training"] |= NO_PLAN
@@ -168,7 +169,8 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
 def intervention(
     config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
 ) -> AnyIntervention:
-    """A checked intervention for a living world; it may depend on those `before`. Raises ConfigError."""
+    """Return a checked intervention for a running world; it may depend on those in `before`. Raises
+    ConfigError."""
     data = config.model_dump() | {"interventions": [*before, dict(request)]}
     data["ticks"] = max(config.ticks, request["at"] + 1)
     data["training"] |= NO_PLAN
@@ -179,7 +181,7 @@ def intervention(
         return new
     except ConfigError as error:
         problems = [p.moved(key=p.key[2 * (p.key[:1] == ("interventions",)) :]) for p in error.problems]
-        raise ConfigError(problems, "this intervention is refused") from None
+        raise ConfigError(problems, "this intervention is invalid") from None
 
 
 def _modified(
@@ -190,13 +192,13 @@ def _modified(
     set_by: str = "--set",
     folder: Path | None = None,
 ) -> WorldConfig:
-    """Load the data of a modified world, which has the code of its original."""
+    """Load the data of a modified world, which uses the code of its original."""
     source, folder = source or config._source, folder or config._folder
     return load(Document(data, source, folder, set_by=set_by, code=config._code, original=config), values)
 
 
 def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
-    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted."""
+    """Raise ConfigError if an intervention from outside names code: only function objects are accepted."""
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
@@ -204,16 +206,16 @@ def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
                 [
                     Problem(
                         ("set", ".".join(map(str, key))),
-                        "an intervention from outside names no code",
+                        "an intervention from outside cannot name code",
                         value,
-                        "a world file may name code, and Python may pass the function itself",
+                        "code named in the world file, or a function object passed in Python",
                     )
                 ]
             )
 
 
 def _home(key: Key) -> Key:
-    """The key of what names code, with parameters or without."""
+    """Return the key of a value that names code, with or without parameters."""
     return key[:-1] if key[-1] == "use" else key
 
 
@@ -222,7 +224,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
     for name, (low, high) in plan.vary.items():
         if not low < high:
             allowed = "[low, high] with low < high"
-            return [Problem(("training", "vary", name), "is no range", [low, high], allowed)]
+            return [Problem(("training", "vary", name), "not a range", [low, high], allowed)]
     ends = [{name: span[end] for name, span in plan.vary.items()} for end in (0, 1)]
     for values in ends if plan.vary else [{}] if plan.set else []:
         try:
@@ -233,7 +235,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
 
 
 def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
-    """Problems of the two ends of a ramp, in the training world."""
+    """Return problems of the two ends of a ramp, in the training world."""
     at = ("training", "ramp", number)
     for end, value in enumerate(ramp.values):
         try:
@@ -248,21 +250,22 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
 
 
 def _moved_to_training(problem: Problem, plan: Training) -> Problem:
-    """The problem at the entry of [training] set or vary that it comes from."""
+    """Return the problem at the entry of [training] set or vary that caused it."""
     path = ".".join(map(str, problem.key))
     part = "vary" if path in plan.vary else "set"
     written = path if path in getattr(plan, part) else None
-    return written_at(problem, ("training", part), written, " while training")
+    return written_at(problem, ("training", part), written, " in training")
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
-    """A problem of a range at the number that it stands beside."""
+    """Return a problem of a range at the number that the range is written next to."""
     name = problem.key[2] if problem.key[:2] == ("search", "ranges") and len(problem.key) > 2 else None
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
 
 def document_of(world: object, overrides: Overrides = None) -> Document:
-    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
+    """Return a world before it is checked, with its original text; its `changes` are the values set by
+    `overrides`."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
         raise document.refused(problems)
@@ -270,7 +273,8 @@ def document_of(world: object, overrides: Overrides = None) -> Document:
 
 
 def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
-    """The world and the problems across its sections, or no world and the problems within its sections."""
+    """Return the world and the problems across its sections, or no world and the problems within its
+    sections."""
     try:
         return _checked(document.data, document)
     except ValidationError as error:
@@ -279,8 +283,8 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """The world of this data with what belongs to the document, and the problems across its sections;
-    raises ValidationError."""
+    """Return the world of this data with the attributes of the document, and the problems across its
+    sections; raise ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
@@ -295,38 +299,38 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
 
 
 def _model(document: Document, code: Code) -> type[WorldConfig]:
-    """The model of a document whose code this is, with the features of users."""
+    """Return the model of a document with this code and the users' features."""
     before = () if document.original is None else own_features(document.original)
     return model_for(code, tuple(dict.fromkeys((*before, *document.features))))
 
 
 def code_listed(document: Document) -> Code:
-    """The code that a document lists, as texts; its problems are reported when the world is loaded."""
+    """Return the code that a document lists, as text; its problems are reported when the world is loaded."""
     return _read_code(document, document.data.get("code"))[0]
 
 
 def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]]:
-    """The code that a document lists, as texts; a modified world has the code of its original."""
+    """Return the code that a document lists, as text; a modified world has the code of its original."""
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
     if (code := document.code) is None:
         return read(entries, document.places or [document.folder])
     own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in code.sources))
     if entries == own:
         return code, []
-    allowed = f"the world's own, {own}, or another world file"
-    return code, [Problem(("code",), "cannot be set from here", entries, allowed)]
+    allowed = f"the world's own, {own}, or a different world file"
+    return code, [Problem(("code",), "cannot be set from outside", entries, allowed)]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems from the checks across sections, once tables with problems are repaired
-    as far as possible."""
+    """Add problems from the checks across sections, after sections with problems are repaired as far as
+    possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)
     for p in problems:
         holder = value_at(data, p.key[:-1])
         if p.key[0] in ("space", "dt") or not isinstance(holder, dict):
-            return problems  # too much depends on it
+            return problems  # too many checks depend on this section
         if isinstance(p.value, int | float) and not isinstance(p.value, bool) and p.what != "unknown key":
             holder[p.key[-1]] = 1
         else:

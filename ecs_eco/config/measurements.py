@@ -1,4 +1,4 @@
-"""Measurements: an outside series, from a CSV file, whose times are evenly spaced; and the checks of [data]."""
+"""Measurements: external time series from a CSV file with evenly spaced times; and the checks of [data]."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,13 +11,13 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FEWEST = 12
-"""Fewest samples that are measured."""
+"""Minimum number of samples in a measured series."""
 MOST_BYTES = 20_000_000
 MOST_ROWS = 1000
 
 
 class Place(NamedTuple):
-    """Where an outside series is asked for, for messages: keys, and their source."""
+    """The origin of an external series, for messages: keys and their source."""
 
     file: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
@@ -29,31 +29,31 @@ IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
 
 
 class Outside(NamedTuple):
-    """An outside series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that each
-    is compared with; `named` is what the file calls them."""
+    """An external series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that
+    each is compared with; `named` gives their names in the file."""
 
     times: np.ndarray
     columns: dict[str, np.ndarray]
     named: dict[str, str]
-    unit: str  # of its time
-    ticks: float | None = None  # of a run in a unit of its time, where that is known
+    unit: str  # name of its time column
+    ticks: float | None = None  # ticks of a run per unit of time, if known
 
     @property
     def step(self) -> float:
-        """Time from one sample to the next."""
+        """Time between samples."""
         return float(self.times[1] - self.times[0])
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the outside series of a world, whose [data] is `data`; `names` are those of its species and
-    reporters. Raises ConfigError."""
+    """Read the external series of a world with the section `data`; `names` are its species and reporters.
+    Raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
 
 
 def measured(config: WorldConfig, source: str = "") -> Outside | None:
-    """Read the outside series of a world, if it has one at hand; raises ConfigError at `source`."""
+    """Read the external series of a world if it has one; raise ConfigError at `source`."""
     data = config.data
     if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
         return None
@@ -67,8 +67,9 @@ def read_outside(
     place: Place | None = None,
     time: str | None = None,
 ) -> Outside:
-    """Read a CSV whose column `time`, or the first, is time; `match` gives the species or reporter, of
-    `names`, that a column is compared with. Rows without numbers are left out at the ends. Raises ConfigError."""
+    """Read a CSV file with its times in the column `time`, or in the first; `match` gives the species or
+    reporter, of `names`, that a column is compared with. Rows without numbers at both ends are left out.
+    Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
@@ -76,7 +77,7 @@ def read_outside(
             [
                 Problem(
                     (*place.file[:-1], "time"),
-                    "no column of this name",
+                    "no column with this name",
                     time,
                     listed(head),
                     nearest(time, head),
@@ -96,11 +97,11 @@ def read_outside(
         (
             not FEWEST <= len(table) <= MOST_ROWS or not np.isfinite(table).all(),
             f"has {len(whole):,} rows of numbers, or gaps between them",
-            f"{FEWEST} rows at least, {MOST_ROWS:,} at most, one after the other",
+            f"{FEWEST} to {MOST_ROWS:,} rows without gaps",
         ),
-        (not even, f"its times ({time}) are not evenly spaced", "times that rise by the same step"),
+        (not even, f"its times ({time}) are not evenly spaced", "times that increase by a constant step"),
         ((table[:, 1:] < 0).any(), "has numbers below 0", "counts or densities"),
-        (not table[:, 1:].any(0).all(), "has a column of zeros alone", "counts or densities"),
+        (not table[:, 1:].any(0).all(), "has a column with only zeros", "counts or densities"),
     )
     for wrong, fault, allowed in faults:
         if wrong:
@@ -112,7 +113,7 @@ def read_outside(
 def _named(
     file: str | Path, head: list[str], names: Sequence[str], match: Mapping[str, str], place: Place
 ) -> dict[str, str]:
-    """The columns that are used, and what each stands beside."""
+    """Return the columns that are used, and the species or reporter that each is compared with."""
     named = {name: name for name in head if name in names}
     for column, name in match.items():
         for what, value, known in (("column", column, head), ("species or reporter", name, names)):
@@ -121,7 +122,7 @@ def _named(
                     [
                         Problem(
                             (*place.columns, *(place.columns and (column,))),
-                            f"no {what} of this name",
+                            f"no {what} with this name",
                             value,
                             listed(known),
                             nearest(value, known),
@@ -134,9 +135,9 @@ def _named(
         how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
         raise _refused(
             place,
-            "no column is named as a species",
+            "no column has the name of a species",
             file,
-            f"{how}, of columns {listed(head)} and species {listed(names)}",
+            f"{how}, with a column of {listed(head)} and a species of {listed(names)}",
         )
     return named
 
@@ -148,13 +149,13 @@ def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
         rows = [row for row in csv.reader(file.read_text(encoding="utf-8-sig").splitlines()) if any(row)]
     except (OSError, ValueError, csv.Error) as error:
         fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise _refused(place, fault, file, "a CSV file with a head") from None
+        raise _refused(place, fault, file, "a CSV file with a header") from None
     if not rows or len(rows[0]) < 2:
-        raise _refused(place, "has no head of two columns", file, "time, then numbers")
+        raise _refused(place, "has no header with at least two columns", file, "time, then numbers")
     head = [name.strip() for name in rows[0]]
     if short := next((i for i, row in enumerate(rows[1:], 2) if len(row) != len(head)), None):
         raise _refused(
-            place, f"row {short} has not as many columns as the head", file, f"{len(head)} columns"
+            place, f"row {short} does not have as many columns as the header", file, f"{len(head)} columns"
         )
     return head, rows[1:]
 
@@ -171,7 +172,7 @@ def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigE
 
 
 def check_measurements(config: WorldConfig) -> list[Problem]:
-    """The problems of the file of [data]."""
+    """Return the problems of the file named in [data]."""
     try:
         measured(config)
     except ConfigError as error:
@@ -180,7 +181,7 @@ def check_measurements(config: WorldConfig) -> list[Problem]:
 
 
 def check_data(config: WorldConfig) -> Iterator[Problem]:
-    """The problems of names."""
+    """Yield the problems of names in [data]."""
     if config.data is None:
         return
     known, taken = [*config.species, *config.reporters], set()
@@ -189,5 +190,10 @@ def check_data(config: WorldConfig) -> Iterator[Problem]:
         if name not in known:
             yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
         elif name in taken:
-            yield Problem(key, "another column is compared with it, too", name, "a column for each")
+            yield Problem(
+                key,
+                "another column is also compared with it",
+                name,
+                "a single column for each species or reporter",
+            )
         taken.add(name)

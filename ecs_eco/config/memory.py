@@ -1,4 +1,5 @@
-"""The memory that a world needs at its start, estimated from its numbers alone, and what the machine has."""
+"""The memory that a world needs at its start, estimated from its numbers alone, and the memory of the
+machine."""
 
 import math
 import os
@@ -11,13 +12,13 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem
 
-ROW = 160  # bytes of an organism or object, without senses, learning and genome
+ROW = 160  # bytes per organism or object, without senses, learning and genome
 MOST_SHOWN = 5
 CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
 def require_memory(config: WorldConfig, available: float | None = None) -> None:
-    """Raise ConfigError where a world needs more memory at its start than is available [bytes]."""
+    """Raise ConfigError if a world needs more memory at its start than is available [bytes]."""
     available = machine_memory() if available is None else available
     parts = sorted(needs(config), key=lambda part: -part[1])
     total = sum(size for _, size in parts)
@@ -29,19 +30,18 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
             key,
             f"needs about {in_words(size)}",
             MISSING if isinstance(value := value_at(config.model_dump(), key), dict) else value,
-            f"what fits into {in_words(available)} with all else",
+            f"a value small enough for {in_words(available)} in total",
             source=config._source,
         )
         for key, size in largest
     ]
-    title = (
-        f"it would need about {in_words(total)} of memory at its start, and there are {in_words(available)}"
-    )
+    title = f"it needs about {in_words(total)} of memory at its start; available: {in_words(available)}"
     raise ConfigError(problems, f"{config._source}: {title}")
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Key and bytes of all that a world allocates before its first tick, and in its first rollout."""
+    """Yield the key and bytes of everything that a world allocates before its first tick and in its first
+    rollout."""
     for name, field in config.fields.items():
         yield (
             ("fields", name, "cell"),
@@ -60,7 +60,7 @@ def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
 
 
 def n_weights(species: Species, dims: int) -> int:
-    """Number of weights in the policy network of a species."""
+    """Return the number of weights in the policy network of a species."""
     outputs = len(species.action_list()) + len(species.ranges()) + 1
     widths = [len(species.channels(dims)), *species.policy.hidden, outputs]
     return sum((a + 1) * b for a, b in zip(widths, widths[1:], strict=False))
@@ -83,7 +83,7 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if not species.policy.thinks:
         return
-    # what a module needs is known when it is made
+    # the memory of a custom module is unknown until it is created
     size = 0 if species.policy.network else weights
     horizon = species.ppo["horizon"]
     if species.policy.kind == "individual":
@@ -99,7 +99,7 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
 
 
 def machine_memory() -> float:
-    """The memory available to this process [bytes]; infinite if the system does not report it."""
+    """Return the memory available to this process [bytes]; infinite if the system does not report it."""
     limits = [math.inf]
     try:
         limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
@@ -118,7 +118,7 @@ def machine_memory() -> float:
 
 
 def in_words(size: float) -> str:
-    """Bytes as "3.2 GB"."""
+    """Return bytes as text such as "3.2 GB"."""
     for unit in ("bytes", "kB", "MB", "GB", "TB"):
         if size < 1000:
             return f"{size:.3g} {unit}"

@@ -1,4 +1,4 @@
-"""Which values of a world file may change while the world lives, and the alternatives for the others."""
+"""Values of a world file that may change during a run, and the alternatives for the rest."""
 
 import types
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Section, Use, func
 
 
 def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
-    """Yield key, old and new value of all that differs between two sections of `model_dump`."""
+    """Yield the key, old value and new value of every difference between two sections of `model_dump`."""
     if isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old)):
-        old = {"use": old}  # a function without parameters got some: they alone are new
+        old = {"use": old}  # a function without parameters got some: only these are new
     if isinstance(old, dict) and isinstance(new, dict):
         for part in dict.fromkeys([*old, *new]):
             yield from changes(old.get(part, MISSING), new.get(part, MISSING), (*key, part))
@@ -29,7 +29,7 @@ def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any,
 
 
 def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
-    """A problem for each value that differs and cannot change in a living world."""
+    """Return a problem for each value that differs but cannot change during a run."""
     problems = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
         hint = why_not(".".join(map(str, key)), type(new))
@@ -38,7 +38,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
             hint = ANEW  # there is no system for it
         if hint:
-            problems.append(Problem(key, "cannot change in a living world", now, hint))
+            problems.append(Problem(key, "cannot change during a run", now, hint))
     for name, species in new.species.items():
         if name in old.species and not problems:
             problems += _of_genes(("species", name), old.species[name], species, new)
@@ -46,19 +46,20 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
 
 
 def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
-    """Whether the value of a dotted key may change in a living world, as far as the key alone tells."""
+    """Return whether the value of a dotted key may change during a run, as far as the key alone determines
+    it."""
     return not why_not(key, model)
 
 
-@lru_cache(10_000)  # keys may come from anybody
+@lru_cache(10_000)  # keys may come from untrusted users
 def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
-    """What there is to do instead where the value of a dotted key cannot change; "" where it may."""
+    """Return the alternative if the value of a dotted key cannot change, else ""."""
     return _instead(key.split("."), model, ANEW)
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return what to do instead of changing the value of a key below a type; `held`: instead of changing the
-    field that holds the type."""
+    """Return the alternative to changing the value of a key below a type; `held`: the alternative for the
+    field of this type."""
     origin, parts = get_origin(kind), get_args(kind)
     if not key:
         return held
@@ -70,7 +71,7 @@ def _instead(key: list[str], kind: Any, held: str) -> str:
         return _instead(key[1:], parts[-1], held)
     if not _leads(kind, key[0]):
         return held
-    if kind is Use:  # the parameters of a function, and which one it is
+    if kind is Use:  # the parameters of a function, and its name
         return held if key[0] == "use" else FREE
     field = kind.model_fields[key[0]]
     change = next((mark for mark in field.metadata if isinstance(mark, Change)), Change())
@@ -81,7 +82,7 @@ def _instead(key: list[str], kind: Any, held: str) -> str:
 
 
 def _leads(kind: Any, name: str) -> bool:
-    """Whether a key of this name may be below a type."""
+    """Return whether a type may contain a key of this name."""
     while get_origin(kind) is Annotated:
         kind = get_args(kind)[0]
     if get_origin(kind) is not None:
@@ -90,9 +91,9 @@ def _leads(kind: Any, name: str) -> bool:
 
 
 def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:
-    """Problems of genes: their values are individual, and the number of individual columns is fixed."""
+    """Yield problems of genes: each organism has its own values, and the number of such columns is fixed."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
-        yield Problem((*key, "ppo", "horizon"), "cannot change in a living world", new.ppo["horizon"], SHAPE)
+        yield Problem((*key, "ppo", "horizon"), "cannot change during a run", new.ppo["horizon"], SHAPE)
     if new.genome is None:
         return
     own = [c for c in config.own_components(new) if c is not None]
@@ -107,9 +108,7 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]
         if component in used and names[0] != names[1]:
             yield Problem(
-                (*key, section),
-                "cannot change in a living world: its genes code for what is in it",
-                allowed=SHAPE,
+                (*key, section), "cannot change during a run: genes code for its values", allowed=SHAPE
             )
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
@@ -118,7 +117,7 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
 
 
 def _plain(value: object) -> Any:
-    """A value that can be compared: functions and systems by their name."""
+    """Return a comparable value: functions and systems by their name."""
     if callable(value) or callable(getattr(value, "process", None)):
         return function_name(value)
     if isinstance(value, dict):

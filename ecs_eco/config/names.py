@@ -1,4 +1,5 @@
-"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
+"""The keys of a world that name code, derived from the types of its fields so that no new key is
+forgotten."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -13,13 +14,14 @@ from ecs_eco.inputs.section import NamesCode, Use, function_name
 
 
 def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
-    """Every function or "module:name" in a section or in all that is in it, by key."""
+    """Yield every function or "module:name" in a section and its subsections, by key."""
     for place, value in used_in(section, key):
         yield ((*place, "use"), value.use) if isinstance(value, Use) else (place, value)
 
 
 def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
-    """Every function, "module:name", or Use of one with parameters, by key; `marked`: the field may name code."""
+    """Yield every function, "module:name", or Use with parameters, by key; `marked`: the field may name
+    code."""
     if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
         fields = fields_of(type(section))
         for word in _deep_fields_of(type(section)):
@@ -35,7 +37,7 @@ def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tu
 
 @cache
 def fields_of(model: type[BaseModel]) -> frozenset[str]:
-    """The fields of a model whose values may name code."""
+    """Return the fields of a model whose values may name code."""
     return frozenset(
         name
         for name, field in model.model_fields.items()
@@ -45,7 +47,7 @@ def fields_of(model: type[BaseModel]) -> frozenset[str]:
 
 @cache
 def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
-    """The fields of a model that may name code, themselves or by what is in them."""
+    """Return the fields of a model that may name code, directly or in their contents."""
     return tuple(
         name
         for name, field in model.model_fields.items()
@@ -54,7 +56,7 @@ def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
 
 
 def _deep(annotation: object) -> bool:
-    """Whether values of a type may hold what names code: sections that do, or anything."""
+    """Return whether values of a type may contain names of code: sections that do, or untyped values."""
     if annotation is Any:
         return True
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -70,19 +72,19 @@ def _marked(annotation: object) -> bool:
 
 
 def is_component(thing: object) -> bool:
-    """Whether it is a class declared with @ecs_eco.component."""
+    """Return whether a value is a class declared with @ecs_eco.component."""
     return isinstance(thing, type) and isinstance(getattr(thing, "fields", None), dict)
 
 
 def own_features(config: Any) -> list[type[Feature]]:
-    """Return the features of a world's species that are the users' own."""
+    """Return the users' own features of a world's species."""
     models = dict.fromkeys(type(species) for species in config.species.values())
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
 
 
 def code_of(config: Any) -> list[str]:
-    """The entries of `code`, then the modules of functions that were passed in Python."""
+    """Return the entries of `code`, then the modules of functions passed in Python."""
     modules = [
         function_name(value).partition(":")[0]
         for key, value in names_in(config)

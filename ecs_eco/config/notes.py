@@ -1,4 +1,4 @@
-"""Notes on a world: what is allowed, and may not be what its author means."""
+"""Notes on a world: settings that are allowed but may not be what its author intends."""
 
 from collections.abc import Iterator
 
@@ -11,11 +11,11 @@ from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
 
-LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
+LATE = 0.25  # of a lifespan: a species that begins to breed this late has generations that hardly overlap
 
 
 def notes(config: WorldConfig) -> list[str]:
-    """Return the notes on a world, a line each."""
+    """Return the notes on a world, one per line."""
     found = [*config._renamed, *_on_land(config)]
     for name, species in config.species.items():
         about = (
@@ -37,8 +37,8 @@ def _on_land(config: WorldConfig) -> Iterator[str]:
     x, y = (1 / (per * (terrain.scale or 1.0)) for per in land.place[2:])
     if max(abs(x - 1), abs(y - 1)) > 1e-6:
         yield (
-            f"terrain.raster: one unit of its coordinates ({land.crs[:40]}) is taken as {x:.6g} m from "
-            f"west to east and {y:.6g} m from south to north, its length in the middle of the raster"
+            f"terrain.raster: one unit of its coordinates ({land.crs[:40]}) is {x:.6g} m from "
+            f"west to east and {y:.6g} m from south to north, measured in the middle of the raster"
         )
 
 
@@ -57,19 +57,19 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     ):
         if (litter := way.litter) > 1 and litter * each >= most:
             yield (
-                f".reproduction.litter = {litter}: no mother can pay for all, metabolism.energy_max is "
-                f"{most:g} and each costs her {each:g}"
+                f".reproduction.litter = {litter}: no mother can pay for the whole litter: "
+                f"metabolism.energy_max is {most:g}, and each newborn costs {each:g}"
             )
         if way.energy_min < each:
             yield (
                 f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn "
-                "costs its mother; she has none until she can pay for it"
+                "costs its mother; a mother gives birth only when she can pay"
             )
     for i, food in enumerate(species.diet):
         if food.satiation is not None and food.satiation > most:
             yield (
-                f".diet.{i}.satiation = {food.satiation:g}: it never holds so much, metabolism.energy_max is "
-                f"{most:g}; it eats when it is full, too, and gains nothing"
+                f".diet.{i}.satiation = {food.satiation:g}: never reached, because metabolism.energy_max is "
+                f"{most:g}; it also eats at energy_max, but gains nothing"
             )
 
 
@@ -84,16 +84,16 @@ def _on_decisions(species: Species) -> Iterator[str]:
     ]
     if free and species.reflex is None and species.policy.kind == "none":
         yield (
-            f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
-            "or name under always_on what it always does"
+            f".actions: nothing controls {', '.join(free)}: add a reflex or a policy, or list actions that "
+            "it always takes under always_on"
         )
     formulas = species.reflex.formulas if species.reflex is not None else {}
     for group, actions in groups.items():
         always = [a for a in actions if _is_positive(formulas.get(f"{group}.{a}", formulas.get(a, "")))]
         if always and (never := actions[actions.index(always[0]) + 1 :]):
             yield (
-                f".reflex.formulas.{always[0]} forces it always, and of a group the first that is on "
-                f"is done: {', '.join(never)} never"
+                f".reflex.formulas.{always[0]} always forces this action, and of each group only the first "
+                f"forced action is taken; never taken: {', '.join(never)}"
             )
 
 
@@ -111,13 +111,14 @@ def _on_founders(species: Species) -> Iterator[str]:
     if species.age is not None:
         if species.age[1] > oldest:
             yield (
-                f".age = [{species.age[0]:g}, {species.age[1]:g}]: it dies at {oldest:g}, older "
-                "founders in the first tick"
+                f".age = [{species.age[0]:g}, {species.age[1]:g}]: it dies at age {oldest:g}, so older "
+                "founders die in the first tick"
             )
     elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
         yield (
-            f": all founders are of age 0: none breeds before {adult:g} s, and all left die at once at "
-            f"{oldest:g} s, so numbers swing by generations; give them ages, as age = [0, {oldest:g}]"
+            f": all founders have age 0: none breeds before {adult:g} s, and all survivors die at the same time at "
+            f"{oldest:g} s, so numbers oscillate with the generations; give founders different ages: age = "
+            f"[0, {oldest:g}]"
         )
 
 
@@ -126,13 +127,13 @@ def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
         return
     if NAMES.encode() not in path.read_bytes():
         yield (
-            f".policy.file = {species.policy.file}: it names neither its channels nor its options: "
-            "nothing but the shapes of its weights is checked"
+            f".policy.file = {species.policy.file}: the file names neither channels nor actions, so only "
+            "the shapes of its weights are checked"
         )
 
 
 def _oldest(species: Species) -> float | None:
-    """The age at which a species dies, if there is one [s]."""
+    """Return the age at which a species dies [s], or None without a limit."""
     return min(
         (limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
         default=None,
@@ -140,7 +141,7 @@ def _oldest(species: Species) -> float | None:
 
 
 def _adult(species: Species) -> dict[str, float]:
-    """The ages from which a species can breed [s], by their keys."""
+    """Return the ages from which a species can breed [s], by their keys."""
     breeding = species.breeding
     return {
         "reproduction.age_min": getattr(species.reproduction, "age_min", 0.0),
@@ -153,7 +154,7 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
     oldest = _oldest(species)
     for key, age in _adult(species).items():
         if oldest is not None and age >= oldest:
-            yield f".{key} = {age:g}: it never breeds, as it dies at the age of {oldest:g}"
+            yield f".{key} = {age:g}: it never breeds, because it dies at age {oldest:g}"
     eaten = any(food.eats == name for other in config.species.values() for food in other.diet)
     if (
         way is not None
@@ -163,26 +164,26 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
         and species.max_count is None
     ):
         yield (
-            ": it breeds, and nothing kills it: give it lethal limits, as "
-            '[{ property = "age", max = 1000.0 }], something that eats it, or max_count'
+            ": it breeds, and nothing kills it: give it lethal limits, such as "
+            '[{ property = "age", max = 1000.0 }], a predator, or max_count'
         )
     ticks = config.search.ticks or config.ticks
     if config.search.ranges and oldest is not None and way is not None and ticks * config.dt < oldest:
         yield (
-            f": a search runs for {ticks * config.dt:g} s, less than a life of {oldest:g} s: "
-            "who is there at the end need not have been born there"
+            f": runs of a search last {ticks * config.dt:g} s, less than a lifespan of {oldest:g} s, so "
+            "survivors at the end may all be founders"
         )
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
-    """Return why the energy of a species can fall below 0 where that means nothing: what it pays for, as
-    keys; empty where energy cannot fall below 0, and where that kills or brings torpor."""
+    """Return the keys of the costs that can take the energy of a species below 0 without any effect; empty
+    if energy cannot fall below 0, or if that kills or causes torpor."""
     deadly = any(limit.property == "energy" and limit.min is not None for limit in species.lethal)
     return "" if deadly or species.metabolism.torpor else ", ".join(_costs(config, species))
 
 
 def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
-    """Keys of a species that take energy from it, whether it has any or not."""
+    """Yield the keys of a species that cost energy even if it has none left."""
     if species.metabolism.basal > 0:
         yield "metabolism.basal"
     if species.locomotion is not None:
@@ -201,5 +202,5 @@ def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
 
 
 def _coded(species: Species) -> list[str]:
-    """Names of the traits that its genes code for."""
+    """Return the names of the traits that its genes code for."""
     return [gene.trait for gene in all_genes(species) if gene.trait]

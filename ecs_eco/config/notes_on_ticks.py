@@ -1,4 +1,4 @@
-"""Notes on the length of a tick: where `dt` is too long for what a world says."""
+"""Notes on the length of a tick: processes of a world for which `dt` is too long."""
 
 import math
 from collections.abc import Iterator
@@ -6,16 +6,17 @@ from collections.abc import Iterator
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.world import WorldConfig
 
-ROUNDED = 0.1  # of a time: rounding up to whole ticks that is worth a note
+ROUNDED = 0.1  # relative rounding of a time to whole ticks above which a note is given
 
 
 def notes_on_ticks(config: WorldConfig) -> list[str]:
-    """Return the notes on what the ticks of a world are too long for, a line each."""
+    """Return the notes on processes for which the ticks of a world are too long, one per line."""
     return [*_on_contacts(config), *_on_times(config), *_on_cycles(config)]
 
 
 def _on_contacts(config: WorldConfig) -> Iterator[str]:
-    """Contacts are tested at the end of a tick: bodies that move far in it pass each other unseen."""
+    """Yield notes on contacts: they are tested at the end of a tick, so fast bodies can pass each other
+    undetected."""
     for key, name, other, reach, fix in _contacts(config):
         way = (_fastest(config, name) + _fastest(config, other)) * config.dt
         meet = reach + _radius(config, name) + _radius(config, other)
@@ -25,13 +26,14 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
                 fixes.append(f"{fix} = {_above(reach + way - meet)}")
             yield (
                 f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
-                f"tick, and contacts within {meet:.3g} m are tested at its end: about "
-                f"{share_met(way, meet):.0%} of those passed are met; {' or '.join(fixes)} makes it 96%"
+                f"tick, and contacts within {meet:.3g} m are tested only at its end: about "
+                f"{share_met(way, meet):.0%} of encounters are detected; {' or '.join(fixes)} detects 96%"
             )
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
-    """Key, species, what it meets, reach [m], and the key of the reach, if there is one."""
+    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach, if
+    any."""
     for name, species in config.species.items():
         for key, other, reach in of_each(species, "meets"):
             yield key, name, other, reach, "reach"
@@ -44,16 +46,16 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
 
 
 def share_met(way: float, meet: float) -> float:
-    """Return what share of the strip within `meet` [m] of a straight course lies within `meet` of places that
-    are `way` [m] apart."""
+    """Return the proportion of the strip within `meet` [m] of a straight course that lies within `meet` of
+    points `way` [m] apart on the course."""
     disc = math.pi * meet * meet
-    if way < 2 * meet:  # less what two neighboring discs have in common
+    if way < 2 * meet:  # subtract the overlap of two neighboring discs
         disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)
     return disc / (2 * meet * way)
 
 
 def _fastest(config: WorldConfig, name: str) -> float:
-    """The highest speed of a species, or of objects that move by themselves [m/s]."""
+    """Return the highest speed of a species, or of objects that move by themselves [m/s]."""
     if (species := config.species.get(name)) is not None:
         gaits = [] if species.locomotion is None else species.locomotion.speed.values()
         return max((*gaits, species.ranges().get("speed", (0.0, 0.0))[1]))
@@ -66,7 +68,7 @@ def _radius(config: WorldConfig, name: str) -> float:
 
 
 def _on_times(config: WorldConfig) -> Iterator[str]:
-    """Times are whole ticks, rounded up."""
+    """Yield notes on times that rounding up to whole ticks changes noticeably."""
     for name, species in config.species.items():
         times = {"metabolism.handling_time": species.metabolism.handling_time}
         times |= {
@@ -78,13 +80,13 @@ def _on_times(config: WorldConfig) -> Iterator[str]:
             lasts = math.ceil(time / config.dt - 1e-6) * config.dt
             if lasts > time * (1 + ROUNDED):
                 yield (
-                    f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, and "
-                    f"this one lasts {lasts:g} s; a smaller dt comes nearer"
+                    f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, so "
+                    f"this one lasts {lasts:g} s; a smaller dt is more exact"
                 )
 
 
 def _on_cycles(config: WorldConfig) -> Iterator[str]:
-    """Sun and year are looked at once in a tick."""
+    """Yield notes on days, years and seasons that are short compared with a tick."""
     cycles = {
         "sun.day": config.sun and config.sun.day,
         "sun.year": config.sun and config.sun.year,
@@ -93,8 +95,8 @@ def _on_cycles(config: WorldConfig) -> Iterator[str]:
     for key, time in cycles.items():
         if time and time < 2 * config.dt:
             yield (
-                f"{key} = {time:g}: less than two ticks of dt = {config.dt:g} s, each of which looks at "
-                "it once: most of it is never seen"
+                f"{key} = {time:g}: less than two ticks of dt = {config.dt:g} s; each tick samples the "
+                "cycle once, so most of it is missed"
             )
     for i, use in enumerate(config.land_use):
         if use.season is not None and use.period is not None:
@@ -102,17 +104,17 @@ def _on_cycles(config: WorldConfig) -> Iterator[str]:
             if (open_for := (last - first) % 1.0 * use.period) < config.dt:
                 yield (
                     f"land_use.{i}.season lasts {open_for:g} s, less than a tick of "
-                    f"dt = {config.dt:g} s: there are years in which it is not done"
+                    f"dt = {config.dt:g} s: some years have no tick in the season"
                 )
 
 
 def _below(value: float) -> str:
-    """A number with two digits, rounded down."""
+    """Return a number with two digits, rounded down."""
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return f"{math.floor(value / digit + 1e-9) * digit:.2g}"
 
 
 def _above(value: float) -> str:
-    """A number with three digits, rounded up."""
+    """Return a number with three digits, rounded up."""
     digit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / digit - 1e-9) * digit:.3g}"

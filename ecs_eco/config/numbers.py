@@ -1,4 +1,4 @@
-"""Every number of a section of the world file: its key, what it may be, its unit."""
+"""Every number in a section of the world file: its key, range and unit."""
 
 import types
 from collections.abc import Iterator
@@ -11,21 +11,21 @@ from pydantic.fields import FieldInfo
 from ecs_eco.inputs.section import COLUMN, LARGEST, Column, Own, Section
 
 Key = tuple[str, ...]
-PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list
+PLACE = "*"  # in a pattern: a name chosen by the file, or a list index
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a section's schema; `pattern` is its key with * for the names that a file chooses."""
+    """A number in a section's schema; `pattern` is its key with * for names chosen by the file."""
 
     pattern: Key
     low: float
     high: float
-    above: bool  # whether `low` itself is refused
+    above: bool  # whether `low` itself is excluded
     whole: bool
     unit: str
     text: str
-    own: bool | str | Column | None = None  # whether a gene may code for it: see `Own`
+    own: bool | str | Column | None = None  # whether a gene may code for it (see `Own`)
 
     @property
     def name(self) -> str:
@@ -40,7 +40,7 @@ class Number:
 
 @cache
 def numbers_of(model: type[Section]) -> dict[Key, Number]:
-    """Return every number that a section and those below it may hold, by pattern."""
+    """Return every number that a section and its subsections may contain, by pattern."""
     out: dict[Key, Number] = {}
     default = model.marks[1]
     for name, field in model.model_fields.items():
@@ -54,7 +54,7 @@ def numbers_of(model: type[Section]) -> dict[Key, Number]:
 
 
 def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bool]) -> Iterator[Number]:
-    """Yield the numbers that a type may hold."""
+    """Yield the numbers that a type may contain."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Annotated:
         for mark in arguments[1:]:
@@ -85,7 +85,7 @@ def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, b
 
 
 def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
-    """Return a span with one more limit, of the package annotated_types."""
+    """Return a range narrowed by a limit from the package annotated_types."""
     low, high, above = span
     ends = {w: float(x) for w in ("gt", "ge", "le", "lt") if (x := getattr(limit, w, None)) is not None}
     low, high = ends.get("gt", ends.get("ge", low)), ends.get("le", ends.get("lt", high))
@@ -93,20 +93,20 @@ def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, fl
 
 
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
-    """Yield (what it may be, key, value) of every number that a section holds, in the order of its schema.
+    """Yield (number, key, value) for every number in a section, in the order of its schema.
 
-    In a list the key has the entry's name, what it eats or its property; else its place.
+    In a list the key has the entry's name, food or property, or else its index.
     """
     schema = numbers_of(type(section))
     for field in type(section).model_fields:
         for pattern, key, value, number in _values((field,), (field,), getattr(section, field)):
             known = schema.get(pattern) if number is None else replace(number, pattern=pattern)
-            if known is not None:  # of tables of anything the schema says nothing
+            if known is not None:  # the schema does not describe untyped tables
                 yield known, key, value
 
 
 def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, float, Number | None]]:
-    """Yield the numbers of a value; what they may be is known of those in sections of their own."""
+    """Yield the numbers in a value; None as the number means that the schema of the section describes it."""
     if isinstance(value, Section):
         for number, below, own in values_in(value):
             yield (*pattern, *number.pattern), (*key, *below), own, number
@@ -119,8 +119,8 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return what keys call the entries of a list: by name, food or property, numbered where these are
-    shared; else by their places."""
+    """Return the labels of list entries in keys: name, food or property, numbered if shared, or else the
+    index."""
     names = []
     for i, entry in enumerate(entries):
         own: Any = None
@@ -136,7 +136,7 @@ def labels(entries: list[Any]) -> list[str]:
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:
-    """Return a section, table or list with another value of the number that `values_in` calls `key`."""
+    """Return a copy of a section, table or list with a new value for the number at `key` of `values_in`."""
     if not key:
         return value
     name, below = key[0], key[1:]

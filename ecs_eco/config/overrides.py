@@ -1,4 +1,4 @@
-"""Values that are set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
+"""Values set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
 
 import copy
 import re
@@ -13,13 +13,13 @@ from ecs_eco.config.reading import parse_toml
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
 
 Overrides = Mapping[str, Any] | Iterable[str] | None
-NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are chosen by the world file
-# short for keys of a species, in --set only
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys the world file chooses
+# abbreviations of species keys, only in --set
 ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}
 
 
 def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
-    """Set values in a document; returns problems."""
+    """Set values in a document; return problems."""
     problems: list[Problem] = []
     pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:
@@ -33,7 +33,7 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
             document.renamed[key] = str(written[-1])
         if isinstance(value, Problem):
             problems.append(value)
-        elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
+        elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # part of the key is empty
             allowed = "for example species.deer.count"
             problems.append(Problem(("",), "an empty key", str(name), allowed, source=document.set_by))
         elif problem := _put(document, key, written, value):
@@ -42,7 +42,7 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
 
 
 def parse(text: str) -> tuple[str, Any]:
-    """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
+    """Return the key and value of "a.b=c"; the value is TOML, and a bare word is a string."""
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
         return name, Problem(
@@ -60,7 +60,7 @@ def parse(text: str) -> tuple[str, Any]:
 
 
 def _put(document: Document, key: Key, written: Key, value: object) -> Problem | None:
-    """Set one value in the data, or return why not."""
+    """Set one value in the data, or return the problem."""
     node: Any = document.data
     real: Key = ()
     for depth, part in enumerate(key):
@@ -70,7 +70,7 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
                 return Problem(key, fault, allowed=entries_in_words(node), nearest=near)
             part = number
         elif not isinstance(node, dict):
-            fault = f"{'.'.join(map(str, real))} has no parts"
+            fault = f"{'.'.join(map(str, real))} has no subkeys"
             return Problem(key, fault, allowed="the key of a table or list")
         elif depth == 1 < len(key) - 1 and key[0] in NAMED and part not in node:
             fault, near = f'no {key[0]} named "{part}"', nearest(part, node)
@@ -80,7 +80,7 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
             node[part] = value
         elif isinstance(node, dict) and node.get(part) is None:
             node[part] = {}
-        elif names_code(node[part]):  # its first parameter
+        elif names_code(node[part]):  # set its first parameter
             node[part] = {"use": node[part]}
         node = node[part]
     document.set[real] = written
@@ -88,7 +88,7 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
 
 
 def fix_ranges(document: Document) -> None:
-    """Drop the search ranges of values that are set, unless the range is set too."""
+    """Drop the search ranges of values that were set, unless the range was set too."""
     search = document.data.get("search")
     ranges = search.get("ranges") if isinstance(search, dict) else None
     for name in list(ranges) if isinstance(ranges, dict) else ():

@@ -1,4 +1,4 @@
-"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range goes to [search.ranges]."""
+"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range moves to [search.ranges]."""
 
 import math
 import re
@@ -16,25 +16,25 @@ PARTS = ("value", "search", "scale")
 
 
 def key_of(name: str) -> Key:
-    """The key of a dotted name; a part with a dot in it stands in quotes."""
+    """Return the key of a dotted name; a part that contains a dot is in quotes."""
     return tuple([part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name)])
 
 
 def name_of(key: Key) -> str:
-    """The dotted name of a key."""
+    """Return the dotted name of a key."""
     return Problem(key, "").path
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers with a range by their values, in `data` itself;
-    return the keys of the ranges by name, and problems."""
+    """Replace numbers that have a range by their values, in `data` itself; return the keys of the ranges
+    by name, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
         part: Any = holder[key[-1]]
         unknown = [k for k in part if k not in PARTS]
         if "value" not in part:
-            problems.append(Problem((*key, "value"), "is missing beside the range", allowed="a number"))
+            problems.append(Problem((*key, "value"), "is missing next to the range", allowed="a number"))
         problems += [
             Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS)) for k in unknown
         ]
@@ -43,7 +43,7 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
                 problems.append(
-                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one of them")
+                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one of the two")
                 )
             ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
@@ -51,7 +51,7 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
 
 
 def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
-    """The tables that hold numbers with a range, with their keys."""
+    """Yield the tables that contain a number with a range, with their keys."""
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for name, part in entries:
         if not key and name == "search":
@@ -65,7 +65,8 @@ def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
 def check_search(
     config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]
 ) -> Iterator[Problem]:
-    """Yield problems of [search]: ranges without number, width or the value; unknown species."""
+    """Yield problems of [search]: ranges without a number, without width or without the world's value;
+    unknown species."""
     yield from _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
@@ -75,29 +76,29 @@ def check_search(
             yield wrong.moved(key=place, value=name)
         elif key[0] == "search":
             allowed = "a dotted key, for example species.deer.count"
-            yield Problem(place, "is no number of the world", name, allowed)
+            yield Problem(place, "not a number of the world", name, allowed)
         else:
             yield from _check_range(name, span, place, value, key in set_)
 
 
 def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) -> Iterator[Problem]:
-    """Yield what is wrong with the range of a value, which may be outside of it where it is `set_`."""
+    """Yield problems of the range of a value; the value may lie outside if it is `set_`."""
     low, high = given = span.search
     if isinstance(value, bool) or not isinstance(value, int | float):
-        fault = "has no value yet" if value is None else "is a range, and its key holds no number"
+        fault = "has no value yet" if value is None else "is a range, but its key is not a number"
         shown = "absent" if value is None else repr(value)
         yield Problem(place, f"{fault}: {name} = {shown}", given, "the key of a number")
     elif not (math.isfinite(low) and math.isfinite(high) and low < high):
-        yield Problem(place, "is no range", given, "[low, high] with low < high")
+        yield Problem(place, "not a range", given, "[low, high] with low < high")
     elif span.scale == "log" and low <= 0:
-        yield Problem(place, "cannot be taken on a log scale", given, "low > 0")
+        yield Problem(place, "not possible on a log scale", given, "low > 0")
     elif not low <= value <= high and not set_:
         fault = f"does not contain the world's own value, {value:g}"
-        yield Problem(place, fault, given, "a range around it")
+        yield Problem(place, fault, given, "a range that contains this value")
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
-    """The key with whole numbers as list indices, and the value there, or the problem with the key."""
+    """Return the key with integers as list indices and the value there, or the problem with the key."""
     real: list[str | int] = []
     key = both_names(key, data, WorldConfig)[0]
     for part in key:
@@ -112,7 +113,7 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
         )
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
-            fault = f"no {part!r} in {where}" if known else f"{where} has no parts"
+            fault = f"no {part!r} in {where}" if known else f"{where} has no subkeys"
             return tuple(real), None, Problem(key, fault, allowed=listed(known), nearest=nearest(part, known))
         real.append(int(part) if isinstance(data, list) else part)
         data = data[real[-1]]
@@ -147,7 +148,8 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
 
 
 def place_in(entries: list[Any], part: str | int) -> int | None:
-    """The index that a part of a key says, by number or by a name that one entry has; None for none."""
+    """Return the list index that a part of a key gives, as a number or as the unique name of an entry;
+    None if there is none."""
     if str(part).isdecimal() and len(str(part)) < 10:
         return int(part) if int(part) < len(entries) else None
     found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]
@@ -155,13 +157,13 @@ def place_in(entries: list[Any], part: str | int) -> int | None:
 
 
 def names_of(entries: list[Any]) -> list[str]:
-    """The names that one entry each has."""
+    """Return the names that exactly one entry has."""
     named = [name_of_entry(entry) for entry in entries]
     return [name for name in named if name and named.count(name) == 1]
 
 
 def entries_in_words(entries: list[Any]) -> str:
-    """The numbers and names of the entries of a list."""
+    """Return the numbers and names of the entries of a list, in words."""
     if not entries:
         return "none, the list is empty"
     names, last = names_of(entries), len(entries) - 1
@@ -169,7 +171,7 @@ def entries_in_words(entries: list[Any]) -> str:
 
 
 def name_of_entry(entry: object) -> str:
-    """The name of an entry: its own, or that of the class or function that it uses; "" for none."""
+    """Return the name of an entry: its own, or the name of the class or function that it uses; "" if unnamed."""
     if isinstance(entry, dict):
         own = entry.get("name")
         return own if isinstance(own, str) else name_of_entry(entry.get("use", entry.get("function")))
@@ -179,5 +181,5 @@ def name_of_entry(entry: object) -> str:
 
 
 def names_code(entry: object) -> bool:
-    """Whether something is a function or "module:name", without parameters."""
+    """Return whether a value is a function or "module:name", without parameters."""
     return callable(entry) or (isinstance(entry, str) and re.fullmatch(NAMED, entry) is not None)

@@ -1,4 +1,4 @@
-"""Reads untrusted files: regular files of bounded size, TOML of bounded depth."""
+"""Read untrusted files: regular files of limited size, TOML of limited depth."""
 
 import os
 import re
@@ -9,8 +9,8 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 
-MOST_BYTES = 500_000  # of a world file: tomllib takes seconds for more; the longest shipped file has 20,000
-DEEPEST = 32  # tables and lists within each other; the shipped worlds have 7
+MOST_BYTES = 500_000  # limit of a world file: tomllib takes seconds above it; shipped files have up to 20,000
+DEEPEST = 32  # limit of nested tables and lists; the shipped worlds have up to 7
 LONG_KEY = re.compile(
     r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE
 )
@@ -19,7 +19,8 @@ DIGITS = re.compile(r"\d[\d_]{4000}")
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """The content of a regular file; OSError for a folder, a device, a pipe, or more than `most` bytes."""
+    """Return the content of a regular file; raise OSError for a folder, a device, a pipe, or more than
+    `most` bytes."""
     # opening a pipe must not block
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
@@ -30,7 +31,7 @@ def read_bytes(path: Path, most: int) -> bytes:
         raise
     with open(handle, "rb") as file:
         content = file.read(most + 1)
-    if len(content) > most:  # files that claim to have 0 bytes, as in /proc
+    if len(content) > most:  # some files claim to have 0 bytes, such as those in /proc
         raise OSError(f"is longer than {most:,} bytes")
     return content
 
@@ -44,10 +45,10 @@ def check_regular(status: os.stat_result, most: int) -> None:
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Text and content of a TOML file; ConfigError that names the line of an error."""
+    """Return the text and content of a TOML file; raise ConfigError with the line of an error."""
     allowed = "a TOML file in UTF-8"
     try:
-        # some editors begin a file with a byte order mark
+        # some editors begin files with a byte order mark
         text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or an impossible file name
         why = getattr(error, "strerror", None) or error
@@ -62,9 +63,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The content of a TOML text; ValueError if it is invalid,
-    or has numbers or tables that Python cannot read."""
-    if match := LONG_KEY.search(text):  # tomllib needs time quadratic in their parts
+    """Return the content of a TOML text; raise ValueError if it is invalid or has numbers or tables that
+    Python cannot read."""
+    if match := LONG_KEY.search(text):  # tomllib needs time quadratic in the number of parts
         raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
     try:
         return tomllib.loads(text)
@@ -72,12 +73,12 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise
     except RecursionError:
         raise _at(text, NESTED.search(text), "tables or lists are nested too deeply") from None
-    except ValueError:  # of int(): more than some thousand digits
+    except ValueError:  # raised by int() for more than some thousand digits
         raise _at(text, DIGITS.search(text), "a whole number has too many digits") from None
 
 
 def too_deep(data: object) -> Problem | None:
-    """The problem of the first table or list nested more than DEEPEST deep, if any."""
+    """Return the problem of the first table or list nested more than DEEPEST levels deep, or None."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):
         inner: list[tuple[tuple[str | int, ...], Any]] = []
@@ -90,14 +91,12 @@ def too_deep(data: object) -> Problem | None:
     if not level:
         return None
     return Problem(
-        level[0][0][:3],
-        "is nested too deeply",
-        allowed=f"at most {DEEPEST} tables or lists within each other",
+        level[0][0][:3], "is nested too deeply", allowed=f"at most {DEEPEST} nested tables or lists"
     )
 
 
 def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
-    """The error at a place of the text, in the words of tomllib."""
+    """Return the error at a position in the text, worded as in tomllib."""
     if match is None:
         return ValueError(f"{fault} (at end of document)")
     before = text[: match.start()]
@@ -108,7 +107,7 @@ def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
 
 def _syntax(path: Path, text: str, message: str) -> ConfigError:
     match = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", message, re.DOTALL)
-    lines = text.rstrip("\n").split("\n")  # where the error is at the end of the document
+    lines = text.rstrip("\n").split("\n")  # position of errors at the end of the document
     fault, line, column = (
         (match[1], int(match[2]), int(match[3])) if match else (message, len(lines), len(lines[-1]) + 1)
     )

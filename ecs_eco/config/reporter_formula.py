@@ -1,8 +1,9 @@
-"""Formulas of reporters: numbers made of the fields of components, over all that live.
+"""Formulas of reporters: numbers computed from the fields of components over all living organisms.
 
-`mean(Metabolism.energy)` has a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
-Within the brackets the language is that of formula.py, with fields in the place of sensors. Everything is
-float64, and organisms are taken in the order of their uids, so that results do not depend on rows."""
+`mean(Metabolism.energy)` gives a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
+The language within the parentheses is defined in formula.py, with fields in place of sensors. All numbers are
+float64, and organisms are sorted by uid, so results do not depend on the order of rows.
+"""
 
 import ast
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -13,7 +14,7 @@ import numpy as np
 from ecs_eco.config.formula import FUNCTIONS, Compiler, FormulaError, Node, compiled
 from ecs_eco.engine.errors import listed, nearest
 
-NONE = float("nan")  # where there is nothing to take a mean of
+NONE = float("nan")  # if there are no values to average
 
 
 def _of_some(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -35,20 +36,20 @@ ALLOWED = (
     "count(species); numbers, + - * / **, comparisons, and, or, not, a if b else c, "
     f"{', '.join(f for f in FUNCTIONS if f not in AGGREGATES)}"
 )
-USUAL = ("Metabolism", "Body", "Biology", "Nervous", "Position")  # is meant first by a field's bare name
-Field = tuple[str | None, str, str]  # species or None for each, component, field
+USUAL = ("Metabolism", "Body", "Biology", "Nervous", "Position")  # searched first for a bare field name
+Field = tuple[str | None, str, str]  # species, or None for each species; component; field
 Fields = Mapping[str, Mapping[str, Any]]  # of each component: its fields, as `component.fields`
 
 
 class Living:
-    """The living of one table, in the order of their uids, as formulas read them."""
+    """The living organisms of one table, sorted by uid, as formulas read them."""
 
     def __init__(self, table: Any) -> None:
         self._rows, self._columns = table.by_uid(), {c.__name__: v for c, v in table.columns.items()}
         self.n = self._rows.size
 
     def has(self, component: str, field: str) -> bool:
-        """Return whether these have a field."""
+        """Return whether these organisms have a field."""
         return hasattr(self._columns.get(component), field)
 
     def __getitem__(self, name: tuple[str, str]) -> np.ndarray:
@@ -57,7 +58,8 @@ class Living:
 
 
 class Scope:
-    """Whom names of a formula mean: a species or object type; None is the species that the number is of."""
+    """The organisms that the names in a formula refer to: a species or object type; None is the species
+    that the number describes."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -72,15 +74,17 @@ class Scope:
 
 
 class ReporterFormula:
-    """A compiled formula, called with who lives, and the names of the species that it may be of.
+    """A compiled formula, called with the living organisms and the species that its number may describe.
 
-    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them."""
+    `fields` are the fields that it reads. It gives one number, or, if `each`, one for each species that has
+    all fields.
+    """
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
         self.text, self.fields, self.each, self._run = text, fields, each, run
 
     def __call__(self, scope: Scope, species: Iterable[str]) -> float | dict[str, float]:
-        """Return the number of the world, or that of each species that has the fields."""
+        """Return the number for the world, or one for each species that has the fields."""
         if not self.each:
             return self._number(scope)
         out = {}
@@ -97,19 +101,20 @@ class ReporterFormula:
 def compile_reporter(
     text: str, kinds: Collection[str], fields: Fields, complete: bool = True
 ) -> ReporterFormula:
-    """Compile the text of a reporter in a world of these kinds of organisms and objects.
+    """Compile the text of a reporter in a world with these species and object types.
 
-    `fields` are those of all components; unless they are `complete`, others may be named. Raises FormulaError
-    for unknown names and all that is not allowed.
+    `fields` are the fields of all components; unless they are `complete`, further fields may be named. Raises
+    FormulaError for unknown names and for everything that is not allowed.
     """
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:
-        raise FormulaError("nothing is measured", 1, "at least one of " + listed(AGGREGATES))
+        raise FormulaError("no aggregate function", 1, "at least one of " + listed(AGGREGATES))
     return ReporterFormula(text, run, frozenset(compiler.fields), compiler.each)
 
 
 class _Compiler(Compiler):
-    """Turns the tree of one text into nested functions of a Scope and, within an aggregate, of the Living."""
+    """Turns the syntax tree of a text into nested functions of a Scope and, within an aggregate, of Living
+    organisms."""
 
     dtype = np.float64
     allowed = ALLOWED
@@ -118,7 +123,7 @@ class _Compiler(Compiler):
         super().__init__(line, lead, ())
         self.kinds, self.known, self.complete = kinds, known, complete
         self.fields, self.aggregates, self.each = set[Field](), 0, False
-        self.within: set[str | None] | None = None  # in an aggregate: whose fields it reads
+        self.within: set[str | None] | None = None  # within an aggregate: the owners of the fields read
 
     def _call(self, tree: ast.Call) -> Node:
         name = tree.func.id if isinstance(tree.func, ast.Name) else ""
@@ -129,13 +134,15 @@ class _Compiler(Compiler):
                 raise self._error(f'unknown function "{name}"', tree, listed(known, 20), nearest(name, known))
             return super()._call(tree)
         if self.within is not None:
-            raise self._error(f"{name} within another", tree, "one at a time, as in mean(x) / max(x)")
+            raise self._error(
+                f"{name} within another", tree, "aggregates side by side, as in mean(x) / max(x)"
+            )
         self.aggregates += 1
         whole = not tree.keywords and (not tree.args or (one and isinstance(tree.args[0], ast.Name)))
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
-        """All of the species that the number is of, or of one kind."""
+        """Return the count of the species that the number describes, or of a named species or object type."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
             raise self._error(
@@ -161,11 +168,9 @@ class _Compiler(Compiler):
         values, of = self.node(tree.args[0]), self.within
         self.within = None
         if len(of) != 1:
-            fault = "fields of several species are read in one" if of else "no field is read"
+            fault = "fields of more than one species in one aggregate" if of else "no field inside"
             raise self._error(
-                f"{name}: {fault}",
-                tree,
-                "Component.field of the species, or species.Component.field of one other",
+                f"{name}: {fault}", tree, "Component.field, or species.Component.field of a single species"
             )
         (owner,) = of
         self.each |= owner is None
@@ -175,7 +180,9 @@ class _Compiler(Compiler):
     def _share(self, tree: ast.AST) -> float:
         value = tree.value if isinstance(tree, ast.Constant) else None
         if not isinstance(value, int | float) or not 0 <= value <= 1:
-            raise self._error("quantile of no share", tree, "a number from 0 to 1, as in quantile(x, 0.9)")
+            raise self._error(
+                "quantile without a valid proportion", tree, "a number from 0 to 1, as in quantile(x, 0.9)"
+            )
         return float(value)
 
     def _name(self, tree: ast.Name) -> Node:
@@ -200,7 +207,9 @@ class _Compiler(Compiler):
         parts = _parts(tree)
         if not 2 <= len(parts) <= 3:
             raise self._error(
-                f'"{ast.unparse(tree):.60}" is no field', tree, "Component.field, or species.Component.field"
+                f'"{ast.unparse(tree):.60}" is not a field',
+                tree,
+                "Component.field, or species.Component.field",
             )
         owner, (component, field) = parts[0] if len(parts) == 3 else None, parts[-2:]
         if owner is not None and owner not in self.kinds:
@@ -214,7 +223,7 @@ class _Compiler(Compiler):
         if self.within is None:
             text = ".".join(parts)
             allowed = f"mean({text}), sum({text}), …"
-            raise self._error(f"{text} is one number for each organism", tree, allowed)
+            raise self._error(f"{text} has a value for each organism", tree, allowed)
         self.within.add(owner)
         self.fields.add((owner, component, field))
         return lambda living: living[component, field]
@@ -231,9 +240,9 @@ class _Compiler(Compiler):
             )
         elif field not in self._numbers_of(component):
             raise self._error(
-                f"{component}.{field} is more than one number",
+                f"{component}.{field} has more than one number",
                 tree,
-                f"fields of one number: {listed(self._numbers_of(component), 30)}",
+                f"fields with one number: {listed(self._numbers_of(component), 30)}",
             )
 
     def _numbers_of(self, component: str) -> list[str]:

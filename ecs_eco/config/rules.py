@@ -1,4 +1,4 @@
-"""Rules that the checks of several sections share: each yields a problem where it is broken."""
+"""Rules shared by the checks of several sections; each yields the problems that it finds."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol
@@ -9,7 +9,7 @@ Key = tuple[str | int, ...]
 
 
 class WorldSections(Protocol):
-    """What checks across sections read of a `WorldConfig`."""
+    """The attributes of a `WorldConfig` that checks across sections read."""
 
     species: Any
     objects: Any
@@ -25,58 +25,58 @@ class WorldSections(Protocol):
 
 
 def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
-    """Yield the problem of a name that is none of those known."""
+    """Yield a problem if a name is not one of the known names."""
     if name not in known:
         yield unknown(key, kind, name, known)
 
 
 def once(key: Key, names: Sequence[str], allowed: str) -> Iterator[Problem]:
-    """Yield the problems of names in a list that it has before."""
+    """Yield a problem for each name that already occurs earlier in a list."""
     for i, name in enumerate(names):
         if name in names[:i]:
             yield Problem((*key, i), "named twice", name, allowed)
 
 
 def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -> Iterator[Problem]:
-    """Yield the problem of a value that is above the greatest."""
+    """Yield a problem if a value is above its maximum."""
     if value > most:
         yield Problem(key, fault, value, f"at most {most:g}{unit}")
 
 
 def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance: str) -> Iterator[Problem]:
-    """Yield what is wrong with entries that name an object type each, and look for it within a distance."""
+    """Yield problems of entries that each name an object type and search for it within a distance."""
     for i, way in enumerate(ways):
         if way.object not in config.objects:
             yield unknown((*key, i, "object"), "object type", way.object, config.objects)
         elif way.object in (other.object for other in ways[:i]):
             allowed = "one entry for each object type"
             yield Problem((*key, i, "object"), "named twice", way.object, allowed)
-        fault = "larger than the world allows to look"
+        fault = "larger than the largest search distance in this world"
         yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
 
 
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
-    """Yield what is wrong with a group of actions of a species that lacks the section it acts by."""
+    """Yield a problem if a species has a group of actions but lacks the section that it needs."""
     if group in species.actions and not getattr(species, section):
         fault, allowed = f"it {section} nothing", f'{section} = [{{ object = "stick", … }}], or no such group'
         yield Problem((*key, "actions", group), fault, species.actions[group], allowed)
 
 
 def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Problem]:
-    """Yield the problem of a place [m] that is not in a space of this size."""
+    """Yield a problem if a position [m] is outside a space of this size."""
     if len(at) != len(size):
         yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
     elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
-        yield Problem(key, "outside of the world", at, extent(size))
+        yield Problem(key, "outside the world", at, extent(size))
 
 
 def extent(size: Sequence[float]) -> str:
-    """Return what coordinates may be in a space of this size, in words."""
+    """Return the range of coordinates in a space of this size, in words."""
     return " and ".join(f"0 to {side:g} m" for side in size)
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem moved to the value `written` at a place for another world, else to the place."""
+    """Return a problem of a derived world, moved to `place` or, if given, to the value `written` there."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)

@@ -1,4 +1,4 @@
-"""The shapes of networks whose weights genes may hold, before there is any network."""
+"""The shapes of networks whose weights genes may encode, before any network exists."""
 
 from functools import partial
 from itertools import pairwise
@@ -10,9 +10,9 @@ from ecs_eco.genomes.traits import Shapes
 
 
 def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
-    """Return the shapes of matrices and biases of a species' networks, by the traits of their weights.
+    """Return the shapes of the matrices and biases of a species' networks, by the traits of their weights.
 
-    Those of a torch module are not there where its code may not run, or where it cannot be made.
+    The shapes of a torch module are missing if its code may not run or if it cannot be created.
     """
     species = config.species[name]
     shapes: dict[str, Shapes] = {}
@@ -25,8 +25,8 @@ def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
 
 
 def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
-    """Return the networks of a species' reflex and happiness, as `fit_network` gives them, by the traits of
-    their weights; not those in code that may not run."""
+    """Return the networks of a species' reflex and happiness from `fit_network`, by the traits of their
+    weights; networks in code that may not run are left out."""
     found = {}
     for word in ("reflex", "happiness"):
         function = getattr(getattr(config.species[name], word), "function", None)
@@ -37,14 +37,15 @@ def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
 
 
 def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
-    """Return the shapes of an individual policy's matrices (inputs, units) and biases,
-    in the order of its weights."""
+    """Return the shapes of an individual policy's matrices (inputs, units) and biases, in the order of its
+    weights."""
     widths = [len(species.channels(dims)), *species.policy.hidden, sum(_options(species)) + 1]
     return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
 
 
 def _options(species: Species) -> list[int]:
-    """How many options the policy has in each group that is neither automatic nor continuous."""
+    """Return the number of options in each group of actions that the policy chooses from, discrete groups
+    only."""
     options = []
     for group, actions in species.groups().items():
         automatic = [a in species.always_on or f"{group}.{a}" in species.always_on for a in actions]
@@ -54,7 +55,7 @@ def _options(species: Species) -> list[int]:
 
 
 def _of_module(config: WorldConfig, species: Species) -> Shapes | None:
-    """Return the shapes of what learning changes in a torch module, or None where there is none."""
+    """Return the shapes of the trainable parameters of a torch module, or None if there is none."""
     from ecs_eco.learning.continuous import CONTINUOUS
     from ecs_eco.learning.mlp import MLP
     from ecs_eco.learning.module_brain import made
@@ -66,5 +67,5 @@ def _of_module(config: WorldConfig, species: Species) -> Shapes | None:
     try:
         module = None if network is None else made(network, len(species.channels(config.dims)), groups, 0)
         return None if module is None else [tuple(p.shape) for p in module.parameters() if p.requires_grad]
-    except (ValueError, AttributeError):  # building the world says what is wrong with it
+    except (ValueError, AttributeError):  # the error is reported when the world is built
         return None

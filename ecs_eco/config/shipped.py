@@ -1,4 +1,4 @@
-"""The worlds that come with the package; light, so that listing them loads no models."""
+"""The worlds included in the package; listing them imports no models."""
 
 import importlib.util
 import re
@@ -9,13 +9,13 @@ WORLDS = Path(__file__).parent.parent / "worlds"
 
 
 def shipped() -> dict[str, Path]:
-    """The world files that come with the package, by name."""
+    """Return the world files included in the package, by name."""
     return {path.parent.name.replace("_", "-"): path for path in sorted(WORLDS.glob("*/*.toml"))}
 
 
 def named(world: object) -> Path | None:
-    """The file of a world that has a name: a shipped one, or "package:world" of an installed package, whose
-    folder has world.toml; None for any other text. The package is not imported."""
+    """Return the file of a world by name: a shipped world, or "package:world" of an installed package,
+    whose folder contains world.toml; None for any other text. The package is not imported."""
     worlds, text = shipped(), str(world)
     if (path := worlds.get(text.replace("_", "-"))) is not None:
         return path
@@ -24,7 +24,7 @@ def named(world: object) -> Path | None:
         return None
     try:
         found = importlib.util.find_spec(package)
-    except ValueError:  # a module without a place
+    except ValueError:  # a module without a location
         return None
     for folder in (found.submodule_search_locations or []) if found is not None else []:
         if (path := Path(folder) / f"{name.replace('-', '_')}.toml").is_file():
@@ -33,7 +33,7 @@ def named(world: object) -> Path | None:
 
 
 def titles() -> dict[str, str]:
-    """The titles of these worlds, by name."""
+    """Return the titles of these worlds, by name."""
     found = {}
     for name, path in shipped().items():
         try:

@@ -1,4 +1,4 @@
-"""Finds where an unknown key belongs: in this section, in another kind of it, or in a section near it."""
+"""Finds the likely meaning of an unknown key: in this section, in a variant of it, or in a nearby section."""
 
 import typing
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.learning import aliases
 from ecs_eco.learning.settings import PPO
 
-NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are chosen by the world file
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys the world file chooses
 SYNONYMS = {  # words of other programs and papers → ours
     **aliases.ALIASES,
     "timestep": "dt",
@@ -28,13 +28,13 @@ SYNONYMS = {  # words of other programs and papers → ours
     "velocity": "speed",
     "layers": "hidden",
 }
-ONE_LETTER = 0.9  # similarity of words that differ by a letter: before a key of this very name elsewhere
-EVERYWHERE = ("name", "kind", "title", "description")  # words that say nothing about where they belong
-NEAR = 2  # steps up and down from the section of an unknown key to the section that has it
+ONE_LETTER = 0.9  # similarity of words that differ by one letter: preferred to the same key elsewhere
+EVERYWHERE = ("name", "kind", "title", "description")  # words too common to show where they belong
+NEAR = 2  # maximum steps up and down from the section of an unknown key to the section that has it
 
 
 class Place(NamedTuple):
-    """A key that a world may have: the kind of section that has it ("" for all kinds), and whether this
+    """A possible key of a world: the kind of section that has it ("" for all kinds), and whether this
     world has such a section."""
 
     key: Key
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 def suggestion(
     key: Key, data: Mapping[str, Any], model: type[Section], places: list[Place], siblings: tuple[str, ...]
 ) -> str:
-    """Return what an unknown key most likely means: a key of its section, a whole dotted key, or ""."""
+    """Return the most likely meaning of an unknown key: a key of its section, a full dotted key, or ""."""
     word = str(key[-1])
     if len(key) == 1 and (table := _table_of(word, data, model)):
         return _dotted((table, *key, *_only_parts(data.get(word))))
@@ -58,12 +58,12 @@ def kind_of_key(key: Key, places: list[Place]) -> str:
 
 
 def _dotted(key: Key) -> str:
-    """Return a key as --set takes it."""
+    """Return a key in the form that --set takes."""
     return Problem(key, "").path
 
 
 def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
-    """Return the table that has an entry of this name, or whose entries have the keys that stand under it."""
+    """Return the table that has an entry of this name, or whose entries have the keys below it."""
     keys = set(_table(data.get(word)))
     for table in (name for name in NAMED if name in model.model_fields):
         entry = typing.get_args(model.model_fields[table].annotation)[-1]
@@ -75,7 +75,7 @@ def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
 
 
 def _guesses(key: Key, word: str, places: list[Place], siblings: tuple[str, ...]) -> Iterator[str]:
-    """Yield guesses, the most likely first."""
+    """Yield guesses, most likely first."""
     known = SYNONYMS.get(word, "")
     yield nearest(word, siblings, ONE_LETTER)
     yield _closest(key, word, places)
@@ -88,9 +88,10 @@ def _guesses(key: Key, word: str, places: list[Place], siblings: tuple[str, ...]
 
 
 def _closest(key: Key, word: str, places: list[Place]) -> str:
-    """Return the only key of this name in the sections closest to that of an unknown key, or "".
+    """Return the only key of this name in the sections closest to the section of an unknown key, or "".
 
-    Sections that the world has come first."""
+    Sections present in the world come first.
+    """
     found: dict[tuple[int, bool], dict[Key, Key]] = {}
     for place in places:
         if (
@@ -105,7 +106,7 @@ def _closest(key: Key, word: str, places: list[Place]) -> str:
 
 
 def _steps(here: Key, there: Key) -> int | None:
-    """Return the steps up and down from a section to another one, None where they have little in common."""
+    """Return the steps up and down from one section to the other; None if they have little in common."""
     common = len([*takewhile(lambda pair: pair[0] == pair[1], zip(here, there, strict=False))])
     up, down = len(here) - common, len(there) - common
     if down and up + down > NEAR and common < 2:
@@ -114,7 +115,7 @@ def _steps(here: Key, there: Key) -> int | None:
 
 
 def places_of(model: type[Section], data: object, key: Key = (), kind: str = "") -> Iterator[Place]:
-    """Yield all keys that the sections of a world may have, of the entries that its data has."""
+    """Yield all possible keys of the sections of a world, for the entries in its data."""
     for name, info in model.model_fields.items():
         yield Place((*key, name), kind, data is not None)
         if name == "ppo":
@@ -124,7 +125,7 @@ def places_of(model: type[Section], data: object, key: Key = (), kind: str = "")
 
 
 def _within(annotation: object, data: object, key: Key) -> Iterator[Place]:
-    """Yield the keys of the sections in a type: a section, a union, or a table or list of them."""
+    """Yield the keys of the sections in a type: a section, a union, or a table or list of sections."""
     origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Section):
         tags = (

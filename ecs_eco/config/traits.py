@@ -1,4 +1,4 @@
-"""Which values of a species can be heritable, and the columns that hold an organism's own."""
+"""Values of a species that can be heritable, and the columns that store each organism's own values."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
@@ -15,14 +15,15 @@ from ecs_eco.genomes.traits import Kind, Trait
 from ecs_eco.inputs.section import LARGEST, SMALLEST, Column
 from ecs_eco.learning.settings import PPO
 
-TINY = 1e-6  # the least value of traits that must be above 0
+TINY = 1e-6  # the minimum of traits that must be above 0
 
 
 def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
     """Return every trait that this species could make heritable, by name, in a space of `dims` axes.
 
-    Each number of `extra_components`, of the user's own, is the trait Component.field. Traits that a gene of the
-    species codes for have their index in the component Traits."""
+    Each number of `extra_components`, defined by users, is a trait Component.field. Traits that a gene of the
+    species codes for have their index in the component Traits.
+    """
     traits = [
         *_of_body(species),
         *_of_sensors(species),
@@ -38,7 +39,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     section = species.genome
     traits_of_genes = [gene.trait for gene in section.genes] if section else []
     coded = [*traits_of_genes, *(one.trait for one in section.derived.values())] if section else []
-    places = [trait for trait in coded if trait in in_traits]  # their order stays, whatever changes
+    places = [trait for trait in coded if trait in in_traits]  # their order must never change
     return {
         trait.name: replace(trait, index=places.index(trait.name))
         if trait.component == "Traits" and trait.name in places
@@ -48,7 +49,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
 
 
 def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
-    """Every number that a species' section may hold, hyperparameters too, by its pattern."""
+    """Return every number that a species section may contain, hyperparameters included, by pattern."""
     known = {number.name: number for number in numbers_of(model).values()}
     for field in fields(PPO):
         if field.type in ("int", "float"):
@@ -68,8 +69,8 @@ def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
 
 
 def why_shared(key: str, model: type[Species] = Species) -> str:
-    """Return why no organism has its own value of a key of its species; "" where it can, or where there is no
-    such number."""
+    """Return why no organism can have its own value of a key of its species; "" if it can, or if there is
+    no such number."""
     parts = key.split(".")
     for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(
@@ -81,7 +82,7 @@ def why_shared(key: str, model: type[Species] = Species) -> str:
 
 
 def label_of(connection: Connection) -> str:
-    """The name of a reflex connection for genes: its own, or SENSOR_ACTION."""
+    """Return the name of a reflex connection for genes: its own, or SENSOR_ACTION."""
     return connection.name or f"{connection.sensor}_{connection.action}"
 
 
@@ -97,7 +98,7 @@ def _trait(
     field: str = "",
     index: int | None = None,
 ) -> Trait:
-    """Return a trait, of the field that ends its name unless one is given."""
+    """Return a trait; its field is the last part of its name unless given."""
     return Trait(name, component, field or name.rpartition(".")[2], index, own, low, high, kind, unit, text)
 
 
@@ -106,7 +107,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
     yield _trait("body.radius", owner, body.radius, "radius of the body", "m", TINY)
     yield _trait("body.mass", owner, body.mass, "mass of the body", "kg", TINY)
     if species.locomotion is not None:
-        text = "factor of all its speeds; the cost of moving grows with its square"
+        text = "factor of all speeds; the cost of moving increases with its square"
         yield _trait("locomotion.pace", "SpeedScale", 1.0, text)
     for name, value in species.properties.items():
         text, unit = f"{name.replace('_', ' ')} at birth", PROPERTIES.get(name, "1")
@@ -114,7 +115,8 @@ def _of_body(species: Species) -> Iterator[Trait]:
 
 
 def _of_section(species: Species) -> Iterator[Trait]:
-    """The numbers of its section that are kept in Traits, or in a column that their declaration names."""
+    """Yield the numbers of the section that are stored in Traits, or in a column that their declaration
+    names."""
     for number, key, value in values_in(species):
         if number.own is True and key != ("lethal", "age", "max"):
             low = SMALLEST if number.above and number.low == 0 else number.low
@@ -127,7 +129,7 @@ def _of_section(species: Species) -> Iterator[Trait]:
 
 
 def _kept(name: str, own: float, number: Number, low: float) -> Trait:
-    """Return the trait of a number that is kept in Traits."""
+    """Return the trait of a number that is stored in Traits."""
     kind: Kind = "whole" if number.whole else "number"
     return _trait(name, "Traits", own, number.text, number.unit, low, number.high, kind, "value")
 
@@ -136,12 +138,12 @@ def _of_sensors(species: Species) -> Iterator[Trait]:
     for i, sensor in enumerate(species.sensors):
         name = f"sensors.{sensor.name}"
         if (reach := getattr(sensor, "range", None)) is not None:
-            text = f"how far the sensor {sensor.name} reaches"
+            text = f"range of the sensor {sensor.name}"
             yield _trait(f"{name}.range", "Senses", reach, text, "m", TINY, field="radius", index=i)
         if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
-            continue  # of the own body only the height of the place counts, and that is no gene
+            continue  # of the own body only the vertical position matters, and no gene codes for it
         for own, way in zip(at, ("forward", "left"), strict=False):
-            text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
+            text = f"position of the sensor {sensor.name} on the body, {way}, in radii of the body"
             yield _trait(f"{name}.{way}", "Senses", own, text, low=-LARGEST, index=i)
 
 
@@ -153,16 +155,16 @@ def _of_nerves(species: Species) -> Iterator[Trait]:
             "1 forces it"
         )
         yield _trait(f"{name}.weight", "Reflexes", c.weight, text, "1", -1.0, 1.0, "sign", index=i)
-        own, text = getattr(c, way) or 0.0, f"{c.action} answers to {c.sensor} {way} this reading"
+        own, text = getattr(c, way) or 0.0, f"{c.action} responds to {c.sensor} {way} this reading"
         yield _trait(f"{name}.threshold", "Reflexes", float(own), text, "reading", -LARGEST, index=i)
     for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
-        text = f"what {channel} adds to happiness"
+        text = f"contribution of {channel} to happiness"
         yield _trait(
             f"happiness.{channel}", "HappinessWeights", weight, text, low=-LARGEST, field="weight", index=i
         )
-    for word in ("reflex", "happiness"):  # networks that evolution alone changes, made by `fit_network`
+    for word in ("reflex", "happiness"):  # networks that only evolution changes, created by `fit_network`
         if getattr(getattr(species, word), "function", None) is not None:
-            text = f"weights of its {word} network, where the function is one of fit_network"
+            text = f"weights of its {word} network, if fit_network created the function"
             yield _trait(f"{word}.weights", "Instincts", 0.0, text, "1", -LARGEST, kind="weights", field=word)
 
 
@@ -178,7 +180,7 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         text = f"{field.replace('_', ' ')} of its learning by PPO"
         yield _trait(f"ppo.{field}", "LearningRates", own, text, high=high, field=field.removesuffix("_coef"))
     if species.policy.network is not None or species.ranges():
-        return  # torch learns with the species' own
+        return  # torch learns with the hyperparameters of the species
     for name, number in numbers_of_species().items():
         value = settings.get(name.removeprefix("ppo."))
         if name.startswith("ppo.") and number.own is True and isinstance(value, int | float):
@@ -188,10 +190,10 @@ def _of_learning(species: Species) -> Iterator[Trait]:
 def _of_breeding(species: Species) -> Iterator[Trait]:
     way, own = species.breeding, species.fertility
     if way is None:
-        if getattr(species.reproduction, "kind", "spread") != "spread":  # else nothing asks for it
-            yield _trait("fertility", "Biology", own, "its fertility", high=1.0)
+        if getattr(species.reproduction, "kind", "spread") != "spread":  # otherwise nothing uses it
+            yield _trait("fertility", "Biology", own, "fertility", high=1.0)
         return
-    yield _trait("fertility", "Breeding", own, "height of its fertility", high=1.0, field="peak")
+    yield _trait("fertility", "Breeding", own, "maximum of its fertility", high=1.0, field="peak")
     ages = {
         "maturity": (way.maturity, "age from which it is fertile"),
         "prime": (way.age_of_prime(), "age at which it is most fertile"),
@@ -202,7 +204,7 @@ def _of_breeding(species: Species) -> Iterator[Trait]:
     if way.season is not None:
         text = "time of the year when it is most fertile"
         yield _trait("breeding.season", "Breeding", way.season, text, high=1.0)
-        text = "length of its season: standard deviation, as a share of a year"
+        text = "length of its breeding season: standard deviation, as a fraction of a year"
         yield _trait("breeding.width", "Breeding", way.width, text, high=1.0)
 
 
@@ -212,13 +214,13 @@ def _of_life(species: Species) -> Iterator[Trait]:
         yield _trait("life.age_max", "LifeHistory", age, "age at which it dies", "s", TINY)
     way = species.reproduction
     if way is not None and way.kind == "spread":
-        yield _trait("reproduction.spread", "Growth", 1.0, "share of its seeds that sprout", high=1.0)
-    whom = "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"
+        yield _trait("reproduction.spread", "Growth", 1.0, "proportion of its seeds that germinate", high=1.0)
+    whom = "choice of mates: 0 the nearest, 1 any, 2 the mate with the most energy, 3 the oldest"
     fields: dict[str, tuple[float, float, Kind, str, str]] = {
-        "age_min": (0.0, LARGEST, "number", "s", "least age to reproduce"),
-        "energy_min": (0.0, LARGEST, "number", "energy", "least energy to reproduce"),
-        "energy_given": (0.0, LARGEST, "number", "energy", "energy of each of its newborn"),
-        "litter": (1.0, 10_000.0, "whole", "1", "newborn at a time"),
+        "age_min": (0.0, LARGEST, "number", "s", "minimum age to reproduce"),
+        "energy_min": (0.0, LARGEST, "number", "energy", "minimum energy to reproduce"),
+        "energy_given": (0.0, LARGEST, "number", "energy", "energy of each newborn"),
+        "litter": (1.0, 10_000.0, "whole", "1", "litter size"),
         "choice": (0.0, 3.0, "whole", "1", whom),
     }
     for field, (low, high, kind, unit, text) in fields.items():
@@ -228,20 +230,20 @@ def _of_life(species: Species) -> Iterator[Trait]:
 
 
 def _of_organs(species: Species) -> Iterator[Trait]:
-    """Which of its sensors, actions and hidden units an organism has."""
+    """Yield switches for the sensors and actions, and the number of hidden units, of an organism."""
     switches = {
-        f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; without, it reads 0"
+        f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; if absent, it reads 0"
         for s in species.sensors
     }
     switches |= {
-        f"actions.{group}.{action}.present": f"whether it can do {action}; without, it never does"
+        f"actions.{group}.{action}.present": f"whether it can do {action}; if absent, it never does"
         for group, action in species.action_list()
     }
     for name, text in switches.items():
         yield _trait(name, "Traits", 1.0, text, high=1.0, kind="whole", field="value")
     if species.policy.kind == "individual" and species.policy.network is None and not species.ranges():
         for i, units in enumerate(species.policy.hidden):
-            text = f"units of the hidden layer {i} that its policy network has"
+            text = f"units of the hidden layer {i} of its policy network"
             yield _trait(f"policy.hidden.{i}", "Traits", units, text, "1", 1.0, units, "whole", "value")
 
 

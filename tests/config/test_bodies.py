@@ -121,8 +121,8 @@ def test_in_a_volume_what_is_between_two_places_stands_on_the_floor():
         ({"shape": "box"}, "a box needs its size"),
         ({"shape": "capsule", "radius": 1.0}, "a capsule needs its length"),
         ({"shape": "capsule", "radius": 1.0, "length": 1.5}, "at least twice the radius, 2 m"),
-        ({"radius": 1.0, "length": 3.0}, 'length is that of a capsule: shape = "capsule"'),
-        ({"radius": 1.0, "size": [1.0, 1.0]}, "size is that of a box"),
+        ({"radius": 1.0, "length": 3.0}, 'length needs the shape of a capsule: shape = "capsule"'),
+        ({"radius": 1.0, "size": [1.0, 1.0]}, "size needs the shape of a box"),
         ({"shape": "bx", "size": [1.0, 1.0]}, 'did you mean "box"'),
         ({"radius": 1.0, "mass": 1.0, "density": 1.0}, "one of mass and density"),
         ({"shape": "box", "size": [1.0, 1.0, 1.0, 1.0]}, "at most 3 entries"),
@@ -140,7 +140,7 @@ def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
     ("thing", "words"),
     [
         ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere cannot reach"),
-        ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside of the world"),
+        ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside the world"),
         ({"between": [[1.0, 1.0, 1.0, 1.0]], "body": BOX}, "more than 0 m"),
         ({"between": [[1.0, 1.0, 19.0, 1.0]], "body": BOX}, "at most 10 m"),
         (

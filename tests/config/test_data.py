@@ -41,7 +41,7 @@ def world(tmp_path):
     ("columns", "fault"),
     [
         ('{ lynx = "mites" }', 'did you mean "mite"?'),
-        ('{ lynx = "mite", other = "mite" }', "another column is compared with it"),
+        ('{ lynx = "mite", other = "mite" }', "another column is also compared with it"),
     ],
 )
 def test_what_columns_are_compared_with_must_be_there(world, columns, fault):
@@ -78,8 +78,14 @@ ROWS = [f"{1900 + k},{10 + k % 5}" for k in range(16)]
 @pytest.mark.parametrize(
     ("lines", "fault"),
     [
-        (["year;lynx", *(row.replace(",", ";") + ",5" for row in ROWS)], "has no head of two columns"),
-        (["year\tlynx", *(row.replace(",", "\t") for row in ROWS)], "has no head of two columns"),
+        (
+            ["year;lynx", *(row.replace(",", ";") + ",5" for row in ROWS)],
+            "has no header with at least two columns",
+        ),
+        (
+            ["year\tlynx", *(row.replace(",", "\t") for row in ROWS)],
+            "has no header with at least two columns",
+        ),
         (["year,lynx", *(f'{k},"1,{k:03d}"' for k in range(16))], "has 0 rows of numbers"),
         (["year,lynx", *(row.replace(",", "-01-01,") for row in ROWS)], "has 0 rows of numbers"),
         (["year,lynx", *ROWS[:5], "1905,NA", *ROWS[6:]], "has 15 rows of numbers, or gaps between them"),
@@ -87,11 +93,11 @@ ROWS = [f"{1900 + k},{10 + k % 5}" for k in range(16)]
         (["year,lynx", *ROWS[::-1]], "not evenly spaced"),
         (["year,lynx", *ROWS, ROWS[-1]], "not evenly spaced"),
         (["year,lynx", *(row.replace(",", ",-") for row in ROWS)], "has numbers below 0"),
-        (["year,lynx", *(row.partition(",")[0] + ",0" for row in ROWS)], "has a column of zeros alone"),
-        (["year,puma", *ROWS], "no column of this name"),
-        (["year,lynx", *ROWS, "1916"], "row 18 has not as many columns as the head"),
+        (["year,lynx", *(row.partition(",")[0] + ",0" for row in ROWS)], "has a column with only zeros"),
+        (["year,puma", *ROWS], "no column with this name"),
+        (["year,lynx", *ROWS, "1916"], "row 18 does not have as many columns as the header"),
         (["j\xe4hr,lynx", *ROWS], "cannot be read"),
-        ([], "has no head of two columns"),
+        ([], "has no header with at least two columns"),
     ],
 )
 def test_check_and_run_refuse_the_same_measurements(world, tmp_path, lines, fault):

@@ -118,7 +118,7 @@ def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, message):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (ADD | {"at_place": [300.0, 1.0]}, "outside of the world"),
+        (ADD | {"at_place": [300.0, 1.0]}, "outside the world"),
         (ADD | {"at_place": [1.0, 2.0, 3.0]}, "2 numbers"),
         (ADD | {"at_place": [1.0, 2.0], "region": [1.0, 2.0, 3.0]}, "given together with region"),
         (ADD | {"species": "grass", "at_place": [1.0, 2.0]}, "a site has only one grass"),

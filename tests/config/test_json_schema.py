@@ -161,7 +161,7 @@ def test_the_schema_has_units_and_no_null():
     assert schema["$defs"]["Metabolism"]["properties"]["basal"]["unit"] == "energy/s"
     assert (
         schema["$defs"]["Metabolism"]["properties"]["basal"]["description"]
-        == "energy burnt by living [energy/s]"
+        == "basal metabolic rate [energy/s]"
     )
     assert "null" not in json.dumps(schema)
 

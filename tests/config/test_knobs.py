@@ -65,10 +65,10 @@ def test_a_knob_has_label_ends_and_the_unit_of_its_key():
     [
         (knob("species.dear.metabolism.basal"), ["viewer.knobs.0.key", "no 'dear'", 'did you mean "deer"?']),
         (knob("species.deer.metabolism.bassal"), ['did you mean "basal"?']),
-        (knob("species.deer.count", 0, 1000), ["cannot change in a living world", '"add" or "cull"']),
+        (knob("species.deer.count", 0, 1000), ["cannot change during a run", '"add" or "cull"']),
         (knob("species.deer.happiness.formula"), ["holds no number", "energy - 0.3"]),
         (knob("species.deer.max_count"), ["has no value"]),
-        (knob("seed", 0, 10), ["has no effect in a living world"]),
+        (knob("seed", 0, 10), ["has no effect during a run"]),
         (knob(low=0.02, high=0.02), ["viewer.knobs.0.max", "is not a range", "more than min, 0.02"]),
         (knob(low=0.01), ["viewer.knobs.0.min", "does not contain the world's own value, 0.004"]),
         (knob(high=0.003), ["viewer.knobs.0.max", "does not contain the world's own value, 0.004"]),

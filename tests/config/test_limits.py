@@ -63,7 +63,7 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"species.goat.count": 50_000_000},
             "species.goat.count = 50000000",
-            "needs about 12.6 GB; expected: what fits into 8 GB",
+            "needs about 12.6 GB; expected: a value small enough for 8 GB",
         ),
         (
             {"objects.rock": {"count": 50_000_000, "body": {"radius": 0.1}}},
@@ -89,9 +89,7 @@ def test_too_much_is_refused_with_its_key_and_what_it_comes_to(
 
 def test_fields_that_fit_alone_are_refused_together() -> None:
     fields = {f"f{i}": {"cell": 0.004} for i in range(20)}
-    assert "it would need about 18 GB of memory at its start, and there are 8 GB" in refused(
-        {"fields": fields}
-    )
+    assert "it needs about 18 GB of memory at its start; available: 8 GB" in refused({"fields": fields})
 
 
 def test_a_world_with_more_than_128_species_is_refused() -> None:
@@ -118,7 +116,7 @@ def test_more_than_255_causes_of_death_are_refused_at_the_first_too_many() -> No
 
 def test_a_world_that_does_not_fit_is_refused_before_it_is_built(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ecs_eco.config.memory.machine_memory", lambda: 1000.0)
-    with pytest.raises(ConfigError, match="there are 1 kB"):
+    with pytest.raises(ConfigError, match="available: 1 kB"):
         World.from_config(world({}))
 
 

@@ -92,17 +92,17 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
 @pytest.mark.parametrize(
     ("species", "note"),
     [
-        (WALKS, "species.hermit.actions: nothing decides on speed.still, speed.walk: give it a reflex or"),
+        (WALKS, "species.hermit.actions: nothing controls speed.still, speed.walk: add a reflex or"),
         (
             WALKS | {"default_action": {"speed": "still"}},
-            "species.hermit.actions: nothing decides on speed.walk: give",
+            "species.hermit.actions: nothing controls speed.walk: add",
         ),
         (WALKS | {"actions": {"speed": ["walk"]}, "default_action": {"speed": "walk"}}, ""),
         (WALKS | THINKS, ""),
         (WALKS | {"reflex": {"formulas": {"walk": "1"}}}, ""),
         (
             WALKS | THINKS | {"reflex": {"formulas": {"still": "1.0"}}},
-            "species.hermit.reflex.formulas.still forces it always, and of a group the first that is on is",
+            "species.hermit.reflex.formulas.still always forces this action, and of each group",
         ),
         (WALKS | THINKS | {"reflex": {"formulas": {"still": "energy - 0.5"}}}, ""),
         (BREEDS, "species.hermit: it breeds, and nothing kills it"),
@@ -114,22 +114,24 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
                 "reproduction": BREEDS["reproduction"] | {"age_min": 50.0},
                 "lethal": [{"property": "age", "max": 50.0}],
             },
-            "species.hermit.reproduction.age_min = 50: it never breeds, as it dies at the age of 50",
+            "species.hermit.reproduction.age_min = 50: it never breeds, because it dies at age 50",
         ),
         (
             BREEDS | {"lethal": [{"property": "age", "max": 50.0}], "breeding": {"maturity": 60.0}},
-            "species.hermit.breeding.maturity = 60: it never breeds, as it dies at the age of 50",
+            "species.hermit.breeding.maturity = 60: it never breeds, because it dies at age 50",
         ),
         (
             LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}},
-            "species.hermit: all founders are of age 0: none breeds before 20 s, and all left die at once at 50 s",
+            "species.hermit: all founders have age 0: none breeds before 20 s, and all survivors die at the "
+            "same time at 50 s",
         ),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 10.0}}, ""),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}, "age": [0.0, 50.0]}, ""),
-        (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at 50, older founders"),
+        (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at age 50, so older founders"),
         (
             BREEDS | {"max_count": 9, "reproduction": BREEDS["reproduction"] | {"litter": 5}},
-            "species.hermit.reproduction.litter = 5: no mother can pay for all, metabolism.energy_max is 1 and",
+            "species.hermit.reproduction.litter = 5: no mother can pay for the whole litter: "
+            "metabolism.energy_max is 1, and",
         ),
         (PAIRS, ""),
         (
@@ -139,7 +141,7 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         (PAIRS | {"reproduction": PAIRS["reproduction"] | {"energy_min": 0.2, "father_share": 0.5}}, ""),
         (
             {"diet": [{"eats": "hermit", "gain": 0.5, "satiation": 1.5}]},
-            "species.hermit.diet.0.satiation = 1.5: it never holds so much, metabolism.energy_max is 1",
+            "species.hermit.diet.0.satiation = 1.5: never reached, because metabolism.energy_max is 1",
         ),
     ],
 )
@@ -170,7 +172,7 @@ def test_a_search_over_less_than_a_life_is_noted():
     assert notes(load(config)) == []
     assert notes(load(config | ranges | {"ticks": 60})) == []
     (found,) = notes(load(config | ranges))
-    assert found.startswith("species.hermit: a search runs for 40 s, less than a life of 50 s")
+    assert found.startswith("species.hermit: runs of a search last 40 s, less than a lifespan of 50 s")
 
 
 def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():

@@ -32,8 +32,8 @@ def test_contacts_that_a_tick_passes_over_are_noted_with_a_remedy_that_helps():
     (note,) = notes_on_ticks(_pond())
     assert note == (
         "species.heron.diet.0: heron and fish move up to 1 m past each other in a tick, and "
-        "contacts within 0.4 m are tested at its end: about 63% of those passed are met; "
-        "dt = 0.4 or reach = 0.8 makes it 96%"
+        "contacts within 0.4 m are tested only at its end: about 63% of encounters are detected; "
+        "dt = 0.4 or reach = 0.8 detects 96%"
     )
     assert f"  note: {note}" in summary(_pond()).splitlines()
     assert notes_on_ticks(_pond(0.4)) == []
@@ -54,7 +54,7 @@ def test_the_share_met_is_that_of_points_thrown_at_random(way):
         (
             {"metabolism": {"handling_time": 0.3}},
             "species.heron.metabolism.handling_time = 0.3: times are whole ticks of "
-            "dt = 0.4 s, and this one lasts 0.4 s",
+            "dt = 0.4 s, so this one lasts 0.4 s",
         ),
         ({"metabolism": {"handling_time": 2.0}}, ""),
         (

@@ -110,7 +110,7 @@ def test_parameters_are_part_of_the_hash_and_loading_what_was_resolved_gives_it_
         ('systems.Feast.use="mine:Fest"', ["mine has no function Fest", 'did you mean "Feast"?']),
         ("systems.Feast.use=1", ["wrong type"]),
         ('reporters.rich={ use = "mine:above" }', ["reporters.rich.limit", "is missing", "limit: float"]),
-        ("reporters.mean.limit=1", ["reporters.mean has no parts"]),
+        ("reporters.mean.limit=1", ["reporters.mean has no subkeys"]),
     ],
 )
 def test_a_wrong_parameter_is_refused_with_what_is_allowed(

@@ -282,7 +282,7 @@ def test_another_seed_is_another_future_from_then_on():
 def test_what_cannot_change_is_refused_with_what_is_possible_instead_and_nothing_changes(key, value, hint):
     w = built("predator-prey", PREDATOR_PREY)
     before, digest = w.config, w.digest()
-    with pytest.raises(ConfigError, match="cannot change in a living world") as caught:
+    with pytest.raises(ConfigError, match="cannot change during a run") as caught:
         reconfigure(w, load(w.config, {"species.deer.reproduction.rate": 0.5, key: value}))
     text = str(caught.value)
     assert key.split(".")[-1] in text

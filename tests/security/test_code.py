@@ -112,7 +112,7 @@ def test_an_intervention_from_outside_names_no_code(pattern: str, mark: Path) ->
 def test_an_operator_set_from_outside_is_refused_for_naming_code(mark: Path) -> None:
     path = written(mark.parent, world_of("species.*.genome.mutate.operator", code=["evil.py"]))
     world = World.from_config(path, trust=True, record=False)
-    with pytest.raises(ConfigError, match="names no code"):
+    with pytest.raises(ConfigError, match="cannot name code"):
         world.intervene({"kind": "set", "set": {"species.snail.genome.mate": {"operator": "evil:mate"}}})
     world.intervene({"kind": "set", "set": {"species.snail.genome.mutate": {"operator": "mutInversion"}}})
 

@@ -50,7 +50,7 @@ def test_a_compressible_body_needs_a_pressure_and_stays_one(meadow):
     with pytest.raises(ConfigError, match=r"deer\.properties\.pressure\n  is missing"):
         meadow(body={"compressible": True})
     world = meadow(world=SEA, **DIVER)
-    with pytest.raises(ConfigError, match=r"compressible.*\n.*cannot change in a living world"):
+    with pytest.raises(ConfigError, match=r"compressible.*\n.*cannot change during a run"):
         world.intervene({"kind": "set", "set": {"species.deer.body.compressible": False}})
 
 

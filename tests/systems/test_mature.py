@@ -210,5 +210,5 @@ def test_breeding_may_change_while_they_live_but_not_come_or_go(meadow):
     world.intervene({"kind": "set", "set": {"species.deer.breeding.maturity": 0.0}})
     world.run(1)
     assert (world.tables["deer"][Biology].fertility[:2] == 1).all()
-    with pytest.raises(ConfigError, match="cannot change in a living world"):
+    with pytest.raises(ConfigError, match="cannot change during a run"):
         meadow().intervene({"kind": "set", "set": {"species.deer.breeding": {"maturity": 0.0}}})

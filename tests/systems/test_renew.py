@@ -50,7 +50,7 @@ def test_without_renewal_what_is_gone_stays_gone():
 def test_renewal_may_begin_with_the_world_alone():
     world = World.from_config(_orchard())
     assert "Renew" not in [type(s).__name__ for s in world.systems]
-    with pytest.raises(ConfigError, match="cannot change in a living world"):
+    with pytest.raises(ConfigError, match="cannot change during a run"):
         world.intervene({"kind": "set", "set": {"objects.apple.renewal": 0.5}})
 
 

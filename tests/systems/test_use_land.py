@@ -106,7 +106,7 @@ def test_quotas_may_change_while_a_world_lives_and_nothing_else_of_the_list():
     world = World.from_config(_coast(FISHING | {"rate": 100.0, "quota": 5, "period": 2.0}))
     world.intervene({"kind": "set", "set": {"land_use.0.quota": 50}})
     assert _run(world, 2)[0] == [50, 0]
-    with pytest.raises(ConfigError, match="cannot change in a living world"):
+    with pytest.raises(ConfigError, match="cannot change during a run"):
         world.intervene({"kind": "set", "set": {"land_use": []}})
 
 

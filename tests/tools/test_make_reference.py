@@ -63,7 +63,7 @@ def test_every_section_of_a_world_file_has_a_page_that_shows_all_its_keys():
         keys = [key for key in part.model.model_fields if key != "kind" or not tool.kind_of(part.model)]
         assert keys
         assert [key for key in keys if f"\n| `{key}` | " not in text] == [], part.title
-    assert "| `basal` | number | ≥ 0 | energy/s | `0` | energy burned by living |" in pages["metabolism.md"]
+    assert "| `basal` | number | ≥ 0 | energy/s | `0` | basal metabolic rate |" in pages["metabolism.md"]
     assert "| `fertility` | number | 0 to 1 | | `1` | " in pages["species.md"]
 
 

@@ -107,7 +107,7 @@ def test_conductance_may_change_while_they_live_but_heat_may_not_come_or_go():
     world.intervene({"kind": "set", "set": {"species.newt.heat.conductance": 0.0}})
     world.run(20)
     assert (world.tables["newt"][Physical].temperature[:5] == 290).all()
-    with pytest.raises(ConfigError, match=r"newt\.heat.*\n.*cannot change in a living world"):
+    with pytest.raises(ConfigError, match=r"newt\.heat.*\n.*cannot change during a run"):
         pond(lethal=[]).intervene({"kind": "set", "set": {"species.newt.heat": {"conductance": 5.0}}})
 
 

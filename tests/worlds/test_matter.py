@@ -86,5 +86,5 @@ def test_rates_may_change_while_they_live_but_ways_may_not_come_or_go():
     world.run(2)
     assert world.tables["slug"].species.reactions[0].rate == 1e-9
     assert world.fields["gas_field"].renewal == 0.5
-    with pytest.raises(ConfigError, match=r"reactions.*\n.*cannot change in a living world"):
+    with pytest.raises(ConfigError, match=r"reactions.*\n.*cannot change during a run"):
         world.intervene({"kind": "set", "set": {"species.slug.reactions": []}})

@@ -83,7 +83,7 @@ def test_a_file_without_names_is_taken_by_its_shapes_and_check_says_so(folder, t
     path = weights.save(tmp_path / "goat.safetensors", weights.load(folder / "goat.safetensors"))
     turned = herd(sensors=SENSORS[::-1], file=str(path))
     World.from_config(turned)
-    assert "names neither its channels nor its options" in notes(turned)[-1]
+    assert "names neither channels nor actions" in notes(turned)[-1]
     name_weights(path, turned, "goat")
     World.from_config(turned)
     assert notes(turned) == []

@@ -43,7 +43,7 @@ def _check_known_group(
     """Check a group that shipped systems carry out."""
     actions = species.groups()[group]
     if group == "pitch":
-        allowed = "{ continuous = [least, most] }; or up, none and down in the group climb"
+        allowed = "{ continuous = [min, max] }; or up, none and down in the group climb"
         yield Problem(at, "has only a continuous action", actions, allowed)
         return
     if not actions:

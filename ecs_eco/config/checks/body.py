@@ -234,7 +234,7 @@ def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pro
     for i, way in enumerate(kind.between):
         at = (*key, "between", i)
         if not all(0 <= x <= side for x, side in zip(way, size * 2, strict=True)):
-            yield Problem(at, "outside of the world", way, extent(size))
+            yield Problem(at, "outside the world", way, extent(size))
         elif not least < (length := math.dist(way[:2], way[2:])) <= most:
             yield Problem(
                 at, f"{length:g} m from end to end", way, f"more than {least:g} m, at most {most:g} m"

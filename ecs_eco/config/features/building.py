@@ -34,7 +34,7 @@ class Building(Feature, after="carries"):
     """Animals make objects, by decision or whenever they can: system `Build`."""
 
     acts = {"build": None}
-    builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
+    builds: list[Build] = about("objects that it can build", [], exclude_if=is_empty)
 
     @staticmethod
     def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:

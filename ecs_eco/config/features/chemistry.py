@@ -87,7 +87,7 @@ class Release(Section, change=FREE, own=True):
     kind: Literal["release"]
     substance: str = about("the substance that it releases")
     field: str | None = about("a field of this substance that receives it; absent: it is lost", None)
-    rate: Positive = quantity("share released per second", "1/s")
+    rate: Positive = quantity("proportion released per second", "1/s")
     above: NonNegative = quantity("concentration in its body that it keeps", "mol/L", 0.0)
     at: Point = quantity(
         "position of the outlet: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
@@ -104,7 +104,7 @@ class Equilibrate(Section, change=FREE, own=True):
 
     kind: Literal["equilibrate"]
     field: str = about("a field of a substance")
-    rate: Positive = quantity("share of the difference lost per second, in a large field", "1/s")
+    rate: Positive = quantity("proportion of the difference lost per second, in a large field", "1/s")
     partition: Positive = quantity("ratio of the concentrations in body and field at equilibrium", "1", 1.0)
     at: Point = quantity(
         "position of the gills or the skin: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
@@ -194,9 +194,9 @@ class Decomposition(Section, change=FREE):
     """Decay: the content passes into the first field of each substance, dc/dt = −rate c (Olson 1963), or
     is lost if there is none; the object vanishes when little is left."""
 
-    rate: Positive = quantity("share returned per second", "1/s")
+    rate: Positive = quantity("proportion returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(
-        "remaining share at which it returns the rest at once and vanishes", "1", 0.01
+        "remaining fraction at which it returns the rest at once and vanishes", "1", 0.01
     )
 
 
@@ -218,7 +218,7 @@ class Emission(Section, own=True):
     """A smell of a substance of the body: rate × its amount in the body [mol] per second."""
 
     substance: str = about("the substance that smells")
-    rate: NonNegative = quantity("share of the substance in the body, per second", "1/s")
+    rate: NonNegative = quantity("proportion of the substance in the body, per second", "1/s")
     consume: bool = about("whether the body loses what it emits", False, change=SHAPE)
 
 

@@ -28,13 +28,13 @@ class Diet(Section, own=True):
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("probability of success per second of contact", "1", 1.0)
     gain: Real = quantity("energy gained per item, whatever its energy", "energy", 0.0)
-    efficiency: Share = quantity("share of the item's energy that is gained in addition", "1", 0.0)
+    efficiency: Share = quantity("proportion of the item's energy that is gained in addition", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
     satiation: Real | None = quantity(
         "eats only below this energy; absent: until it is full", "energy", None, former="until"
     )
     assimilation: Share | None = quantity(
-        "share of the item's substances that its body keeps, if both contain substances; the rest enters "
+        "proportion of the item's substances that its body keeps, if both contain substances; the rest enters "
         "the first field of each, or is lost; absent: all of it",
         "1",
         None,
@@ -51,14 +51,17 @@ class Defence(Section, change=FREE, own=Column("Defence")):
         reads=("defence",),
         rules={
             "": "A bite fails with probability `toughness`; the eater loses the energy `poison`. Growth and "
-            "the share of seeds that sprout are multiplied by `max(0, 1 − cost (toughness + poison))`."
+            "the proportion of seeds that germinate are multiplied by `max(0, 1 − cost (toughness + poison))`."
         },
     )
 
-    toughness: Share = quantity("share of bites that fail", "1", 0.0)
+    toughness: Share = quantity("proportion of bites that fail", "1", 0.0)
     poison: NonNegative = quantity("energy lost by its eater", "energy", 0.0)
     cost: NonNegative = quantity(
-        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0, own=True
+        "proportion of growth and of germinating seeds lost per unit of toughness and of poison",
+        "1",
+        0.0,
+        own=True,
     )
 
 

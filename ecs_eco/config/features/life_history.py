@@ -50,7 +50,7 @@ class Breeding(Section, change=FREE, own=COLUMN):
         None,
     )
     width: Annotated[float, Field(gt=0, le=1)] = quantity(
-        "length of the season: its standard deviation, as a share of a year", "1", 0.1
+        "length of the season: its standard deviation, as a fraction of a year", "1", 0.1
     )
 
     def age_of_prime(self) -> float:
@@ -92,22 +92,22 @@ class Growth(Section, change=FREE, own=True):
         "Bertalanffy 1957), or the fourth root does (West, Brown & Enquist 2001)",
         "von_bertalanffy",
     )
-    rate: Positive = quantity("rate of growth; if adult mass is heritable, that of body.mass", "1/s")
+    rate: Positive = quantity("rate of growth; if adult mass is heritable, for an adult of body.mass", "1/s")
     newborn: Annotated[float, Field(ge=1e-9, le=1)] = quantity(
-        "mass of a newborn, as a share of the adult's", "1", 0.05
+        "mass of a newborn, as a fraction of the adult's", "1", 0.05
     )
     cost: NonNegative = quantity("energy burned for each kilogram of growth", "energy/kg", 0.0)
     reserve: NonNegative = quantity(
         "energy reserve that is not spent on growth; with 0 it spends everything, and starves", "energy", 0.0
     )
     pace: NonNegative = quantity(
-        "exponent with which speeds scale with the mass, as a share of the adult's; 0: the young are as "
+        "exponent with which speeds scale with the mass, as a fraction of the adult's; 0: the young are as "
         "fast as adults",
         "1",
         0.0,
     )
     store: NonNegative = quantity(
-        "exponent with which metabolism.energy_max scales with the mass, as a share of the adult's; 1: in "
+        "exponent with which metabolism.energy_max scales with the mass, as a fraction of the adult's; 1: in "
         "proportion to the body; 0: the young store as much as adults. Energy from birth beyond the limit is kept",
         "1",
         0.0,
@@ -142,7 +142,7 @@ class Care(Section, change=FREE, own=True):
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     reserve: NonNegative = quantity("energy reserve of a parent", "energy", 0.0)
     efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(
-        "share of the energy given that reaches the young", "1", 1.0
+        "proportion of the energy given that reaches the young", "1", 1.0
     )
     by: Literal["mother", "father", "both"] = about("which parents feed the young", "mother")
 

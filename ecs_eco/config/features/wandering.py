@@ -22,7 +22,9 @@ class Wander(Section, change=FREE, own=True):
     """
 
     turn: NonNegative = quantity("standard deviation of the change of heading", "rad/√s")
-    gait: str | None = about("gait of undecided animals; absent: that of `actions`", None, change=SHAPE)
+    gait: str | None = about(
+        "gait of undecided animals; absent: the default of `actions`", None, change=SHAPE
+    )
 
 
 class Wandering(Feature, after="locomotion"):

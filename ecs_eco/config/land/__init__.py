@@ -1,4 +1,4 @@
-"""Real land: rasters and vector layers as they are read, and the part of them that a world covers.
+"""Real land: rasters and vector layers as read from files, and the part that a world covers.
 
-What they do to a world belongs to `ecs_eco.life.land`.
+`ecs_eco.life.land` implements the effects of land on a world.
 """

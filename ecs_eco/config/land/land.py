@@ -1,4 +1,4 @@
-"""The land that a world covers: elevations, classes, lakes and lines of rasters and vector layers."""
+"""The land that a world covers: elevations, classes, lakes and lines from rasters and vector layers."""
 
 import hashlib
 import json
@@ -24,16 +24,19 @@ from ecs_eco.config.land.raster import (
 )
 from ecs_eco.config.models.surroundings import Terrain
 
-KEPT = "terrain.npz"  # in a run's folder: the land that it runs on
-WATER, ROCK = 1, 2  # as in ecs_eco.space.terrain
-RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014  # of WGS 84: [m], 1
-Place = tuple[float, float, float, float]  # x, y of the world's corner, and their change with each metre
+KEPT = "terrain.npz"  # in the folder of a run: the land of this run
+WATER, ROCK = 1, 2  # the same value as in ecs_eco.space.terrain
+RADIUS, ECCENTRICITY2 = (
+    6_378_137.0,
+    0.00669437999014,
+)  # WGS 84: equatorial radius [m] and squared eccentricity [1]
+Place = tuple[float, float, float, float]  # x and y of the world's corner, and their change per meter
 
 
 @dataclass(frozen=True)
 class Land:
-    """Elevations f32[ny, nx] [m], the first row in the south; classes u8[ny, nx], 0 for none and i + 1 for the
-    i-th; whether there is a lake by a vector layer; and the lines of roads and fences."""
+    """Elevations f32[ny, nx] [m], southernmost row first; classes u8[ny, nx], 0 for none and i + 1 for
+    class i; the lakes of a vector layer; and the lines of roads and fences."""
 
     elevation: np.ndarray
     kinds: np.ndarray
@@ -44,7 +47,7 @@ class Land:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of all of it."""
+        """Hash of the land."""
         h = hashlib.sha256(json.dumps([self.lines, self.place, self.crs]).encode())
         for array in (self.elevation, self.kinds, self.lakes):
             h.update(str((array.shape, array.dtype.str)).encode())
@@ -52,7 +55,7 @@ class Land:
         return h.hexdigest()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """It as arrays without objects."""
+        """Return the land as plain arrays."""
         text = json.dumps({"lines": self.lines, "place": self.place, "crs": self.crs, "sha256": self.sha256})
         return {
             "elevation": self.elevation,
@@ -63,30 +66,29 @@ class Land:
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
-        """The land that `arrays()` gave."""
+        """Return the land from the result of `arrays()`."""
         about = json.loads(str(arrays["about"]))
         place = None if about["place"] is None else tuple(about["place"])
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
     def part(self, nx: int, ny: int) -> Self:
-        """Its south-west part of so many cells; raises RasterError where it has less."""
+        """Return the south-west part of nx × ny cells; raise RasterError if the land is smaller."""
         if (ny, nx) == self.elevation.shape:
             return self
         has = self.elevation.shape
         if nx > has[1] or ny > has[0]:
             raise refused(
                 "raster",
-                f"smaller than the world: this run kept {has[1]} × {has[0]} cells of it, "
-                f"and the world has {nx} × {ny}",
+                f"smaller than the world: this run saved {has[1]} × {has[0]} cells, but the world has {nx} × {ny}",
                 "",
-                "space.size as it was, or less",
+                "the original space.size, or a smaller one",
             )
         cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
         return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the world [m] in units of `crs`; as they are where the land does not say where it
-        lies."""
+        """Return positions in the world [m] in units of `crs`; unchanged if the land has no known
+        location."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -94,9 +96,9 @@ class Land:
 
 
 def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
-    """Read the land of a world; from the folder of a run, the land that it runs on.
+    """Read the land of a world, or, in the folder of a run, the land that the run saved.
 
-    Raises RasterError, whose keys begin in `terrain`.
+    Raises RasterError, with keys relative to `terrain`.
     """
     if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
         return kept_land(folder).part(*cells(terrain, size))
@@ -106,21 +108,21 @@ def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
 
 
 def kept_land(folder: Path) -> Land:
-    """The land in the folder of a run; raises RasterError where it is damaged."""
+    """Return the land saved in the folder of a run; raise RasterError if the file is damaged."""
     try:
         with np.load(folder / KEPT, allow_pickle=False) as file:
             land = Land.of({name: file[name] for name in ("elevation", "kinds", "lakes", "about")})
             if json.loads(str(file["about"]))["sha256"] == land.sha256:
                 return land
     except DAMAGED as error:
-        raise refused("raster", f"the land of this run cannot be read: {error}", str(folder / KEPT)) from None
+        raise refused("raster", f"cannot read the land of this run: {error}", str(folder / KEPT)) from None
     raise refused(
-        "raster", "the land of this run was changed", str(folder / KEPT), "the file as it was written"
+        "raster", "the saved land of this run has changed", str(folder / KEPT), "the unchanged file"
     )
 
 
 def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:
-    """How many cells the height map has along x and y."""
+    """Return the number of cells of the height map along x and y."""
     return max(1, round(size[0] / terrain.cell)), max(1, round(size[1] / terrain.cell))
 
 
@@ -134,7 +136,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land of a section `terrain` in JSON; `stamps` only tell new files from old ones."""
+    """Read the land of a section `terrain` given as JSON; `stamps` only tells new files from old ones."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -151,7 +153,7 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
             *([raw < land.below] if land.below is not None else []),
             *([rise >= land.steeper] if land.steeper is not None else []),
         ]
-        if conditions:  # a class without any is that of areas of a layer alone
+        if conditions:  # a class without conditions applies only to areas of a layer
             kinds[np.logical_and.reduce(conditions)] = i + 1
     lakes, lines = np.zeros(raw.shape, np.bool_), []
     if terrain.layers:
@@ -162,12 +164,15 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
 
 
 class Frame:
-    """How the cells of a world's height map lie in a raster."""
+    """Positions of the cells of a world's height map in a raster."""
 
     def __init__(self, terrain: Terrain, size: Sequence[float], raster: Raster) -> None:
         self.raster, scale = raster, terrain.scale or 1.0
         self.nx, self.ny = cells(terrain, size)
-        self.size, self.side = (float(size[0]), float(size[1])), terrain.cell / scale  # [m] of the land
+        self.size, self.side = (
+            (float(size[0]), float(size[1])),
+            terrain.cell / scale,
+        )  # [m] in the real landscape
         corner = terrain.corner or [0.0, 0.0]
         per_x, per_y = metres(raster)
         dx, dy = (
@@ -180,7 +185,7 @@ class Frame:
         need = [size[0] / scale + corner[0], size[1] / scale + corner[1]]
         if need[0] > wide * (1 + 1e-6) or need[1] > high * (1 + 1e-6):
             raise _smaller(terrain, raster, (wide, high), need, scale)
-        # centres of the cells in cells of the raster, from its west and its south edge
+        # centers of the cells, in raster cells from its west and south edges
         self.x = ((np.arange(self.nx) + 0.5) * size[0] / self.nx / scale + corner[0]) / dx
         self.y = ((np.arange(self.ny) + 0.5) * size[1] / self.ny / scale + corner[1]) / dy
         self.place: Place | None = None
@@ -194,7 +199,8 @@ class Frame:
             )
 
     def elevations(self, missing: float | None) -> np.ndarray:
-        """Elevations f64[ny, nx] [m] at the centres of cells, linear between those of the raster."""
+        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly from the
+        raster."""
         values = self.raster.values[::-1]
         if missing is not None:
             values = np.where(np.isnan(values), missing, values)
@@ -204,31 +210,31 @@ class Frame:
             column, row = int(self.x[i]), len(values) - 1 - int(self.y[j])
             raise refused(
                 "raster",
-                f"{len(gaps):,} cells of the world have no elevation, the first at "
+                f"{len(gaps):,} cells of the world have no elevation; the first is at "
                 f"column {column + 1}, row {row + 1} of the raster",
                 float("nan"),
-                "a part without gaps (`corner`, space.size), or `missing`: their elevation [m]",
+                "a part without gaps (`corner`, space.size), or `missing`, the elevation of such cells [m]",
             )
         return out
 
     def nearest(self, other: Raster, part: str) -> np.ndarray:
-        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError."""
+        """Return the values f64[ny, nx] of another raster at the centers of cells; raise RasterError."""
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
                 raise refused(
                     part,
-                    f"has {values.shape[1]} × {values.shape[0]} cells, and says not where",
+                    f"has {values.shape[1]} × {values.shape[0]} cells and no coordinates",
                     "",
-                    f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
+                    f"as many cells as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
                 )
             return _picked(values, self.x, self.y)
         if other.crs and own.crs and other.crs != own.crs:
             raise refused(
                 part,
-                "has another coordinate system",
+                "has a different coordinate system",
                 other.crs,
-                f"{own.crs}, as `raster` has; gdalwarp -t_srs brings it there",
+                f"{own.crs}, as in `raster`; convert it with gdalwarp -t_srs",
             )
         dx, dy = _whole(other.dx), _whole(other.dy)
         x = (own.west + self.x * _whole(own.dx) - other.west) / dx
@@ -240,15 +246,17 @@ class Frame:
 
 
 def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """The values in the cells where x and y are, in cells from the first column and row."""
+    """Return the values in the cells at x and y, given in cells from the first column and row."""
     rows, columns = (at.astype(np.int64).clip(0, n - 1) for at, n in zip((y, x), values.shape, strict=True))
     return values[np.ix_(rows, columns)]
 
 
 def metres(raster: Raster) -> tuple[float, float]:
-    """Metres to a unit of x and of y: of degrees and of Web Mercator, on the ellipsoid WGS 84 at the middle
-    latitude (Snyder 1987, pages 25 and 41). Raises RasterError for those of a raster that does not say where
-    it lies, and for other units that are no metres of the land."""
+    """Return the meters per unit of x and of y, on the ellipsoid WGS 84 at the middle latitude for degrees
+    and Web Mercator (Snyder 1987, pages 25 and 41).
+
+    Raises RasterError if the middle latitude is unknown, or if units are far from meters on the ground.
+    """
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):
         _require_metres(raster)
@@ -256,9 +264,9 @@ def metres(raster: Raster) -> tuple[float, float]:
     if raster.north is None:
         raise refused(
             "raster",
-            f"counts in {raster.crs[:40]}, and does not say at which latitude",
+            f"is in {raster.crs[:40]} but has no coordinates, so its latitude is unknown",
             "",
-            "a raster with coordinates, or one in metres",
+            "a raster with coordinates, or a raster in meters",
         )
     middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
     most = math.pi * RADIUS if mercator else 90.0
@@ -283,16 +291,16 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Metres to the east and to the north on the ellipsoid, at a latitude with this cosine, for an angle that
-    is `unit` metres of the equator."""
+    """Return the meters to the east and to the north of `unit`, an angle given in meters at the equator,
+    at a latitude with this cosine, on the ellipsoid."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError for a coordinate system whose metres are far from those of the land in the middle of
-    the raster, where rasterio knows it."""
+    """Raise RasterError if rasterio knows the coordinate system and its meters are far from meters on the
+    ground in the middle of the raster."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -313,15 +321,15 @@ def _require_metres(raster: Raster) -> None:
         if math.isfinite(metre) and abs(metre - 1) > 0.05:
             raise refused(
                 "raster",
-                f"a metre of {raster.crs[:40]} is {metre:.3g} m of this land",
+                f"a meter of {raster.crs[:40]} is {metre:.3g} m on the ground here",
                 "",
-                "a coordinate system in metres of the land, such as UTM, as gdalwarp makes it",
+                "a coordinate system in meters on the ground, such as UTM; convert it with gdalwarp",
             )
 
 
 def _cosine(square: float) -> float:
-    """The cosine of an angle of at most a right one [rad] by its square, of a negative one the hyperbolic
-    cosine of its root; by their series: the same bits on every machine."""
+    """Return the cosine of an angle of at most π/2 [rad] from its square; for a negative square, the
+    hyperbolic cosine. The power series give the same bits on every machine."""
     term = total = 1.0
     for k in range(1, 30, 2):
         term *= -square / (k * (k + 1))
@@ -347,7 +355,8 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Rows of a map at places in units of rows from its edge, linear between their middles."""
+    """Return the rows of a map at positions in rows from its edge, interpolated linearly between row
+    centers."""
     at = np.clip(places - 0.5, 0, len(values) - 1)
     near = np.round(at)
     at = np.where(np.abs(at - near) < 1e-6, near, at)
@@ -365,11 +374,11 @@ def _smaller(
     most = [max(0.0, (has[k] - corner[k]) * scale) for k in range(2)]
     hint = ""
     if raster.dx is not None and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
-        hint = ', or crs = "EPSG:4326" if it counts in degrees'
+        hint = ', or crs = "EPSG:4326" if its unit is degrees'
     return refused(
         "raster",
-        f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, and the "
-        f"world needs {need[0]:,.6g} × {need[1]:,.6g} m of it",
+        f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, but the world needs "
+        f"{need[0]:,.6g} × {need[1]:,.6g} m",
         terrain.raster,
         f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}",
     )

@@ -1,4 +1,5 @@
-"""Reads vector layers, GeoJSON by itself and others through pyogrio, and lays them on the cells of a world."""
+"""Reads vector layers (GeoJSON directly, other formats through pyogrio) and maps them onto the cells of a
+world."""
 
 import glob
 import json
@@ -20,7 +21,7 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 
 Line = np.ndarray  # f64[k, 2]
 Content = tuple[str, list[str], list[tuple[int, Line]]]
-POINT, LINE, AREA = 1, 2, 3  # of WKB; + 3 for several of them; 7 is a collection
+POINT, LINE, AREA = 1, 2, 3  # type codes of WKB; + 3 for the Multi types; 7 is a collection
 BEGINNINGS = {
     ".gpkg": b"SQLite format 3\0",
     ".shp": b"\0\0\x27\n",
@@ -36,21 +37,22 @@ SHAPES = {
     "Polygon": (AREA, 1),
     "MultiPolygon": (AREA, 2),
 }
-"""Shapes of GeoJSON, and how deep in lists their lines are."""
+"""Shapes of GeoJSON, and the nesting depth of their lines."""
 NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 
 
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises RasterError."""
+    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises
+    RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         if frame.place is None:
             raise _refused(
                 i,
                 "file",
-                "given with a raster that does not say where it lies",
+                "needs a raster with coordinates, and `raster` has none",
                 layer.file,
                 "a raster with coordinates",
             )
@@ -85,7 +87,7 @@ def lay(
 
 
 def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tuple[int, Line]]:
-    """Return the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raises
+    """Yield the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raise
     RasterError."""
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
@@ -99,7 +101,7 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
                 nearest(layer.layer, names),
             )
         if crs and own and own != crs:
-            degrees(own)  # refuses what is none
+            degrees(own)  # raises RasterError for an unknown coordinate system
             shapes = [(kind, _brought(part, own, crs, layer, number)) for kind, part in shapes]
     except ImportError:
         raise _refused(number, "file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
@@ -107,38 +109,39 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
         raise RasterError(
             [p if p.key[0] == "layers" else p.moved(key=("layers", number, "file")) for p in error.problems]
         ) from None
-    except Exception as error:  # GDAL has many kinds
+    except Exception as error:  # GDAL raises many types of errors
         raise _refused(
             number,
             "file",
             f"cannot be read: {getattr(error, 'strerror', None) or error}",
             layer.file,
-            f"a file that ends in {listed(BEGINNINGS)}",
+            f"a file ending in {listed(BEGINNINGS)}",
         ) from None
     for kind, part in shapes:
-        if not (np.abs(part) <= FARTHEST).all():  # NaN, too
+        if not (np.abs(part) <= FARTHEST).all():  # refuses NaN, too
             raise _refused(
                 number,
                 "file",
-                "has coordinates that are nowhere on the earth",
+                "has coordinates outside the range of the Earth",
                 layer.file,
-                f"coordinates in metres or degrees, up to {FARTHEST:g}",
+                f"coordinates in meters or degrees, up to {FARTHEST:g}",
             )
-        if len(part):  # "POLYGON EMPTY" has none
+        if len(part):  # "POLYGON EMPTY" has no corners
             yield kind, part
 
 
 def _content(path: Path, layer: str | None) -> Content:
-    """Return a file's coordinate system, "" where it is not known, the names of its layers, and the shapes of
-    one, none where there is no such layer.
+    """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
+    (empty if the layer does not exist).
 
-    GDAL gets bytes, or a Shapefile, which is several files, and only where they begin as its own kind does:
-    it would otherwise take any of its drivers, and some of these open addresses that a file names.
+    GDAL gets bytes, or the path of a Shapefile, which consists of several files, and only if the content
+    begins as the format does: otherwise GDAL would choose among all of its drivers, and some of them open
+    addresses named in a file.
     """
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
     if kind not in BEGINNINGS or not content.lstrip().startswith(BEGINNINGS[kind]):
-        raise ValueError("is of another kind")
+        raise ValueError("has a different file format")
     if kind in (".geojson", ".json"):
         return _of_geojson(json.loads(content), path.stem, layer)
     import pyogrio
@@ -149,7 +152,9 @@ def _content(path: Path, layer: str | None) -> Content:
         source = path
         for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
             check_regular(other.lstat(), MOST_BYTES)
-    with warnings.catch_warnings(action="ignore"):  # bytes have no name that ends as GDAL expects
+    with warnings.catch_warnings(
+        action="ignore"
+    ):  # bytes have no file name with the ending that GDAL expects
         names = [str(name) for name, _ in pyogrio.list_layers(source)]
         if not names or layer not in (None, *names):
             return "", names, []
@@ -159,10 +164,10 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """The same of GeoJSON (RFC 7946), with the name of a coordinate system as it was in 2008."""
+    """Return the same for GeoJSON (RFC 7946); the coordinate system may be named as in the 2008 version."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":
-        raise ValueError("says by an address what its coordinate system is")
+        raise ValueError("defines its coordinate system by a link")
     name = re.sub(r"^urn:ogc:def:crs:(\w+):[^:]*:", r"\1:", crs["properties"]["name"])
     features = data["features"] if data["type"] == "FeatureCollection" else [data]
     shapes = [f["geometry"] if f["type"] == "Feature" else f for f in features]
@@ -189,15 +194,15 @@ def _brought(part: Line, own: str, crs: str, layer: Layer, number: int) -> Line:
         raise _refused(
             number,
             "file",
-            f"is in {own}, and the raster in {crs}",
+            f"is in {own}, but the raster in {crs}",
             layer.file,
-            f"the same coordinate system, or rasterio to change it: {INSTALL}",
+            f"the same coordinate system, or rasterio to convert it: {INSTALL}",
         ) from None
     return np.array(transform(own, crs, *part.T.tolist())[:2]).T
 
 
 def parts_of(wkb: bytes) -> list[tuple[int, Line]]:
-    """The points, lines and rings in a well-known binary of two coordinates (OGC 06-103r4, section 8)."""
+    """Return the points, lines and rings in two-dimensional well-known binary (OGC 06-103r4, section 8)."""
     return _parts(wkb, 0)[0]
 
 
@@ -217,7 +222,7 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
     if kind == LINE:
         return [(LINE, corners(n))], at + 16 * n
     if kind > 7:
-        raise ValueError(f"has shapes that are no points, lines or areas: {kind} of well-known binary")
+        raise ValueError(f"has shapes other than points, lines and areas: {kind} of well-known binary")
     for _ in range(n):
         if kind == AREA:
             (k,) = struct.unpack_from(f"{order}I", wkb, at)
@@ -231,8 +236,10 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Which cells have their centre within areas, bool[ny, nx]: those that a line from there crosses the
-    rings an odd number of times, so that holes are holes."""
+    """Return which cells have their center within areas, bool[ny, nx].
+
+    A center is inside if a ray from it crosses the rings an odd number of times, so holes stay holes.
+    """
     out = np.zeros((frame.ny, frame.nx), np.bool_)
     cx = (np.arange(frame.nx) + 0.5) * frame.size[0] / frame.nx
     cy = (np.arange(frame.ny) + 0.5) * frame.size[1] / frame.ny
@@ -240,14 +247,14 @@ def covered(rings: list[Line], frame: Any) -> np.ndarray:
         low, high = np.searchsorted(cy, [ring[:, 1].min(), ring[:, 1].max()])
         (ax, ay), (bx, by) = ring[:-1].T, ring[1:].T
         for j in range(low, high):
-            k = (ay <= cy[j]) != (by <= cy[j])  # the sides that cross this row
+            k = (ay <= cy[j]) != (by <= cy[j])  # edges that cross this row
             x = ax[k] + (cy[j] - ay[k]) / (by[k] - ay[k]) * (bx[k] - ax[k])
             out[j] ^= np.searchsorted(np.sort(x), cx) % 2 == 1
     return out
 
 
 def within(line: Line, size: tuple[float, float]) -> list[Line]:
-    """The pieces of a line that are in the world (Liang & Barsky 1984)."""
+    """Return the pieces of a line inside the world (Liang & Barsky 1984)."""
     pieces: list[list[np.ndarray]] = []
     for a, b in pairwise(line):
         way, first, last = b - a, 0.0, 1.0

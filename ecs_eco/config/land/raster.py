@@ -1,7 +1,7 @@
-"""Reads rasters: NumPy's .npz and ESRI's ASCII grids by itself, GeoTIFF and some others through rasterio.
+"""Reads rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and some other formats through rasterio.
 
-Files may come from strangers. They are regular files below the folder of their world, and GDAL gets their
-bytes and the one driver that they need: no other file is opened, and no request is sent.
+Files may be untrusted. They must be regular files in or below the folder of their world. GDAL gets their
+bytes and the single driver that they need, so it opens no other file and sends no request.
 """
 
 import importlib.util
@@ -26,7 +26,7 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
-DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the usual ones
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the common ones
 DAMAGED = (
     OSError,
     ValueError,
@@ -42,7 +42,7 @@ DAMAGED = (
     zlib.error,
     zipfile.BadZipFile,
 )
-"""What numpy raises for an .npz that is none."""
+"""Errors that numpy raises for an invalid .npz."""
 GDAL = {
     ".tif": "GTiff",
     ".tiff": "GTiff",
@@ -53,15 +53,15 @@ GDAL = {
     ".dt2": "DTED",
 }  # drivers that read one file and follow no name in it
 KINDS = f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
-FARTHEST = 1e9  # of a coordinate, in metres or degrees: the earth has 4e7 m
+FARTHEST = 1e9  # limit of a coordinate, in meters or degrees: the Earth's circumference is 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
 
 class Raster(NamedTuple):
-    """Numbers on a grid, f64[ny, nx], the first row in the north, NaN where there is none.
+    """Numbers on a grid, f64[ny, nx], northernmost row first, NaN where there is no value.
 
     `west` and `north` are the outer edges and `dx`, `dy` the sides of a cell, in units of `crs`; all four are
-    None where the file does not say them. `crs` is "" where it is not known.
+    None if the file does not state them. `crs` is "" if unknown.
     """
 
     values: np.ndarray
@@ -73,17 +73,17 @@ class Raster(NamedTuple):
 
 
 class RasterError(ConfigError):
-    """A raster that cannot be read; the key of its problem is "raster", "band" or "crs"."""
+    """Error for a raster that cannot be read; the key of its problem is "raster", "band" or "crs"."""
 
 
 def refused(part: str, what: str, value: object, allowed: str = "", near: str = "") -> RasterError:
-    """The error of one problem."""
+    """Return the error for one problem."""
     return RasterError([Problem((part,), what, value, allowed, near)])
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """Return the path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an
-    installed package; raises RasterError where there is no such package, or the file is not below there."""
+    """Return the path of a raster: a file in `folder`, or, for "package:path", a file of an installed
+    package. Raises RasterError if the package does not exist or the file is outside the folder."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return _below(folder, name, name)
@@ -97,18 +97,18 @@ def path_of(name: str, folder: Path) -> Path:
 
 
 def _below(folder: Path, rest: str, name: str) -> Path:
-    """Return the path of a file in a folder; raises RasterError where that is elsewhere, by links too."""
+    """Return the path of a file in a folder; raise RasterError if it is outside, also through links."""
     path = folder / rest
     if "\0" in name:
-        raise refused("raster", "cannot be read: is no name of a file", name, KINDS)
+        raise refused("raster", "cannot be read: not a file name", name, KINDS)
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
-        allowed = "a file next to the world file, or in a folder there"
-        raise refused("raster", "is not in the world's folder", name, allowed)
+        allowed = "a file next to the world file, or in a folder below it"
+        raise refused("raster", "is outside the world's folder", name, allowed)
     return path
 
 
 def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
-    """Read one band of a raster file; `crs` counts where the file says none. Raises RasterError."""
+    """Read one band of a raster file; `crs` applies if the file states none. Raises RasterError."""
     path = path_of(name, folder)
     try:
         status = os.stat(path)
@@ -121,7 +121,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
             "raster",
             f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells",
             name,
-            "2 cells at least along each side",
+            "at least 2 cells along each side",
         )
     raster = raster if crs is None or raster.crs else raster._replace(crs=crs)
     _check_place(raster, name)
@@ -129,22 +129,22 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
 
 
 def _check_place(raster: Raster, name: str) -> None:
-    """Raise RasterError for a raster whose coordinates are none of the earth."""
+    """Raise RasterError for a raster whose coordinates are outside the range of the Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
             raise refused(
                 "raster",
                 f"has its edge in the {word} at {value:g}",
                 name,
-                f"coordinates in metres or degrees, up to {FARTHEST:g}",
+                f"coordinates in meters or degrees, up to {FARTHEST:g}",
             )
     for value in (raster.dx, raster.dy):
         if value is not None and not 1 / FARTHEST < value < FARTHEST:
-            raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in metres or degrees")
+            raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in meters or degrees")
 
 
 def web_mercator(crs: str) -> bool:
-    """Whether a coordinate system is that of maps in browsers, whose metres are those of the equator."""
+    """Return whether a coordinate system is Web Mercator, whose meters are true only at the equator."""
     return (
         re.search(
             r"^\s*(EPSG|ESRI):(3857|3785|900913|102100|102113)\s*$|Pseudo.Mercator|Auxiliary_Sphere"
@@ -157,10 +157,10 @@ def web_mercator(crs: str) -> bool:
 
 
 def degrees(crs: str) -> bool:
-    """Return whether a coordinate system counts in degrees; raises RasterError for an unknown one."""
-    # PROJ would take an address or a path for a place to read one from, and open files of grids
+    """Return whether the unit of a coordinate system is degrees; raise RasterError for an unknown system."""
+    # PROJ would read a definition from an address or a path, and open grid files
     if "grids=" in crs or not re.match(r"\w+:[\w:.,+-]*$|\s*\w+\s*\[|\s*\{|\s*\+", crs):
-        raise refused("crs", "names no coordinate system", crs, 'such as "EPSG:4326" or "EPSG:32616"')
+        raise refused("crs", "not a coordinate system", crs, 'such as "EPSG:4326" or "EPSG:32616"')
     if crs.upper() in DEGREES or re.match(r"\s*GEOG(CS|CRS|RAPHICCRS)\[", crs):
         return True
     try:
@@ -172,16 +172,13 @@ def degrees(crs: str) -> bool:
         return bool(CRS.from_user_input(crs).is_geographic)
     except CRSError as error:
         raise refused(
-            "crs",
-            f"no coordinate system that PROJ knows: {error}",
-            crs,
-            'such as "EPSG:4326" or "EPSG:32616"',
+            "crs", f"unknown to PROJ: {error}", crs, 'such as "EPSG:4326" or "EPSG:32616"'
         ) from None
 
 
 @lru_cache(maxsize=4)
 def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
-    """Read a file; `changed` and `size` only tell a new file from the one in the cache."""
+    """Read a file; `changed` and `size` only tell a new file from the cached one."""
     if path.suffix.lower() == ".npz":
         return _of_npz(path, band)
     if path.suffix.lower() in OWN:
@@ -203,7 +200,7 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
     except DAMAGED as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
-        raise refused("raster", f"is no .npz of plain arrays: {error}", str(path), KINDS) from None
+        raise refused("raster", f"not an .npz of plain arrays: {error}", str(path), KINDS) from None
     grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
     values = _checked(arrays[grids[_chosen(band, grids)]].astype(np.float64))
     ny, nx = values.shape
@@ -224,7 +221,7 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
 
 
 def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, float | None, float | None]:
-    """West, north and the sides of cells, from numbers named xmin, xmax, ymin, ymax, dx, dy."""
+    """Return west, north and the sides of cells from numbers named xmin, xmax, ymin, ymax, dx, dy."""
     number = {name: float(a) for name, a in arrays.items() if a.ndim == 0 and a.dtype.kind in "iuf"}
     if not (number.get("dx") and number.get("dy")):
         return None, None, None, None
@@ -234,11 +231,11 @@ def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, f
 
 
 def _chosen(band: int | str | None, names: list[str]) -> int:
-    """The place, from 0, of a band by its number or name; raises RasterError."""
+    """Return the index of a band, from 0, by its number or name; raise RasterError."""
     if not names:
-        raise refused("raster", "has no array of two axes", "", "numbers on a grid")
+        raise refused("raster", "has no two-dimensional array", "", "numbers on a grid")
     if isinstance(band, str) and band not in names:
-        raise refused("band", "no band of this name", band, listed(names), nearest(band, names))
+        raise refused("band", "no band with this name", band, listed(names), nearest(band, names))
     number = names.index(band) + 1 if isinstance(band, str) else band or 1
     if number > len(names):
         allowed = f"1 to {len(names)}" if len(names) > 1 else "1, the only one"
@@ -258,7 +255,7 @@ def _checked(values: np.ndarray) -> np.ndarray:
 
 def _of_ascii(path: Path, band: int | str | None) -> Raster:
     if band not in (None, 1):
-        raise refused("band", "no such band", band, "1: a grid in text has one")
+        raise refused("band", "no such band", band, "1: an ASCII grid has a single band")
     text = read_bytes(path, MOST_BYTES).decode("utf-8-sig", "replace")
     head: dict[str, float] = {}
     at = 0
@@ -272,7 +269,7 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
             if name != "nodata_value" and not abs(head[name]) < 1e18:
                 raise ValueError
         except ValueError:
-            raise refused("raster", f"{match[1]} is no number", match[2], "an ESRI ASCII grid") from None
+            raise refused("raster", f"{match[1]} is not a number", match[2], "an ESRI ASCII grid") from None
         at += len(line)
     nx, ny = int(head.get("ncols", 0)), int(head.get("nrows", 0))
     dx, dy = (head.get(name, head.get("cellsize", 0.0)) for name in ("dx", "dy"))
@@ -280,22 +277,22 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
         missing = [n for n in ("ncols", "nrows", "cellsize") if n not in head]
         raise refused(
             "raster",
-            f"is no ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
+            f"not an ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
             str(path),
             "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows",
         )
     try:
         values = np.array(text[at:].split(), np.float64)
     except ValueError as error:
-        raise refused("raster", f"is no ESRI ASCII grid: {error}", str(path), "numbers in rows") from None
+        raise refused("raster", f"not an ESRI ASCII grid: {error}", str(path), "numbers in rows") from None
     if values.size != nx * ny:
         raise refused(
             "raster",
-            f"has {values.size:,} numbers, and ncols × nrows are {nx * ny:,}",
+            f"has {values.size:,} numbers, but ncols × nrows is {nx * ny:,}",
             str(path),
-            "as many as its head says",
+            "as many numbers as its header states",
         )
-    with np.errstate(over="ignore"):  # the most negative number of float32, in more digits or fewer
+    with np.errstate(over="ignore"):  # the most negative number of float32, written with more or fewer digits
         none = np.float32(head.get("nodata_value", -9999.0))
         values[(values.astype(np.float32) == none) | (abs(values) > 1e38)] = np.nan
     west = head["xllcorner"] if "xllcorner" in head else head.get("xllcenter", dx / 2) - dx / 2
@@ -312,7 +309,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     driver = GDAL.get(path.suffix.lower())
     if driver is None:
         raise refused(
-            "raster", "is of a kind that is not read", str(path), f"{KINDS}; gdal_translate makes one"
+            "raster", "has an unsupported format", str(path), f"{KINDS}; convert it with gdal_translate"
         )
     try:
         import rasterio
@@ -321,7 +318,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
             "raster",
             "needs rasterio, which is not installed",
             str(path),
-            f"{INSTALL}; or an .npz or .asc, which need nothing",
+            f"{INSTALL}; or an .npz or .asc file, which need no extra package",
         ) from None
     try:
         with (
@@ -336,14 +333,14 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
                     "raster",
                     f"has {source.width * source.height:.3g} cells",
                     str(path),
-                    f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin",
+                    f"at most {MOST_CELLS:.0e}: cut out a part, for example with gdal_translate -srcwin",
                 )
             values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
             values = values * source.scales[number - 1] + source.offsets[number - 1]
             return _placed_by_gdal(source, _checked(values), path)
     except ConfigError:
         raise
-    except Exception as error:  # GDAL has many kinds
+    except Exception as error:  # GDAL raises many types of errors
         raise refused("raster", f"cannot be read: {error}", str(path), KINDS) from None
 
 
@@ -355,18 +352,18 @@ def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
     if t.b or t.d:
         raise refused(
             "raster",
-            "is turned: its rows do not run from west to east",
+            "is rotated: its rows do not run from west to east",
             str(path),
-            "a raster with north up, as gdalwarp makes it",
+            "a raster with north up; convert it with gdalwarp",
         )
     projected = source.crs is not None and source.crs.is_projected
     unit = float(source.crs.linear_units_factor[1]) if projected else 1.0
     if unit != 1.0:
         raise refused(
             "raster",
-            f"counts in units of {unit:g} m",
+            f"is in units of {unit:g} m",
             str(path),
-            "a coordinate system in metres or degrees, as gdalwarp makes it",
+            "a coordinate system in meters or degrees; convert it with gdalwarp",
         )
     values = values[::-1] if t.e > 0 else values
     values = values[:, ::-1] if t.a < 0 else values

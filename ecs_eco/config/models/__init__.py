@@ -1,4 +1,4 @@
-"""The contents of a world file: a model for each section, with description, unit and limits of every key.
+"""The contents of a world file: a model for each section, with the description, unit and range of every key.
 
-Checks across sections belong to `ecs_eco.config.checks`.
+`ecs_eco.config.checks` contains the checks across sections.
 """

@@ -1,4 +1,4 @@
-"""Islands: worlds of one kind, with values of their own, that exchange migrants."""
+"""Islands: worlds of one kind, each with its own values, that exchange migrants."""
 
 import math
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from ecs_eco.inputs.section import Name, Section, Share, about, is_absent, is_em
 
 
 def _named(islands: object) -> Any:
-    """A number of islands as a table of so many, and tables within as dotted keys."""
+    """Return islands as a table: a number becomes this many entries, and nested tables become dotted keys."""
     if isinstance(islands, int) and not isinstance(islands, bool):
         return {f"island_{i}": {} for i in range(1, min(islands, MOST_ISLANDS + 1) + 1)}
     if isinstance(islands, dict):
@@ -21,7 +21,7 @@ def _named(islands: object) -> Any:
 
 
 def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
-    """Dotted keys with their values; keys that hold a dot are dotted keys already."""
+    """Yield dotted keys with their values; a key that contains a dot is already dotted."""
     for key, value in values.items():
         if isinstance(value, dict) and value:
             yield from _flat(value, f"{prefix}{key}.")
@@ -30,8 +30,8 @@ def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 class Archipelago(Section):
-    """Islands: as many worlds as are named here, each on its own but for migrants, which leave and arrive at
-    barriers. Without values of its own an island is as the rest of the file says."""
+    """Islands: a world for each entry, connected only by migrants, which leave and arrive at barriers. An
+    island without its own values is as the rest of the file describes."""
 
     submodel = Submodel(
         "Migration",
@@ -41,32 +41,32 @@ class Archipelago(Section):
             "`migration_probability` and "
             "arrives on a neighboring island, drawn with equal probability."
         },
-        draws="which individuals migrate, and where to",
+        draws="which individuals migrate, and their destinations",
     )
 
     islands: Annotated[
         dict[Name, dict[str, Any]], BeforeValidator(_named), Field(min_length=2, max_length=MOST_ISLANDS)
     ] = about(
-        "name = { dotted key = value of its own, … }, as with --set; or the number of islands that are alike"
+        "name = { dotted key = the island's value, … }, as with --set; or the number of identical islands"
     )
     migration_interval: Annotated[int, Field(ge=1, le=10**12)] = quantity(
-        "from one barrier to the next", "ticks", former="every"
+        "time between barriers", "ticks", former="every"
     )
     graph: Literal["ring", "grid", "full", "own"] = about(
-        "neighbors of each island: ring, to the next and to the one before; grid, the four next to it in a "
-        "square that is filled row by row; full, all; own, as in edges",
+        "neighbors of each island: ring, the next and the previous island; grid, the four adjacent islands "
+        "in a square filled row by row; full, all islands; own, as in edges",
         "ring",
     )
     edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
-        '[from, to] of each way, for graph = "own"; the way back is another', [], exclude_if=is_empty
+        '[from, to] of each connection in one direction, for graph = "own"', [], exclude_if=is_empty
     )
     migration_probability: dict[Name, Share] = table(
-        "species = chance that one of its members leaves at a barrier, to a neighbor drawn at random [1]",
+        "species = probability that a member leaves at a barrier, to a neighbor drawn at random [1]",
         dict,
         former="emigration",
     )
     here: Name | None = about(
-        "the island that this world is; runs set it for each of them", None, exclude_if=is_absent
+        "the island that this world represents; a run sets it for each island", None, exclude_if=is_absent
     )
 
     @property
@@ -76,16 +76,16 @@ class Archipelago(Section):
 
     @property
     def number(self) -> int:
-        """The number of the island that this world is; 0 where it is none."""
+        """The number of the island that this world represents; 0 without an island."""
         return 0 if self.here is None else self.names.index(self.here)
 
     @property
     def first_uid(self) -> int:
-        """The first uid that this world gives."""
+        """The first uid that this world assigns."""
         return first_uid(self.number)
 
     def neighbours(self) -> list[list[int]]:
-        """The islands that each may send migrants to, by number and in ascending order."""
+        """Return the islands that each island may send migrants to, by number in ascending order."""
         n, known = len(self.islands), {name: i for i, name in enumerate(self.islands)}
         width = math.ceil(math.sqrt(n))
         if self.graph == "own":
@@ -107,5 +107,5 @@ class Archipelago(Section):
         return [sorted(j for i, j in pairs if i == origin) for origin in range(n)]
 
     def meets(self, tick: int) -> bool:
-        """Whether migrants leave and arrive before a tick."""
+        """Return whether migrants leave and arrive before a tick."""
         return tick > 0 and tick % self.migration_interval == 0

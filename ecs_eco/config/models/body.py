@@ -21,15 +21,15 @@ from ecs_eco.inputs.section import (
 
 
 class Body(Section):
-    """A sphere; a capsule, which is a cylinder with two half spheres as its ends, along its heading; or an
-    upright box. On a plane they are seen from above: a disc, a stadium, a rectangle."""
+    """A sphere; a capsule, which is a cylinder along its heading with two hemispheres as its ends; or an
+    upright box. In a plane they appear as seen from above: a disc, a stadium, a rectangle."""
 
     shape: Literal["sphere", "capsule", "box"] = about(
-        "its shape", "sphere", exclude_if=lambda shape: shape == "sphere"
+        "shape", "sphere", exclude_if=lambda shape: shape == "sphere"
     )
     radius: Positive = quantity(
-        "radius of a sphere, or of a capsule across; that of the smallest sphere "
-        "around a box follows from its size, and is not given",
+        "radius of a sphere or of the cross-section of a capsule; not given for a box, because "
+        "its size determines the radius of its smallest enclosing sphere",
         "m",
         own=COLUMN,
     )
@@ -37,8 +37,7 @@ class Body(Section):
         "length of a capsule along its heading, from tip to tip", "m", None, exclude_if=is_absent, own=FORM
     )
     size: Annotated[list[Positive], Field(min_length=2, max_length=3)] | None = quantity(
-        "size of a box along its heading, across, and upright; without the third "
-        "number it is as high as wide",
+        "length, width and height of a box; without the third number, the height equals the width",
         "m",
         None,
         exclude_if=is_absent,
@@ -46,28 +45,28 @@ class Body(Section):
     )
     mass: Positive = quantity("mass", "kg", 1.0, change=FREE, own=COLUMN)
     density: Positive | None = quantity(
-        "its mass is this times its volume; instead of mass",
+        "density, from which mass follows as density × volume; instead of mass",
         "kg/m^3",
         None,
         exclude_if=is_absent,
         change=FREE,
-        own="mass follows from it: that of an organism is body.mass",
+        own="mass follows from it; genes can code for body.mass instead",
     )
-    opaque: bool = about("whether it hides what is behind it", True, change=FREE)
+    opaque: bool = about("whether it blocks the view of bodies behind it", True, change=FREE)
     solid: bool = about("whether it pushes other solid bodies away", False, change=FREE)
     sinking: Real = quantity(
-        "speed at which it sinks in a volume, negative: rises", "m/s", 0.0, change=FREE, own=True
+        "speed at which it sinks in a volume; if negative, it rises", "m/s", 0.0, change=FREE, own=True
     )
     compressible: bool = about(
-        "whether the pressure in it is that of its place, which rises with depth; "
-        "else properties.pressure stays, and may be that of the blood",
+        "whether its internal pressure equals the ambient pressure, which increases with depth; else "
+        "properties.pressure stays constant and may stand for blood pressure",
         False,
         exclude_if=is_absent,
     )
 
     @property
     def extents(self) -> tuple[float, float, float]:
-        """Its length along the heading, its width and its height [m]."""
+        """Length along the heading, width and height [m]."""
         if self.size is not None:
             length, width, *height = self.size
             return length, width, height[0] if height else width
@@ -75,12 +74,12 @@ class Body(Section):
 
     @property
     def bound(self) -> float:
-        """Radius of the smallest sphere around it [m]."""
+        """Radius of the smallest enclosing sphere [m]."""
         return self.radius if self.length is None else self.length / 2
 
     @property
     def volume(self) -> float:
-        """Its volume [m^3]."""
+        """Volume [m^3]."""
         if self.size is not None:
             return math.prod(self.extents)
         r, straight = self.radius, self.extents[0] - 2 * self.radius
@@ -99,12 +98,12 @@ class Body(Section):
     @model_validator(mode="before")
     @classmethod
     def _derive(cls, data: object) -> Any:
-        """Put in what follows from other keys; wrong ones are left for their own checks."""
+        """Fill in values that follow from other keys; invalid values are left for their own checks."""
         if not isinstance(data, dict):
             return data
         if data.get("shape") == "box":
             if "radius" in data:
-                raise ValueError("a box has no radius: its size says it all")
+                raise ValueError("a box has no radius: its size defines it")
             size = data.get("size")
             data = data | {"radius": _around(size) if isinstance(size, list) else 1.0}
         if "density" in data and "mass" in data:
@@ -116,12 +115,12 @@ class Body(Section):
         for key, shape in (("length", "capsule"), ("size", "box")):
             given = getattr(self, key) is not None
             if given and self.shape != shape:
-                raise ValueError(f'{key} is that of a {shape}: shape = "{shape}", or no {key}')
+                raise ValueError(f'{key} needs the shape of a {shape}: shape = "{shape}", or no {key}')
             if not given and self.shape == shape:
                 raise ValueError(f"a {shape} needs its {key} [m]")
         if self.length is not None and self.length < 2 * self.radius:
             raise ValueError(
-                f"its length is from tip to tip, so it is at least twice the radius, {2 * self.radius:g} m"
+                f"the length from tip to tip must be at least twice the radius, {2 * self.radius:g} m"
             )
         if self.density is not None:
             self.__dict__["mass"] = mass = self.density * self.volume
@@ -131,13 +130,14 @@ class Body(Section):
 
     @model_serializer(mode="wrap")
     def _leave_out(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what follows from other keys."""
+        """Leave out values that follow from other keys."""
         data: dict[str, Any] = write(self)
         derived = {"radius": self.shape == "box", "mass": self.density is not None}
         return {key: value for key, value in data.items() if not derived.get(key)}
 
 
 def _around(size: list[Any]) -> float:
-    """Radius of the smallest sphere around a box [m]; 1 where its size is wrong, which is said elsewhere."""
+    """Return the radius of the smallest sphere around a box [m]; 1 if its size is invalid, which is
+    reported elsewhere."""
     sides = [float(side) for side in size if isinstance(side, int | float) and 0 < side <= 1e30]
     return math.hypot(*[*sides, sides[-1]][:3]) / 2 if len(sides) == len(size) in (2, 3) else 1.0

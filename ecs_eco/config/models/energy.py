@@ -1,4 +1,4 @@
-"""The energy of an organism: what it burns, and moves by."""
+"""The energy of an organism: its budget and the costs of movement."""
 
 import math
 from typing import Annotated
@@ -21,52 +21,55 @@ from ecs_eco.inputs.section import (
 
 
 class Metabolism(Section, change=FREE):
-    """The energy budget of one organism; the unit of energy is the world's own."""
+    """The energy budget of an organism; each world chooses its unit of energy."""
 
     energy: NonNegative = quantity(
-        "energy at the start and of a newborn without parent",
+        "energy at the start, and of a newborn without parents",
         "energy",
         1.0,
-        own="founders bring it along; of those with parents it is reproduction.energy_given",
+        own="only founders start with it; newborns with parents get reproduction.energy_given",
     )
     energy_spread: Share | None = quantity(
-        "founders and immigrants have 1 − energy_spread to 1 + energy_spread times that energy, drawn evenly "
-        "and at most energy_max; 0: all have the same; absent: 0.25 for a species with a nervous system, so "
-        "that not all starve at once, 0 for others",
+        "founders and immigrants have 1 − energy_spread to 1 + energy_spread times this energy, drawn "
+        "uniformly and at most energy_max; 0: all have the same energy; absent: 0.25 for a species with a "
+        "nervous system, so that organisms do not all starve at once, else 0",
         "1",
         None,
         exclude_if=is_absent,
         own=PARENTLESS,
     )
-    energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0, own=True)
-    basal: NonNegative = quantity("energy burned by living", "energy/s", 0.0, own=True)
+    energy_max: Positive = quantity("maximum energy that an organism can store", "energy", 1.0, own=True)
+    basal: NonNegative = quantity("basal metabolic rate", "energy/s", 0.0, own=True)
     photosynthesis: NonNegative = quantity(
-        "energy made in full light", "energy/s", 0.0, own=Column("Growth", "growth"), former="growth"
+        "energy gained by photosynthesis in full light",
+        "energy/s",
+        0.0,
+        own=Column("Growth", "growth"),
+        former="growth",
     )
     handling_time: NonNegative = quantity(
-        "time after a meal without another", "s", 0.0, own=True, former="digestion"
+        "time after a meal before the next meal can begin", "s", 0.0, own=True, former="digestion"
     )
     torpor: bool = about(
-        "whether it falls into torpor where no energy is left: it burns nothing, stands "
-        "still and does not mate until it has eaten or grown; else energy falls below 0, "
-        "and `lethal` says what that means",
+        "whether it enters torpor when no energy is left: it burns nothing, does not move and does not mate "
+        "until it has eaten or grown; else energy falls below 0, and `lethal` defines the consequences",
         False,
         exclude_if=is_absent,
     )
 
 
 class Locomotion(Section, change=FREE, own=True):
-    """Gaits, their costs, and how fast it turns."""
+    """Gaits, their costs, and turning."""
 
     speed: dict[Name, NonNegative] = quantity("speed of each gait", "m/s", min_length=1)
     cost: dict[Name, NonNegative] = quantity("energy burned in each gait", "energy/s", {})
-    turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
-    climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
+    turn: NonNegative = quantity("turning rate", "rad/s", 0.0)
+    climb: NonNegative = quantity("vertical speed in a volume, the same in all gaits", "m/s", 0.0)
     pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
-        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb",
+        "angle at which it swims up or down in a volume, at the speed of its gait; instead of climb",
         "rad",
         0.0,
     )
     drag: NonNegative = quantity(
-        "rate at which speed approaches that of the gait, by drag; 0: at once", "1/s", 0.0
+        "rate at which drag brings its speed to the gait's speed; 0: immediately", "1/s", 0.0
     )

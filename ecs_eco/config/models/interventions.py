@@ -1,4 +1,4 @@
-"""Interventions in a running world, and what people do with land and sea all the time."""
+"""Interventions during a run, and continuous human use of land and sea."""
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -33,7 +33,7 @@ REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 class Intervention(Section):
     """The time of an intervention.
 
-    Each is carried out at the start of its tick, before anything else happens.
+    Each is carried out at the start of its tick, before anything else.
     """
 
     at: Tick = quantity("the tick", "ticks")
@@ -43,102 +43,106 @@ class Intervention(Section):
     until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
-        """Whether it is carried out in this tick."""
+        """Return whether it is carried out in this tick."""
         return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
-        """The first tick from this one on in which it is carried out; None where there is none."""
+        """Return the first tick from this tick on in which it is carried out, or None."""
         if tick <= self.at or self.every is None:
             return self.at if tick <= self.at else None
         at = tick + (self.at - tick) % self.every
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """The single intervention of this tick as a dict of JSON types, as in a world file."""
+        """Return this tick's single intervention as a dict of JSON types, as in a world file."""
         data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
         return {key: value for key, value in data.items() if value is not None}
 
 
 class Cull(Intervention):
-    """Some organisms die, with a cause of death of its own."""
+    """Kills some organisms, with its own cause of death."""
 
     kind: Literal["cull"]
     species: Name = about("a species or an object type")
-    share: Share | None = quantity("share of those alive that die, rounded to whole organisms", "1", None)
+    share: Share | None = quantity(
+        "proportion of the living organisms that die, rounded to whole organisms", "1", None
+    )
     count: Count | None = quantity(
-        "how many die, or all if there are fewer; give one of share, count and uids", "1", None
+        "number of organisms that die, or all if there are fewer; give one of share, count and uids",
+        "1",
+        None,
     )
     uids: (
         Annotated[list[Annotated[int, Field(ge=1, lt=2**63)]], Field(min_length=1, max_length=100_000)] | None
-    ) = about("uids of those that die, if alive; give one of share, count and uids", None)
-    region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
+    ) = about("uids of the organisms that die, if alive; give one of share, count and uids", None)
+    region: Region | None = quantity(f"only organisms in {REGION}; absent: all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
-        "which die first; the richest have the most energy; ties are broken at random", "random"
+        "which organisms die first; the richest have the most energy; ties are broken at random", "random"
     )
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "culled")
 
 
 class Add(Intervention):
-    """Newcomers in the state of the founders; they come to life at the end of the tick."""
+    """Adds organisms in the state of founders; they come to life at the end of the tick."""
 
     kind: Literal["add"]
     species: Name = about("a species or an object type")
-    count: Count = quantity("how many, limited by max_count", "1")
-    region: Region | None = quantity(f"at random places in {REGION}; absent: anywhere", "m", None)
-    at_place: Point | None = quantity("all at this place", "m", None)
+    count: Count = quantity("number of organisms, limited by max_count", "1")
+    region: Region | None = quantity(f"at random positions in {REGION}; absent: anywhere", "m", None)
+    at_place: Point | None = quantity("all at this position", "m", None)
 
 
 class Fence(Intervention):
-    """A line that walkers cannot cross from then on; smells, sight and births can."""
+    """A new line that walkers cannot cross; smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
         "the corners of the fence", "m", None
     )
-    region: Region | None = quantity(f"the fence goes around {REGION}; give line or region", "m", None)
+    region: Region | None = quantity(f"the fence surrounds {REGION}; give line or region", "m", None)
     remove: bool = about(
-        "whether to remove the fence that stands there; without line and region, all fences", False
+        "whether to remove the existing fence there; without line and region, all fences", False
     )
 
 
 class Road(Intervention):
-    """A strip of ground on which walkers are faster or slower from then on, and pay more or less for each
-    second; where two cross, the later one counts."""
+    """A new strip of ground on which walkers are faster or slower and pay more or less per second; where
+    two roads cross, the later road applies."""
 
     kind: Literal["road"]
     line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
-        "the corners of its middle line", "m", None
+        "the vertices of its center line", "m", None
     )
     width: Positive = quantity(
-        "breadth of the strip; at least the cells of the ground that the line passes", "m", 1.0
+        "width of the strip; it covers at least the ground cells on the line", "m", 1.0
     )
-    pace: Positive = quantity("factor of the speed of animals on it", "1", 1.0)
-    cost: NonNegative = quantity("factor of the cost of moving per second", "1", 1.0)
-    remove: bool = about("whether to take away the road that lies there; without line, all roads", False)
+    pace: Positive = quantity("factor for the speed of animals on it", "1", 1.0)
+    cost: NonNegative = quantity("factor for the cost of moving per second", "1", 1.0)
+    remove: bool = about("whether to remove the existing road there; without line, all roads", False)
 
 
 class Dose(Intervention):
-    """A substance comes into the world from outside, into a field or into bodies, or is taken away: manure on
-    a meadow, poison in a lake, salt licks. The ledger of matter counts it as brought in."""
+    """A substance enters the world from outside, into a field or into bodies, or is removed: manure on a
+    meadow, poison in a lake, salt licks. The ledger of matter counts it as an external input."""
 
     kind: Literal["dose"]
     field: Name | None = about(
-        "a field: the dose is spread evenly over its cells in the region; give field or species", None
+        "a field: the dose is spread evenly over its cells in the region; give either field or species", None
     )
     species: Name | None = about(
         "a species or an object type: each of its bodies in the region gets the dose", None
     )
-    substance: Name | None = about("what the bodies get; a field has its own", None)
+    substance: Name | None = about("the substance added to bodies; a field has its own", None)
     amount: Real = quantity(
-        "the dose; below 0: so much is taken away, or all that is there; of a smell "
-        "without substance in its own unit",
+        "the dose; below 0: this amount is removed, or all if there is less; for a smell without substance "
+        "in the unit of the smell",
         "mol",
     )
     region: Region | None = quantity(f"{REGION}, in a volume at all depths; absent: everywhere", "m", None)
 
 
 class Set(Intervention):
-    """Values of the world file change from then on."""
+    """Changes values of the world file for the rest of the run."""
 
     kind: Literal["set"]
     set: Annotated[
@@ -153,13 +157,14 @@ class Set(Intervention):
 
 
 class Switch(Intervention):
-    """Reproduction or learning stops, or resumes."""
+    """Reproduction or learning stops or resumes."""
 
     kind: Literal["switch"]
     species: Name | None = about("the species; absent: all", None)
-    reproduction: bool | None = about("whether newborn come", None)
+    reproduction: bool | None = about("whether organisms reproduce", None)
     learning: bool | None = about(
-        "whether policies learn; one that stops discards the experience it has not yet learned from", None
+        "whether policies learn; a policy that stops discards the experience that it has not yet learned from",
+        None,
     )
 
 
@@ -167,14 +172,14 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return those of `planned` that are due in a tick or after it,
-    each with the first such tick as its `at`."""
+    """Return the interventions of `planned` that are due in a tick or after it, each with its first such
+    tick as `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
 
 def describe(done: Mapping[str, Any] | str) -> str:
-    """One line on an intervention that was carried out."""
+    """Return one line that describes an intervention that was carried out."""
     if isinstance(done, str):
         return done
     where = f" in {_place(done['region'])}" if done.get("region") else ""
@@ -205,7 +210,7 @@ def describe(done: Mapping[str, Any] | str) -> str:
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
-    """How many a cull took, in words."""
+    """Return the number of organisms in a cull, in words."""
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
     return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
@@ -216,7 +221,7 @@ def _place(numbers: Sequence[float]) -> str:
 
 
 class Use(Section, change=FREE):
-    """Where and when something is done, at the start of a tick, after interventions."""
+    """Place and time of a continuous use, at the start of a tick, after interventions."""
 
     species: Name = about("a species or an object type", change=ANEW)
     region: Region | None = quantity(f"in {REGION}; absent: everywhere", "m", None)
@@ -224,11 +229,11 @@ class Use(Section, change=FREE):
     until: Tick | None = quantity("the last tick; absent: to the end of the run", "ticks", None)
     period: Positive | None = quantity("length of a year, for season and quota", "s", None)
     season: Annotated[list[Share], Field(min_length=2, max_length=2)] | None = about(
-        "from which share of each year to which; absent: all the year", None
+        "start and end as fractions of each year; absent: all year", None
     )
 
     def active(self, tick: int, dt: float) -> bool:
-        """Whether it is done in a tick of dt [s]."""
+        """Return whether the use takes place in a tick of dt [s]."""
         if tick < self.at or (self.until is not None and tick > self.until):
             return False
         if self.season is None or self.period is None:
@@ -237,40 +242,40 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """The number of the year that a tick of dt [s] is in, from 0; always 0 without years."""
+        """Return the number of the year that contains a tick of dt [s], from 0; always 0 without years."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """The ratio of whole numbers that a value stands for, 1/5 for 0.2: with it every year has the same ticks,
-    which the rounding of floats would shift."""
+    """Return the ratio of integers that a value stands for, 1/5 for 0.2, so that rounding of floats does
+    not shift the ticks of a year."""
     return Fraction(value).limit_denominator(10**6)
 
 
 class Harvest(Use):
-    """Organisms or objects are taken at a rate, up to a quota: fishing, felling, hunting, reaping."""
+    """Removes organisms or objects at a rate, up to a quota: fishing, felling, hunting, reaping."""
 
     kind: Annotated[Literal["harvest"], Change(ANEW)]
-    rate: NonNegative = quantity(
-        "share of those there that is taken in a second (the mortality F of Baranov 1918)", "1/s"
-    )
+    rate: NonNegative = quantity("proportion removed per second (the mortality F of Baranov 1918)", "1/s")
     quota: Count | None = quantity(
-        "most that is taken in a year, or ever where there are no years; absent: no limit", "1", None
+        "maximum number removed per year, or in total without years; absent: no limit", "1", None
     )
     least: NonNegative | None = quantity(
-        "least radius of a body that is taken, as of a mesh; absent: any", "m", None
+        "minimum radius of a removed body, as set by a mesh; absent: any", "m", None
     )
-    most: NonNegative | None = quantity("greatest radius of a body that is taken; absent: any", "m", None)
+    most: NonNegative | None = quantity("maximum radius of a removed body; absent: any", "m", None)
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "harvested")
 
 
 class Plant(Use):
-    """Newcomers are brought at a rate, in the state of founders: planting, sowing, stocking."""
+    """Adds organisms or objects at a rate, in the state of founders: planting, sowing, stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
-    rate: NonNegative = quantity("how many per second", "1/s")
-    up_to: Count | None = quantity("number there beyond which none are brought; absent: no limit", "1", None)
+    rate: NonNegative = quantity("number per second", "1/s")
+    up_to: Count | None = quantity(
+        "number in the region above which none are added; absent: no limit", "1", None
+    )
 
 
 AnyUse = Annotated[Harvest | Plant, Field(discriminator="kind")]

@@ -23,14 +23,14 @@ from ecs_eco.inputs.section import (
 
 
 class Continuous(Section, own=True):
-    """An action that is a number: the policy draws it from a normal distribution, reflexes shift it."""
+    """A numeric action: the policy draws it from a normal distribution, and reflexes shift it."""
 
     continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
-        "least and most of the number", "unit of the group"
+        "minimum and maximum of the number", "unit of the group"
     )
 
 
-THINKING = ("shared", "individual")  # kinds of policies that are networks
+THINKING = ("shared", "individual")  # kinds of policies that are neural networks
 
 
 Group = Annotated[
@@ -44,17 +44,18 @@ Neutral = Annotated[
 
 
 class Connection(Section, own=COLUMN):
-    """One connection of a reflex network: while the sensor is beyond the threshold,
-    the action gets the weight."""
+    """A connection of a reflex network: while the sensor is beyond the threshold, the action gets the
+    weight."""
 
     name: Name | None = about("name for genes and drawings; absent: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor's channel")
     action: str = about("name of an action, or group.action")
     weight: Literal[-1, 0, 1] = about(
-        "-1 blocks the action, 0 leaves it to the policy, 1 forces it; of a continuous one: its limits"
+        "-1 blocks the action, 0 leaves it to the policy, 1 forces it; for a continuous action a value "
+        "within its limits"
     )
-    above: Real | None = quantity("fires above this reading", "reading", None)
-    below: Real | None = quantity("fires below this reading", "reading", None)
+    above: Real | None = quantity("active above this reading", "reading", None)
+    below: Real | None = quantity("active below this reading", "reading", None)
 
     @property
     def label(self) -> str:
@@ -69,10 +70,11 @@ class Connection(Section, own=COLUMN):
 
 
 class Reflex(Section):
-    """The reflex network; if several forms are given, their values are added, and the sign counts."""
+    """The reflex network; if several forms are given, their values are added, and the sign of the sum
+    counts."""
 
     connections: list[Connection] = table("single connections", list)
-    formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
+    formulas: dict[str, str] = table("action = expression of sensors; the sign of its value counts", dict)
     function: WithParameters | None = about(
         "module:name of a function of sensors (n, channels) to (n, actions)", None
     )
@@ -81,10 +83,10 @@ class Reflex(Section):
 class Happiness(Section):
     """The happiness network: weights, a formula or a function of the sensors."""
 
-    weights: dict[str, Real] = table("sensor = weight of a sum", dict, own=COLUMN)
+    weights: dict[str, Real] = table("sensor = weight in a sum", dict, own=COLUMN)
     formula: str | None = about("expression of sensors", None)
     function: WithParameters | None = about("module:name of a function of sensors (n, channels) to (n)", None)
-    minimum: Real = quantity("happiness of the dead: the least that the network gives", "1", own=True)
+    minimum: Real = quantity("happiness of the dead: the minimum of the network", "1", own=True)
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -118,8 +120,9 @@ class Policy(Section, change=SHAPE):
     )
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(
-        "shared: one network for all of the species; individual: one for each organism; external: a program "
-        "beside the world decides (world.external, ecs_eco.rl); function: a function does; none: no policy",
+        "shared: one network for the whole species; individual: a network for each organism; external: a "
+        "program outside the world decides (world.external, ecs_eco.rl); function: a function decides; "
+        "none: no policy",
         "none",
     )
     function: WithParameters | None = about(
@@ -130,8 +133,8 @@ class Policy(Section, change=SHAPE):
         entries=SHAPE,
     )
     inherit: Literal["none", "birth", "learned"] = about(
-        "initial weights of an individual network: none: random; birth: those of its genome; learned: "
-        "a parent's present ones",
+        "initial weights of an individual network: none: random; birth: weights in its genome; learned: a "
+        "parent's present weights",
         "none",
         change=FREE,
     )
@@ -141,15 +144,15 @@ class Policy(Section, change=SHAPE):
         0.0,
         change=FREE,
         former="mutation",
-        own="noise of what is inherited beside the genome; that of letters is genome.mutate",
+        own="noise of weights inherited outside the genome; genome.mutate sets the mutation of letters",
     )
     network: Function | None = about(
-        "module:name of a torch module's class, made as Net(n_observations, groups); absent: "
-        "the built-in one",
+        "module:name of a torch module's class, created as Net(n_observations, groups); absent: the "
+        "built-in network",
         None,
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
-        "where the network thinks and learns: cpu, cuda or cuda:N", "cpu"
+        "device on which the network infers and learns: cpu, cuda or cuda:N", "cpu"
     )
     hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
         "units of each hidden layer of the built-in network", "1", [64, 64], own=COLUMN
@@ -163,5 +166,5 @@ class Policy(Section, change=SHAPE):
 
     @property
     def thinks(self) -> bool:
-        """Whether it is a network."""
+        """Whether the policy is a neural network."""
         return self.kind in THINKING

@@ -1,4 +1,4 @@
-"""Reporters: what a user measures in a world, a formula over components or a function of the world."""
+"""Reporters: users' measurements of a world, each a formula over components or a function of the world."""
 
 import re
 from typing import Annotated, Any
@@ -27,15 +27,15 @@ COLUMNS = frozenset(
         "stock_after",
     }
 )
-"""The columns that every series has, or may have: no reporter may be called so."""
+"""Columns that every series has or may have; reporters cannot have these names."""
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
 EATEN = "eaten: "
-"""Prefix of the series columns of what a species gained by eating another [energy]."""
+"""Prefix of the series columns of the energy that a species gained by eating another species [energy]."""
 
 
 def is_reporter(column: str) -> bool:
-    """Whether a column of a series is what a reporter measured."""
+    """Return whether a column of a series belongs to a reporter."""
     return column not in COLUMNS and not column.startswith((DIED, EATEN))
 
 

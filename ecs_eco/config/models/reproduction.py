@@ -1,4 +1,4 @@
-"""How organisms multiply."""
+"""Reproduction of organisms."""
 
 from typing import Annotated, Literal
 
@@ -24,24 +24,24 @@ class Reproduction(Section, change=FREE):
     """Keys of all kinds of reproduction."""
 
     dispersal: Positive | None = quantity(
-        'greatest distance from parent to newborn, for place = "near"', "m", None, own=True
+        'maximum distance from parent to newborn, for place = "near"', "m", None, own=True
     )
     spacing: NonNegative = quantity(
-        "least distance of a newborn to others of its species", "m", 0.0, own=True
+        "minimum distance from a newborn to members of its species", "m", 0.0, own=True
     )
 
 
 class Bearing(Reproduction):
-    """Keys of reproduction paid for by parents."""
+    """Keys of reproduction that costs parents energy."""
 
-    energy_min: NonNegative = quantity("least energy of a parent", "energy", own=COLUMN)
+    energy_min: NonNegative = quantity("minimum energy of a parent", "energy", own=COLUMN)
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy", own=COLUMN)
-    age_min: NonNegative = quantity("least age of a parent", "s", 0.0, own=COLUMN)
+    age_min: NonNegative = quantity("minimum age of a parent", "s", 0.0, own=COLUMN)
     litter: Annotated[int, Field(ge=1, le=10_000)] = quantity(
-        "newborn at a time, fewer if the parent cannot pay for all", "1", 1, own=COLUMN
+        "litter size, smaller if the parent cannot pay for all", "1", 1, own=COLUMN
     )
     eggs: str | None = about(
-        "species with `hatch` as which the newborn begin; absent: they are born as they are",
+        "species with `hatch` that newborns start as; absent: newborns belong to their own species",
         None,
         exclude_if=is_absent,
         change=ANEW,
@@ -53,7 +53,7 @@ class Alone(Bearing):
 
     rate: NonNegative = quantity("births per second and parent", "1/s", own=True)
     immigration: NonNegative = quantity(
-        "immigrants in the whole world, at random places", "1/s", 0.0, own=PARENTLESS
+        "immigrants per second in the whole world, at random positions", "1/s", 0.0, own=PARENTLESS
     )
 
 
@@ -61,14 +61,14 @@ class Simplified(Alone):
     """The former name of asexual reproduction with `place = "anywhere"` (paper, study 1)."""
 
     kind: Annotated[Literal["simplified"], Change(ANEW)]
-    place: Literal["anywhere", "near"] = about("where the newborn appears", "anywhere")
+    place: Literal["anywhere", "near"] = about("position of the newborn", "anywhere")
 
 
 class Spread(Reproduction, own=True):
-    """The ground is divided into sites of side `spacing`; a free one is taken with probability
-    dt (seed_rain + rate × share taken). Light and soil do not matter, unless they are `born_with = "soil"`.
-    Each species has sites of its own: plants of two species may stand on the same ground.
-    """
+    """The ground is divided into sites of side `spacing`; a free site is taken with probability dt
+    (seed_rain + rate × proportion of sites taken). Light and soil have no effect unless they are
+    `born_with = "soil"`. Each species has its own sites: plants of two species may stand on the same
+    ground."""
 
     kind: Annotated[Literal["spread"], Change(ANEW)]
     rate: NonNegative = quantity("births per second and parent", "1/s")
@@ -76,17 +76,19 @@ class Spread(Reproduction, own=True):
         "rate at which a free site is taken without a parent", "1/s", 0.0, own=PARENTLESS
     )
     spacing: Positive = quantity(
-        "side of a site, which one organism fills",
+        "side of a site, which a single organism occupies",
         "m",
-        own="it is the side of a site, and sites are the ground's",
+        own="the side of a site is a property of the ground",
     )
     dispersal: Positive | None = quantity(
-        'greatest distance from parent to newborn, for place = "near"',
+        'maximum distance from parent to newborn, for place = "near"',
         "m",
         None,
-        own="a free site looks for a plant within this distance: it is the site's",
+        own="the search distance is a property of the site",
     )
-    place: Literal["anywhere", "near"] = about("which free sites: all, or those near one taken", "anywhere")
+    place: Literal["anywhere", "near"] = about(
+        "available free sites: all, or only sites near an occupied site", "anywhere"
+    )
 
 
 class Asexual(Alone):
@@ -94,37 +96,41 @@ class Asexual(Alone):
 
     kind: Annotated[Literal["asexual"], Change(ANEW)]
     place: Literal["near", "anywhere"] = about(
-        "where the newborn appears: next to its parent, or anywhere", "near"
+        "position of the newborn: next to its parent, or anywhere", "near"
     )
     dispersal: Positive = quantity(
-        'greatest distance from parent to newborn, for place = "near"', "m", 1.0, own=True
+        'maximum distance from parent to newborn, for place = "near"', "m", 1.0, own=True
     )
 
 
 class Sexual(Bearing):
-    """Two that meet may mate: females choose among males and bear the young;
-    in a species without sexes any two mate, and one bears."""
+    """Two organisms in contact may mate: females choose among males and bear the young; in a species
+    without sexes any two may mate, and either bears."""
 
     kind: Annotated[Literal["sexual"], Change(ANEW)]
     father_share: Share = quantity(
-        "share of the newborn's energy that the father pays, when mating", "1", 0.0, own=True
+        "proportion of the newborn's energy that the father pays when mating", "1", 0.0, own=True
     )
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0, own=True)
-    chance: Share = quantity("chance of success in one second of contact", "1", 1.0, own=True)
+    reach: NonNegative = quantity("maximum distance between the surfaces of both bodies", "m", 0.0, own=True)
+    chance: Share = quantity("probability of success per second of contact", "1", 1.0, own=True)
     consent: Literal["both", "one", "none"] = about(
-        "which partners must take the action mate: both, one of the two, or none; "
-        "a species without this action is always willing",
+        "number of partners that must take the action mate: both, one or none; a species without this "
+        "action is always willing",
         "both",
     )
     choice: Literal["nearest", "random", "richest", "oldest"] = about(
         "choice among the ready mates within reach", "nearest"
     )
-    gestation: NonNegative = quantity("from mating to birth; 0: birth in the same tick", "s", 0.0, own=True)
-    rest: NonNegative = quantity("least time from a birth to the mother's next mating", "s", 0.0, own=True)
-    father_rest: NonNegative = quantity("least time from a mating to the father's next", "s", 0.0, own=True)
-    place: Literal["near", "anywhere"] = about("where the newborn appears, relative to the mother", "near")
+    gestation: NonNegative = quantity(
+        "time from mating to birth; 0: birth in the same tick", "s", 0.0, own=True
+    )
+    rest: NonNegative = quantity("minimum time from a birth to the mother's next mating", "s", 0.0, own=True)
+    father_rest: NonNegative = quantity(
+        "minimum time from a mating to the father's next mating", "s", 0.0, own=True
+    )
+    place: Literal["near", "anywhere"] = about("position of the newborn relative to the mother", "near")
     dispersal: Positive | None = quantity(
-        'greatest distance from mother to newborn, for place = "near"; absent: four radii of the body',
+        'maximum distance from mother to newborn, for place = "near"; absent: four radii of the body',
         "m",
         None,
         own=True,

@@ -1,9 +1,9 @@
-"""Sensors: each has a place on the body and one thing that it is sensitive to.
+"""Sensors: each has a position on the body and responds to one quantity.
 
-A sensor gives one or more channels, numbers that the networks read. A sensor without a name is named after
-what it senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are numbered in the order of
-the list (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use the channels' names; the plain
-name of a smell is the mean over all noses for it.
+A sensor provides one or more channels, numbers that the networks read. A sensor without a name is named after
+the quantity or target that it senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are
+numbered in list order (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use channel names; the
+plain name of a smell is the mean over all noses for it.
 """
 
 import math
@@ -30,15 +30,15 @@ from ecs_eco.inputs.section import (
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 ON_BODY = (
-    "place on the body: forward, left (, up), in radii of the body; of a capsule or box in halves of "
-    "its length, width and height"
+    "position on the body: forward, left (, up), in radii of the body; for a capsule or box in halves "
+    "of its length, width and height"
 )
 WIDEST = 2.0 * math.pi + 1e-6
 
 
 def _is_zero(value: float | list[float]) -> bool:
-    """Whether rays begin at the centre or look ahead, as all did once: what is written leaves it out then,
-    so that worlds keep the hashes that they had."""
+    """Return whether rays begin at the center or point ahead, the former behavior; serialization leaves
+    the key out then, so that worlds keep their hashes."""
     return not any(value if isinstance(value, list) else [value])
 
 
@@ -53,27 +53,25 @@ class Sensor(Section):
     called: ClassVar[str] = "{0.kind}"
 
     def base(self) -> str:
-        """The default name, before numbering."""
+        """Return the default name, before numbering."""
         return self.called.format(self).replace(".", "_")
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Names of its channels, in a space of `dims` axes."""
+        """Return the names of its channels, in a space of `dims` axes."""
         return (self.name or self.base(),)
 
 
 class Own(Sensor):
-    """Feels one property or substance of the own body."""
+    """Senses a property or substance of the body that has the sensor."""
 
     kind: Literal["own"]
     property: str = about(
-        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-        "a property or substance that the species has, or Component.field of a component "
-        "of your own"
+        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, a property or "
+        "substance of the species, or Component.field of a custom component"
     )
     scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0, own=True)
     at: Point = quantity(
-        f"{ON_BODY}; a body is the same throughout, but for the pressure in a compressible "
-        "one, which is that of the depth",
+        f"{ON_BODY}; it matters only for the pressure in a compressible body, which depends on depth",
         "1",
         [0.0, 0.0],
         exclude_if=_is_zero,
@@ -84,29 +82,31 @@ class Own(Sensor):
 
 
 class Nearest(Sensor, own=True):
-    """Sees the nearest of one kind: name_forward and name_left (cosine and sine of its bearing), name_near.
+    """Sees the nearest target: name_forward and name_left (cosine and sine of its bearing), name_near.
 
-    The last is 1 where it touches and falls to 0 at its range; all are 0 where there is none. It is the
-    centre of a sphere that is seen, of a capsule or box the nearest place of its axis or of the box.
+    The last is 1 on contact and falls to 0 at its range; all are 0 if no target is in range. The sensor sees
+    the center of a sphere, or the nearest point of a capsule's axis or of a box.
     """
 
     kind: Literal["nearest"]
     target: str = about("a species or an object type")
-    range: Positive = quantity("how far it sees", "m", own=COLUMN, former="radius")
+    range: Positive = quantity("maximum distance of sight", "m", own=COLUMN, former="radius")
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
         "field of view around the heading", "rad", 2 * math.pi
     )
-    occlusion: bool = about("whether opaque bodies between hide the target", False)
+    occlusion: bool = about("whether opaque bodies in between hide the target", False)
     sight: NonNegative | None = quantity(
-        "if given, it sees by light: as far as blind + sight × light at its eye, at most range", "m", None
+        "if given, its sight depends on light: blind + sight × light at its eye, at most range", "m", None
     )
-    blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
+    blind: NonNegative = quantity(
+        "distance at which it detects the target in the dark, if sight is given", "m", 0.0
+    )
     kin: Kin | None = about(
-        "only relatives count, those of the own species or its eggs; absent: all", None, exclude_if=is_absent
+        "count only relatives, in its own species or its eggs; absent: all", None, exclude_if=is_absent
     )
 
     at: Point = quantity(
-        f"{ON_BODY}; direction and distance are those from there, the heading is the body's",
+        f"{ON_BODY}; direction and distance are measured from there, with the heading of the body",
         "1",
         [0.0, 0.0],
         exclude_if=_is_zero,
@@ -122,8 +122,8 @@ class Nearest(Sensor, own=True):
 
 
 class Rays(Sensor):
-    """Casts rays; per_ray: name_target_1 … (closeness along each ray); closest: name_target_forward,
-    _left, _near."""
+    """Casts rays. Channels with per_ray: name_target_1 … (closeness along each ray); with closest:
+    name_target_forward, _left, _near."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
@@ -135,9 +135,9 @@ class Rays(Sensor):
         'species, object types or "wall" that a ray can report'
     )
     report: Literal["per_ray", "closest"] = about(
-        "each ray's closeness, or where the closest hit is", "closest"
+        "the closeness along each ray, or the position of the closest hit", "closest"
     )
-    at: Point = quantity(f"{ON_BODY}; they begin there", "1", [0.0, 0.0], exclude_if=_is_zero, own=COLUMN)
+    at: Point = quantity(f"{ON_BODY}; rays begin there", "1", [0.0, 0.0], exclude_if=_is_zero, own=COLUMN)
     angle: Angle = quantity(
         "direction of the middle ray; 0 is ahead and left is positive",
         "rad",
@@ -146,14 +146,14 @@ class Rays(Sensor):
         own=True,
     )
     sight: NonNegative | None = quantity(
-        "if given, it sees by light: as far as blind + sight × light at its eye, at most range",
+        "if given, its sight depends on light: blind + sight × light at its eye, at most range",
         "m",
         None,
         exclude_if=is_absent,
         own=True,
     )
     blind: NonNegative = quantity(
-        "how far it sees in the dark, if sight is given", "m", 0.0, exclude_if=_is_zero, own=True
+        "maximum distance of sight in the dark, if sight is given", "m", 0.0, exclude_if=_is_zero, own=True
     )
 
     def channels(self, dims: int) -> tuple[str, ...]:
@@ -162,20 +162,19 @@ class Rays(Sensor):
 
 
 class Property(Sensor, own=COLUMN):
-    """Feels a property of the bodies around: the sum of weight × (value − zero)/scale over all whose centres
-    are nearer than the range, or their mean.
+    """Senses a property of the surrounding bodies: the sum of weight × (value − zero)/scale over all bodies
+    whose centers are nearer than the range, or their mean.
 
-    The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/range with "linear" and 1/d²
-    [1/m²] with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
-    illuminance [lx]. The mean is the same sum divided by that of the weights. It reads 0 where there is
-    nobody; the own body does not count.
+    The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/range with "linear" and 1/d² [1/m²]
+    with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
+    illuminance [lx]. The mean is this sum divided by the sum of the weights. The sensor reads 0 if there are
+    no bodies; its own body does not count.
     """
 
     kind: Literal["property"]
     property: str = about(
-        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-        "a property or substance that the bodies have, or Component.field of a "
-        "component of your own"
+        "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, a property or "
+        "substance of the bodies, or Component.field of a custom component"
     )
     of: (
         Annotated[
@@ -183,14 +182,14 @@ class Property(Sensor, own=COLUMN):
             Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
         ]
         | None
-    ) = about("a species or an object type, or a list of them; absent: all that have the property", None)
-    range: Positive = quantity("how far it reaches, to the centre of a body", "m", former="radius")
+    ) = about("a species or an object type, or a list of them; absent: all with the property", None)
+    range: Positive = quantity("maximum distance to the center of a body", "m", former="radius")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
-        "how the weight of a body falls with its distance", "none"
+        "decrease of the weight of a body with distance", "none"
     )
     report: Literal["sum", "mean"] = about("the sum over the bodies, or their weighted mean", "sum")
-    zero: Real = quantity("the value of a body that adds nothing", "unit of the property", 0.0, own=True)
+    zero: Real = quantity("the value of a body that contributes 0", "unit of the property", 0.0, own=True)
     scale: Positive = quantity(
         "the sum or the mean that reads 1",
         "unit of the property, over m² for a sum with inverse_square",
@@ -199,7 +198,7 @@ class Property(Sensor, own=COLUMN):
     )
 
     kin: Kin | None = about(
-        "only relatives count, of kinds that are named; absent: all", None, exclude_if=is_absent
+        "count only relatives, in the named species; absent: all", None, exclude_if=is_absent
     )
 
     def base(self) -> str:
@@ -207,12 +206,12 @@ class Property(Sensor, own=COLUMN):
         return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
-        """The species and object types that are named; none: all that have the property."""
+        """The species and object types in the target; empty: all with the property."""
         return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 
 class Smell(Sensor):
-    """A nose: reads c/(c + half_saturation) of a scalar field c at one place of the body."""
+    """A nose: reads c/(c + half_saturation) of a scalar field c at one position on the body."""
 
     kind: Literal["smell"]
     field: str = about("name of a field")
@@ -225,16 +224,18 @@ class Smell(Sensor):
 
 
 class Gradient(Sensor, own=True):
-    """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind,
-    left and right, above and below.
+    """Compares a smell on two sides of the body: (a − b)/(a + b + scale), ahead and behind, left and right,
+    above and below.
 
-    Channels name_forward, name_left and, in a volume, name_up.
+    Channels are name_forward, name_left and, in a volume, name_up.
     """
 
     kind: Literal["gradient"]
     field: str = about("name of a field")
     span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
-    scale: Positive = quantity("concentration below which it shows no direction", "unit of the field", 0.01)
+    scale: Positive = quantity(
+        "concentration below which it shows hardly any direction", "unit of the field", 0.01
+    )
 
     called = "{0.field}_gradient"
 
@@ -244,16 +245,16 @@ class Gradient(Sensor, own=True):
 
 
 class Approach(Sensor):
-    """Feels the flow that a moving body pushes ahead of itself: direction to the nearest, and how fast it
-    approaches by its own motion.
+    """Senses the flow that a moving body pushes ahead of itself: the direction to the nearest body, and the
+    speed at which its own motion brings it closer.
 
-    Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over
-    `scale`; all are 0 unless the nearest approaches.
+    Channels are name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed
+    over `scale`; all are 0 unless the nearest body approaches.
     """
 
     kind: Literal["approach"]
     target: str = about("a species")
-    range: Positive = quantity("how far it feels", "m", own=COLUMN, former="radius")
+    range: Positive = quantity("maximum distance", "m", own=COLUMN, former="radius")
     scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0, own=True)
 
     called = "{0.target}_approach"
@@ -263,12 +264,12 @@ class Approach(Sensor):
 
 
 class Touch(Sensor, own=COLUMN):
-    """Reads 1 while something of the kind touches the body within a sector, else 0."""
+    """Reads 1 while a target touches the body within a sector, else 0."""
 
     kind: Literal["touch"]
     target: str = about('a species, an object type, "wall" or "any"', "any")
     at: Annotated[list[Angle], Field(min_length=2, max_length=2)] = quantity(
-        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive",
+        "sector of the body, start and end counterclockwise; 0 is ahead and left is positive",
         "rad",
         [-math.pi, math.pi],
     )
@@ -285,8 +286,8 @@ class Place(Sensor):
 
 
 class Light(Place, own=True):
-    """Reads the light at one place of the body, 1 is full daylight; with `dark`,
-    its logarithm (Fechner 1860)."""
+    """Reads the light at one position on the body, 1 in full daylight; with `dark`, its logarithm (Fechner
+    1860)."""
 
     kind: Literal["light"]
     dark: Positive | None = quantity(
@@ -301,14 +302,14 @@ class Temperature(Place, own=True):
 
 
 class Pressure(Place, own=True):
-    """Reads the pressure of the surroundings [Pa], which tells the depth."""
+    """Reads the pressure of the surroundings [Pa], which indicates the depth."""
 
     kind: Literal["pressure"]
 
 
 class Custom(Sensor, own=WIDTH):
-    """A function of your own: function(world, table, seekers, out f32[n, channels],
-    first) writes `width` channels."""
+    """A custom function: function(world, table, seekers, out f32[n, channels], first) writes `width`
+    channels."""
 
     kind: Literal["custom"]
     function: WithParameters = about("module:name of the function")
@@ -340,7 +341,7 @@ AnySensor = Annotated[
 
 
 def name_sensors(sensors: list[Sensor]) -> list[Sensor]:
-    """The same sensors, all with names; those that would share one are numbered from 1."""
+    """Return the same sensors, all with names; sensors that would share a name are numbered from 1."""
     shared = Counter(s.base() for s in sensors if s.name is None)
     used: Counter[str] = Counter()
     named = []

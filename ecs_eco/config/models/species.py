@@ -1,4 +1,4 @@
-"""A species: body, chemistry, senses, nerves, reproduction and death."""
+"""A species: body, chemistry, sensors, nervous system, reproduction and death."""
 
 from dataclasses import fields
 from typing import Annotated, Any, Literal, Self
@@ -49,7 +49,7 @@ from ecs_eco.inputs.section import (
 from ecs_eco.learning.aliases import resolve
 from ecs_eco.learning.settings import PPO
 
-# groups of actions and their members; those of speed are the gaits
+# groups of actions and their members; the members of speed are the gaits
 GROUPS: dict[str, tuple[str, ...] | None] = {
     "speed": None,
     "turn": ("left", "none", "right"),
@@ -58,9 +58,9 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "eat": ("eat",),
     "mate": ("mate",),
 }
-MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
+MOTIONS = ("speed", "turn", "climb", "pitch")  # groups that may be continuous
 NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reproduction.spread")  # traits
-OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
+OWN = ("energy", "age", "fertility")  # values of every organism in addition to its properties and substances
 
 
 @assembled
@@ -81,14 +81,13 @@ class Species(
     Mortality,
     Wandering,
 ):
-    """One species: all its organisms are born with these values."""
+    """A species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
         "organisms at the start", "1", change=NUMBERS, own=POPULATION
     )
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
-        "least and most age of founders and of immigrants, drawn evenly between them; absent: all are of "
-        "age 0",
+        "minimum and maximum age of founders and immigrants, drawn uniformly; absent: all have age 0",
         "s",
         None,
         exclude_if=is_absent,
@@ -96,8 +95,8 @@ class Species(
         own=PARENTLESS,
     )
     max_count: Count | None = quantity(
-        "most that may live at once: those to be born share the free places at random, others are counted "
-        "as refused; migrants of an archipelago always come in; absent: no limit but memory",
+        "maximum number of living organisms: free places go to newborns at random, and the other "
+        "births are counted as refused; migrants of an archipelago always enter; absent: limited only by memory",
         "1",
         None,
         change=FREE,
@@ -113,50 +112,51 @@ class Species(
     )
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none", change=FREE)
     fertility: Share = quantity(
-        "fertility at birth; with breeding, its height", "1", 1.0, change=FREE, own=COLUMN
+        "fertility at birth; with breeding, its maximum", "1", 1.0, change=FREE, own=COLUMN
     )
     metabolism: Metabolism = table("energy budget", Metabolism)
-    locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
+    locomotion: Locomotion | None = about("movement; absent: it does not move", None)
     sensors: Annotated[list[AnySensor], AfterValidator(name_sensors)] = table(
-        "what it senses", list, change=SHAPE
+        "its sensors", list, change=SHAPE
     )
     actions: dict[str, Group] = table(
-        "group = actions, of which the policy takes one at a time, or { continuous = [least, most] }",
+        "group = actions, of which the policy takes one at a time, or { continuous = [min, max] }",
         dict,
         change=SHAPE,
     )
     default_action: dict[str, Neutral] = table(
-        "group = action taken if none is decided; of a continuous one: the number, else that nearest to 0",
+        "group = action taken without a decision; for a continuous action its number, by default the one "
+        "nearest to 0",
         dict,
         own=True,
         former="neutral",
     )
     always_on: list[str] = table(
-        "actions that need no decision: always on unless a reflex blocks them", list, former="automatic"
+        "actions that need no decision: always taken unless a reflex blocks them", list, former="automatic"
     )
     reflex: Reflex | None = about("the reflex network", None, change=FREE)
     happiness: Happiness | None = about("the happiness network", None, change=FREE)
     policy: Policy = table("the policy network", Policy)
     ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict, entries=FREE)
     genome: GenomeSection | None = about(
-        "heredity; absent: all are born with these values", None, change=SHAPE
+        "heredity; absent: all are born with the values in this file", None, change=SHAPE
     )
-    components: list[Function] = table("module:name of components of your own for its organisms", list)
+    components: list[Function] = table("module:name of custom components for its organisms", list)
     reproduction: AnyReproduction | None = about(
-        "how it multiplies; absent: it does not", None, change=ANEW + SWITCH
+        "reproduction; absent: it does not reproduce", None, change=ANEW + SWITCH
     )
 
-    _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
+    _words: tuple[str, ...] = PrivateAttr(default=())  # alternative names of hyperparameters in the file
 
     @model_validator(mode="wrap")
     @classmethod
     def _fill_ppo(cls, data: object, check: ModelWrapValidatorHandler[Self]) -> Self:
-        """Take the words of others for hyperparameters, and note them; fill in those that are not given."""
+        """Accept common alternative names of hyperparameters, and record them; fill in defaults."""
         if not isinstance(data, dict) or not isinstance(given := data.get("ppo", {}), dict):
             return check(data)
         try:
             words = resolve(given)
-        except ValueError:  # one is given twice, which is reported elsewhere
+        except ValueError:  # given twice, which is reported elsewhere
             words = {}
         policy = data.get("policy")
         thinks = isinstance(policy, dict) and policy.get("kind") in THINKING
@@ -167,8 +167,8 @@ class Species(
 
     @model_validator(mode="after")
     def _name_traits(self) -> Self:
-        """Give traits the present names of keys; derived ones that name none replace the value whose key ends
-        with their name."""
+        """Give traits the present names of keys; a derived trait that names no key replaces the value
+        whose key ends with its name."""
         derived = {} if self.genome is None else self.genome.derived
         for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
             if coded.trait is not None:
@@ -182,11 +182,12 @@ class Species(
         return self
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Names of the sensory inputs in their order, in a space of `dims` axes."""
+        """Return the names of the sensory inputs in order, in a space of `dims` axes."""
         return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
-        """Names that formulas, weights and reflexes may use, and the channels that each averages."""
+        """Return the names that formulas, weights and reflexes may use, and the channels that each
+        averages."""
         fields: dict[str, tuple[int, ...]] = {}
         channels: dict[str, tuple[int, ...]] = {}
         row = 0
@@ -199,14 +200,15 @@ class Species(
         return fields | channels
 
     def groups(self) -> dict[str, list[str]]:
-        """The names of the actions of each group; a continuous one is a single action, named as its group."""
+        """Return the names of the actions of each group; a continuous group has a single action with the
+        name of the group."""
         return {
             group: [group] if isinstance(actions, Continuous) else actions
             for group, actions in self.actions.items()
         }
 
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and most of each continuous action, by its group."""
+        """Return the minimum and maximum of each continuous action, by group."""
         return {
             group: (actions.continuous[0], actions.continuous[1])
             for group, actions in self.actions.items()
@@ -214,7 +216,8 @@ class Species(
         }
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
-        """Groups of actions that shipped systems carry out: what an action is called, and the actions."""
+        """Return the action groups that shipped systems carry out, each with the word for an action in
+        messages and the actions."""
         known: dict[str, tuple[str, list[str]]] = {}
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())
@@ -225,34 +228,36 @@ class Species(
 
     @property
     def mates(self) -> bool:
-        """Whether genomes of two parents are crossed."""
+        """Whether the genomes of two parents are crossed."""
         sexual = self.reproduction is not None and self.reproduction.kind == "sexual"
         return sexual and self.genome is not None and self.genome.mate.chance > 0
 
     def action_list(self) -> tuple[tuple[str, str], ...]:
-        """(group, action) of every action in the order of the decision vector."""
+        """Return (group, action) for every action, in the order of the decision vector."""
         return tuple([(group, action) for group, actions in self.groups().items() for action in actions])
 
     def action_rows(self) -> dict[str, int]:
-        """Row in the decision vector by group.action, and by the plain name if only one group has it."""
+        """Return the row in the decision vector by group.action, and by the plain name if only one group
+        has it."""
         rows = {pair: row for row, pair in enumerate(self.action_list())}
         plain = [action for _, action in rows]
         full = {f"{group}.{action}": row for (group, action), row in rows.items()}
         return full | {action: row for (_, action), row in rows.items() if plain.count(action) == 1}
 
     def own(self) -> tuple[str, ...]:
-        """Names of properties that the species can sense in itself or die of."""
+        """Return the names of properties that the species can sense in itself or die of."""
         return (*OWN, *(name for name, _ in of_each(self, "feels")), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:
-        """Whether its members must know whose children they are."""
+        """Return whether its members must know their parents."""
         return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:
-        """Names of properties that the species can sense in itself, and others in its bodies."""
+        """Return the names of properties that the species can sense in itself and that sensors can read in
+        its bodies."""
         return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
 
 def ppo_defaults() -> dict[str, Any]:
-    """Every hyperparameter of PPO with its default."""
+    """Return every hyperparameter of PPO with its default."""
     return {f.name: f.default for f in fields(PPO)}

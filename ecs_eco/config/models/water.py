@@ -1,4 +1,4 @@
-"""The sun, the year and the water: light with depth, temperature, currents."""
+"""The sun, the year and the water: light by depth, temperature, currents."""
 
 from typing import Annotated, Literal
 
@@ -21,7 +21,7 @@ from ecs_eco.inputs.section import (
 
 
 class Sun(Section, change=FREE):
-    """The sun rises and sets: light at the surface is ambient.light times the sine of its elevation."""
+    """The sun rises and sets: light at the surface is ambient.light times the sine of the sun's elevation."""
 
     submodel = Submodel(
         "Light",
@@ -32,39 +32,39 @@ class Sun(Section, change=FREE):
             "start − 1/2))` (Iqbal 1983, eq. 1.5.1).",
             "sun.kind=inverted": "The sun rises half a day later: `light = ambient.light × max(0, sin(elevation))` "
             "(Iqbal 1983, eq. 1.5.1).",
-            "sun.kind=constant": "Light at the surface is the mean of a day at all times (Iqbal 1983, eq. 4.2.15).",
+            "sun.kind=constant": "Light at the surface is always the daily mean (Iqbal 1983, eq. 4.2.15).",
             "sun.moon": "The moon adds `ambient.light × moon × max(0, −sin(elevation))`.",
             "sun.declination & year": "The declination is sinusoidal over the year (Cooper 1969).",
         },
     )
 
     kind: Literal["natural", "inverted", "constant"] = about(
-        "natural; inverted: half a day later, so that the day is dark; constant: "
-        "the mean of the day at all times",
+        "natural; inverted: half a day later, so that the day is dark; constant: always the daily mean",
         "natural",
     )
     day: Positive = quantity("length of a day", "s", 86_400.0)
     start: Share = quantity(
-        "time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0
+        "time of day at the start, as a fraction of a day: 0 is midnight, 0.5 noon", "1", 0.0
     )
     latitude: Annotated[float, Field(ge=-90, le=90)] = quantity("north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
-        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest",
-        "deg",
-        0.0,
+        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its maximum", "deg", 0.0
     )
     year: Positive | None = quantity(
-        "length of a year that begins in spring; absent: that of `year`, and without it the season stays",
+        "length of a year that begins in spring; absent: the length of `year`, and without it the season is "
+        "constant",
         "s",
         None,
     )
     moon: NonNegative = quantity(
-        "light of a full moon in the zenith, which stands opposite to the sun", "1", 0.0
+        "light of a full moon at the zenith, relative to ambient.light; the moon is opposite to the sun",
+        "1",
+        0.0,
     )
 
 
 class Year(Section, change=FREE):
-    """The year, and how the temperature follows it; of the seasons of light, see `sun`."""
+    """The year and its cycle of temperature; for the seasons of light, see `sun`."""
 
     submodel = Submodel(
         "Temperature",
@@ -76,35 +76,34 @@ class Year(Section, change=FREE):
 
     length: Positive = quantity("length of a year", "s")
     start: Share = quantity(
-        "time of the year at the start: 0 is the spring equinox, 0.25 midsummer, as a share of a year",
+        "time of the year at the start, as a fraction of a year: 0 is the spring equinox, 0.25 midsummer",
         "1",
         0.0,
     )
     temperature: Real = quantity(
-        "how much warmer than ambient.temperature it is in the warmest time, "
-        "and colder half a year later, by a sine wave",
-        "K",
-        0.0,
+        "amplitude of the sinusoidal temperature cycle around ambient.temperature", "K", 0.0
     )
-    warmest: Share = quantity("the warmest time of the year; the air lags behind the sun", "1", 0.33)
+    warmest: Share = quantity("the warmest time of the year; air temperature lags behind the sun", "1", 0.33)
 
 
 class Current(Section):
-    """The velocity of the water in one depth; between two depths it is linear."""
+    """The velocity of the water at one depth; linear between two depths."""
 
-    depth: NonNegative = quantity("below the surface", "m")
-    velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("along x and y", "m/s")
+    depth: NonNegative = quantity("depth below the surface", "m")
+    velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
+        "velocity along x and y", "m/s"
+    )
 
 
 def _from_above(current: list[Current]) -> list[Current]:
     depths = [c.depth for c in current]
     if depths != sorted(set(depths)):
-        raise ValueError(f"depths are {depths}: each once, from above to below")
+        raise ValueError(f"depths are {depths}: each depth once, in increasing order")
     return current
 
 
 class Water(Section, change=FREE):
-    """A volume of water; the surface is at the top of the space."""
+    """A volume of water; its surface is at the top of the space."""
 
     submodel = Submodel(
         "Water",
@@ -116,29 +115,30 @@ class Water(Section, change=FREE):
             "water.deep_temperature": "`T(depth) = T(0) + (deep_temperature − T(0)) (1 + tanh((depth − "
             "thermocline)/thermocline_width))/2`.",
             "sensors.kind=pressure": "`pressure = ambient.pressure + density × 9.81 m/s² × depth`.",
-            "body.compressible": "The pressure in a compressible body is that of its depth.",
+            "body.compressible": "The pressure in a compressible body is the pressure at its depth.",
         },
     )
 
-    attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
-    shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})
+    attenuation: NonNegative = quantity("attenuation of light by the water itself (Beer-Lambert)", "1/m", 0.0)
+    shading: dict[Name, NonNegative] = quantity("species = area of shade that one member casts", "m^2", {})
     layer: Positive = quantity(
         "thickness of the layers in which bodies that cast shade are counted", "m", 1.0
     )
     density: Positive = quantity(
-        "of the water: pressure rises by density × 9.81 m/s² × depth", "kg/m^3", 1025.0
+        "density of the water; pressure increases by density × 9.81 m/s² × depth", "kg/m^3", 1025.0
     )
     deep_temperature: NonNegative | None = quantity(
-        "far below the thermocline; absent: as ambient everywhere", "K", None
+        "temperature far below the thermocline; absent: the ambient temperature everywhere", "K", None
     )
     thermocline: NonNegative = quantity(
         "depth where the temperature is halfway from ambient to deep", "m", 0.0
     )
     thermocline_width: Positive = quantity(
-        "half of the depth over which most of the change happens", "m", 1.0
+        "half of the depth range over which most of the change happens", "m", 1.0
     )
     current: Annotated[list[Current], AfterValidator(_from_above)] = table("velocities by depth", list)
     current_function: WithParameters | None = about(
-        "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth",
+        "module:name of a function(world, x, y, z) that returns velocities u, v, w [m/s], instead of a list "
+        "by depth",
         None,
     )

@@ -40,22 +40,22 @@ from ecs_eco.inputs.section import (
 
 
 class Ramp(Section):
-    """A number that changes while training, in steps."""
+    """A number that changes during training, in steps."""
 
-    key: str = about("dotted key of a number, as species.krill.diet.0.chance")
+    key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
     values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
     duration: Share = quantity(
-        "share of the training over which it changes; then it is constant", "1", 1.0, former="until"
+        "fraction of the training over which it changes; then it is constant", "1", 1.0, former="until"
     )
 
     def at(self, share: float) -> float:
-        """Its value after a share of the training."""
+        """Return its value after a fraction of the training."""
         first, last = self.values
         return last if share >= self.duration else first + (last - first) * share / self.duration
 
 
 class Training(Section):
-    """Pre-training: how policies learn before the ecosystem runs."""
+    """Pre-training: settings for policies that learn before the ecosystem runs."""
 
     submodel = Submodel(
         "Learning",
@@ -66,33 +66,32 @@ class Training(Section):
             "`training`.",
             "training.respawn": "In training there are no births of animals; each animal that dies is replaced "
             "at a random place.",
-            "training.average": "The policy has the mean weights over the last share `average` of the training.",
+            "training.average": "The policy has the mean weights over the last fraction `average` of the training.",
         },
     )
 
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "last share of the training over which weights are averaged", "1", 0.2
+        "last fraction of the training, over which weights are averaged", "1", 0.2
     )
-    respawn: bool = about("whether the dead are replaced immediately and there are no births", True)
-    set: dict[str, Any] = table("dotted key = value that holds while training", dict)
+    respawn: bool = about("whether dead organisms are replaced immediately and there are no births", True)
+    set: dict[str, Any] = table("dotted key = value during training", dict)
     worlds: Annotated[int, Field(ge=1, le=64)] = about(
         "number of worlds that train the same policies at once", 1
     )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: each of the worlds has a value of its own, at equal factors from the next",
-        dict,
+        "dotted key = [low, high]: each world has its own value, spaced by equal factors", dict
     )
     renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
-        "ticks after which the worlds restart, with other values of `vary`; 0: never", "ticks", 0
+        "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "chance of each species in each world but the first to have an earlier, "
-        "fixed policy of its own until the next restart",
+        "probability that a species in any world but the first uses its own earlier, fixed policy until the "
+        "next restart",
         "1",
         0.0,
     )
-    ramp: list[Ramp] = table("numbers that change while training", list)
+    ramp: list[Ramp] = table("numbers that change during training", list)
 
 
 class WorldConfig(Section):
@@ -102,11 +101,11 @@ class WorldConfig(Section):
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about(
         "name, used for folders"
     )
-    title: Annotated[str, Field(max_length=200)] = about("title for people", "", change=FREE)
+    title: Annotated[str, Field(max_length=200)] = about("title for readers", "", change=FREE)
     description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "", change=FREE)
     code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
-        'code of your own that it names: files next to it ("sir.py"), '
-        'installed modules ("mypackage.ecology"); runs once allowed',
+        'custom code that this file names: files next to it ("sir.py"), '
+        'installed modules ("mypackage.ecology"); runs only if you allow it',
         list,
     )
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity(
@@ -117,10 +116,8 @@ class WorldConfig(Section):
     space: Space = about("size and edges of the space")
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None, change=FENCE)
     ambient: Ambient = table("state of the environment", Ambient)
-    sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
-    year: Year | None = about(
-        "the year; absent: that of the sun, if that has one", None, exclude_if=is_absent
-    )
+    sun: Sun | None = about("the sun; absent: light is always ambient.light", None)
+    year: Year | None = about("the year; absent: sun.year, if given", None, exclude_if=is_absent)
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
         "name = description, for each chemical substance", dict, entries=FREE
@@ -130,26 +127,25 @@ class WorldConfig(Section):
     species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
     training: Training = table("pre-training", Training, change=FREE)
     systems: list[WithParameters] = table(
-        "module:name of systems of your own, each at the end of its phase; with parameters: "
+        "module:name of custom systems, each at the end of its phase; with parameters: "
         '{ use = "module:name", … }',
         list,
     )
     reporters: dict[str, Reporter] = about(
-        "name = what is measured in every tick and recorded beside the numbers of the species: a formula, as "
+        "name = a measurement in every tick, recorded next to the numbers of the species: a formula such as "
         "mean(Metabolism.energy), or module:name of a function of the world",
         {},
         exclude_if=is_empty,
     )
     record: Annotated[list[str], Field(max_length=64)] = about(
-        "Component.field of organisms, of your own components too, to record at birth, at death and in "
-        "snapshots",
+        "Component.field of organisms, also of custom components, to record at birth, at death and in snapshots",
         [],
         exclude_if=is_empty,
     )
-    interventions: list[AnyIntervention] = table("interventions while it runs", list, change=FREE)
+    interventions: list[AnyIntervention] = table("interventions during a run", list, change=FREE)
     land_use: list[AnyUse] = about("continuous harvests and plantings", [], exclude_if=is_empty)
     archipelago: Archipelago | None = about(
-        "islands that exchange migrants, each a world as this file describes it; absent: there is one world",
+        "islands that exchange migrants, each a world as described in this file; absent: a single world",
         None,
         exclude_if=is_absent,
     )
@@ -162,20 +158,20 @@ class WorldConfig(Section):
     viewer: Viewer = Field(
         default_factory=Viewer,
         exclude=True,
-        description="what the viewer's page offers first; runs ignore it",
+        description="controls that the viewer shows first; runs ignore it",
     )
 
     patterns: list[str] = Field(
         default_factory=list,
         exclude=True,
-        description="patterns by which it is judged, for `ecs-eco describe`; runs ignore them",
+        description="patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them",
     )
 
-    _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
+    _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
-    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys that were given by their former names
-    _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as it was read
+    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given by their former names
+    _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as read
 
     @property
     def dims(self) -> int:
@@ -183,8 +179,8 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Names of properties and substances of the bodies of a species or object type; objects that are the
-        remains of a species have its own."""
+        """Return the names of properties and substances of the bodies of a species or object type; objects
+        that are the remains of a species have the species' own."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -196,16 +192,16 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """The users' own components of a species, those of their features included; None for what may not be
-        loaded yet, or is wrong."""
+        """Return the users' own components of a species, including components of features; None for a component
+        that may not be loaded yet or is invalid."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
         unknown = [None] if species.model_extra else []  # features that may not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Component.field of every number in the user's own components of a species, with its default; none
-        of components whose code may not run yet."""
+        """Return Component.field of every number in the user's own components of a species, with its
+        default; components whose code may not run yet are left out."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -215,17 +211,18 @@ class WorldConfig(Section):
         }
 
     def may_have(self, kind: str, name: str) -> bool:
-        """Whether a name may be a field in code that may not run yet."""
+        """Return whether a name may be a field in code that may not run yet."""
         return "." in name and kind in self.species and None in self.own_components(self.species[kind])
 
     def family(self, name: str) -> tuple[str, ...]:
-        """The species whose members are of one kind with those of a species: itself and what becomes it."""
+        """Return the species whose members count as kin of a species: itself and the species that become
+        it."""
         return (name, *(one for one, s in self.species.items() if name in of_each(s, "becomes")))
 
     def have_parents(self) -> frozenset[str]:
-        """The species whose members must know whose children they are."""
+        """Return the species whose members must know their parents."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
-        if self.archipelago is not None:  # those who wander keep their descent
+        if self.archipelago is not None:  # migrants keep their descent
             young |= {one for name in self.archipelago.migration_probability for one in self.family(name)}
         return frozenset(
             young
@@ -238,7 +235,7 @@ class WorldConfig(Section):
         )
 
     def bearers(self, property: str) -> list[str]:
-        """The object types and species whose bodies have a property or substance, each by name."""
+        """Return the object types and species whose bodies have a property or substance, each by name."""
         kinds = (*sorted(self.objects), *sorted(self.species))
         return [kind for kind in kinds if property in self.felt(kind)]
 
@@ -282,7 +279,7 @@ class WorldConfig(Section):
         return self._code.function(name)
 
     def known(self, name: object) -> Any:
-        """The object of "module:name" without parameters; None if it is wrong, or may not run."""
+        """Return the object of "module:name" without parameters; None if it is invalid or may not run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self, former: bool = False) -> dict[str, Any]:
@@ -312,7 +309,7 @@ class WorldConfig(Section):
 
     @property
     def config_hash(self) -> str:
-        """SHA-256 of the resolved configuration, its code and its land, 64 hexadecimal digits."""
+        """SHA-256 of the resolved configuration, its code and its land, as 64 hexadecimal digits."""
         text = json.dumps(self.resolved(former=True), separators=(",", ":"), allow_nan=False)
         text += "".join(s.sha256 for s in self._code.sources)
         text += self._land.sha256 if self._land is not None else ""

@@ -126,14 +126,14 @@ def test_where_a_unit_is_no_metre_a_note_says_how_long_it_is(at):
 
 def test_degrees_at_an_unknown_latitude_are_refused(at):
     np.savez(at / "dem.npz", topo=DEM, dx=0.001, dy=0.001, crs="EPSG:4326")
-    assert "does not say at which latitude" in refused()
+    assert "so its latitude is unknown" in refused()
 
 
 def test_metres_of_a_map_that_are_none_of_the_land_are_refused(at):
     pytest.importorskip("rasterio", reason="needs the extra geo")
     where = {"topo": DEM, "xmin": 500_000.0, "dx": 10.0, "dy": 10.0}
     np.savez(at / "dem.npz", **where, ymin=8_362_698.0, ymax=8_362_728.0, crs="EPSG:3395")
-    assert "a metre of EPSG:3395 is 0.5" in refused()
+    assert "a meter of EPSG:3395 is 0.5" in refused()
     np.savez(at / "dem.npz", **where, ymin=6_600_000.0, ymax=6_600_030.0, crs="EPSG:32632")
     assert land().place is not None
 
@@ -143,7 +143,7 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
     holes[0, 3] = holes[1, 2] = np.nan
     np.savez(at / "dem.npz", topo=holes)
     text = refused()
-    assert "2 cells of the world have no elevation, the first at column 3, row 2" in text
+    assert "2 cells of the world have no elevation; the first is at column 3, row 2" in text
     assert land(**{"terrain.missing": -5.0}).elevation[1].tolist() == [1, 2, -5, 4]
     assert land(**{"space.size": [20.0, 30.0]}).elevation.shape == (3, 2)  # a part without holes
 
@@ -153,7 +153,7 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
     [
         (
             {"space.size": [50.0, 30.0]},
-            "smaller than the world: it covers 40 × 30 m, and the world needs 50 ×",
+            "smaller than the world: it covers 40 × 30 m, but the world needs 50 ×",
         ),
         ({"terrain.corner": [0.0, 10.0]}, "space.size up to [40, 20]"),
         ({"terrain.band": 2}, "terrain.band = 2\n  no such band; expected: 1, the only one (topo)"),
@@ -174,7 +174,7 @@ def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):
             "terrain.cover_band = 7\n  no such band",
         ),
         ({"terrain.drainage": {}}, "does not define where water collects"),
-        ({"terrain.raster": FAULT}, 'or crs = "EPSG:4326" if it counts in degrees'),
+        ({"terrain.raster": FAULT}, 'or crs = "EPSG:4326" if its unit is degrees'),
     ],
 )
 def test_land_that_cannot_be_is_refused_with_its_place(at, changes, fault):

@@ -1,4 +1,4 @@
-"""Hills hide what is behind them, from rays and `nearest`: eyes and tops are at the height of the body."""
+"""Hills block the view of rays and `nearest`: eyes and tops are at the height of the body."""
 
 import pytest
 
