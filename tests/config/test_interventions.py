@@ -139,7 +139,10 @@ def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, message):
             {"kind": "set", "at": 5, "set": {"species.wolf.count": 5}},
             'expected: an intervention of kind "add" or "cull"',
         ),
-        ({"kind": "set", "at": 5, "set": {"interventions.0.at": 7}}, "interventions cannot change other interventions"),
+        (
+            {"kind": "set", "at": 5, "set": {"interventions.0.at": 7}},
+            "interventions cannot change other interventions",
+        ),
     ],
 )
 def test_wrong_newcomers_fences_switches_and_values_are_refused(wrong, message):

@@ -110,9 +110,8 @@ def test_a_recorder_of_more_than_128_species_is_refused() -> None:
 
 def test_more_than_255_causes_of_death_are_refused_at_the_first_too_many() -> None:
     culls = [{"kind": "cull", "at": 1, "species": "goat", "count": 1, "cause": f"c{i}"} for i in range(255)]
-    assert (
-        'interventions.254.cause = "c254"\n  too many causes of death; expected: at most 255'
-        in refused({"interventions": culls})
+    assert 'interventions.254.cause = "c254"\n  too many causes of death; expected: at most 255' in refused(
+        {"interventions": culls}
     )
     world({"interventions": culls[:254]})
 
