@@ -107,9 +107,12 @@ CASES = {
         _replace("table/moss/Position.x", np.zeros(3)),
         r"'table/moss/Position\.x' is float64\[3\]; expected for this world: float32\[3\]",
     ),
-    "another shape": (_replace("table/moss/Position.x", np.zeros((3, 1), F)), r"needs float32\[3\]"),
-    "one too few": (_replace("table/moss/Position.x", np.zeros(2, F)), r"needs float32\[3\]"),
-    "rows in two dimensions": (_replace("table/moss/row", np.zeros((3, 1), np.int64)), r"needs int64\[3\]"),
+    "another shape": (_replace("table/moss/Position.x", np.zeros((3, 1), F)), r"this world: float32\[3\]"),
+    "one too few": (_replace("table/moss/Position.x", np.zeros(2, F)), r"this world: float32\[3\]"),
+    "rows in two dimensions": (
+        _replace("table/moss/row", np.zeros((3, 1), np.int64)),
+        r"this world: int64\[3\]",
+    ),
     "a part less": (lambda meta, arrays: arrays.pop("table/deer/killer"), "'table/deer/killer' is missing"),
     "newborn outside": (
         _put("table/moss/births/0/Position.x", np.inf, 0),
@@ -121,7 +124,7 @@ CASES = {
     ),
     "newborn with what their kind lacks": (
         lambda meta, arrays: meta["tables"]["moss"]["births"][0]["values"].append("Biology.sex"),
-        r"newborn of 'moss' have 'Biology\.sex'",
+        r"newborns of 'moss' have 'Biology\.sex'",
     ),
     "a field of another shape": (
         _replace("field/musk", np.zeros((1, 2, 2), F)),
