@@ -1,6 +1,6 @@
-"""Names of a package that load when they are first used, and former module names that still lead somewhere.
+"""Lazily loaded names of packages, and aliases for former module names.
 
-It imports nothing of the package, so that every `__init__` may use it.
+This module imports nothing from the package, so that every `__init__` can use it.
 """
 
 import re
@@ -14,7 +14,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-FORMER = {  # what the documentation of former versions imported from; of a package also what is in it
+FORMER = {  # public modules of former versions; for a package, also its contents
     "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
     "ecs_eco.archipelago": "ecs_eco.lab",
     "ecs_eco.components.Desires": "ecs_eco.components.HappinessWeights",
@@ -34,8 +34,8 @@ FORMER = {  # what the documentation of former versions imported from; of a pack
 
 
 def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) -> Callable[[str], Any]:
-    """Return a package's `__getattr__` for a dict of names and the modules that hold them, and for `rooms`,
-    packages within it."""
+    """Return a package's `__getattr__` for a dict from names to the modules that define them, and for
+    `rooms`, its subpackages."""
 
     def find(name: str) -> Any:
         present = present_name(f"{package}.{name}")
@@ -52,7 +52,7 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
 
 
 def present_name(name: str) -> str | None:
-    """Return the present name of a module that is called by its former one, None for all others."""
+    """Return the present name of a module with a former name, None for all other names."""
     package, _, module = name.rpartition(".")
     if name in FORMER or package not in FORMER:
         return FORMER.get(name)
@@ -60,14 +60,14 @@ def present_name(name: str) -> str | None:
 
 
 def stored_name(component: type[Any]) -> str:
-    """Return the name of a component in checkpoints and digests: the first that it had."""
+    """Return the name of a component in checkpoints and digests, which is its first name."""
     name = f"{component.__module__.rpartition('.')[0]}.{component.__name__}"
     return next((old for old, now in FORMER.items() if now == name), name).rpartition(".")[2]
 
 
 class Later:
-    """A module that is imported when one of its names is first used: one that loads much, for functions that
-    few call. An import under TYPE_CHECKING gives its names their types."""
+    """A module that is imported when one of its names is first used: a slow import for functions that are
+    rarely called. An import under TYPE_CHECKING provides the types."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -77,37 +77,40 @@ class Later:
 
 
 def file_of(name: str) -> str:
-    """Return the module that holds a class in a package of one class a file: give_birth for GiveBirth."""
+    """Return the module that defines a class in a package with one class per file: give_birth for
+    GiveBirth."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], list[str]]:
-    """Return a package's `__dir__`: its public names, loaded or not, and what every module has."""
+    """Return a package's `__dir__`: its public names, loaded or not, and the standard names of modules."""
     return lambda: sorted({*public, *(name for name in loaded if name.startswith("__"))})
 
 
 class Former(MetaPathFinder, Loader):
-    """Finds modules by their former names, with a DeprecationWarning that says the present one."""
+    """Finds modules by their former names, with a DeprecationWarning that names the present module."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return a spec for a former name, None for all others."""
+        """Return a spec for a former name, None for all other names."""
         return ModuleSpec(name, self) if present_name(name) else None
 
     def exec_module(self, module: ModuleType) -> None:
-        """Let the former name stand for the module that has its content now."""
+        """Replace the module of the former name by the present module."""
         name = module.__name__
         present = str(present_name(name))
         warnings.warn(f"{name} is {present} now", DeprecationWarning, stacklevel=2)
         there = import_module(present)
-        if hasattr(there, "__path__"):  # a stand-in, since importing what is in a package sets its names
+        if hasattr(
+            there, "__path__"
+        ):  # a stand-in, because importing submodules sets attributes of the parent
             module.__dict__.update(__path__=[], __getattr__=partial(getattr, there))
         else:
             sys.modules[name] = there
 
 
 def find_former_names() -> None:
-    """Let imports find former names, before anything that has a file of such a name."""
+    """Enable imports by former names, before the search for files."""
     if not any(isinstance(finder, Former) for finder in sys.meta_path):
         sys.meta_path.insert(0, Former())

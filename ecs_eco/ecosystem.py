@@ -1,4 +1,5 @@
-"""The World that users know: built from a configuration, saved, restored, copied, intervened in, recorded.
+"""The public World class: built from a configuration, saved, restored, copied, changed by interventions,
+recorded.
 
 A thin facade: the tick belongs to `ecs_eco.engine.world`, positions and surroundings to
 `ecs_eco.space.world`.
@@ -31,7 +32,7 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
-# packages that are higher, or slow to load, for methods that use them
+# higher-level or slow packages, for methods that use them
 _above = lazy(__name__, {"plot": "ecs_eco.analysis.plot", "view": "ecs_eco.view.watch"})
 
 
@@ -141,7 +142,7 @@ class World(SpatialWorld):
         threads : int, default 1
             Threads of kernels. They affect speed, never results.
         learn : bool or Mapping of str to bool, optional
-            Which species learn during the run: all, none, or by species; default: as the world file says.
+            Which species learn during the run: all, none, or by species; default: as in the world file.
         training : bool, default False
             Build the world as pre-training does: with the values of `[training.set]`, respawn and no births.
         record : bool, default True
@@ -149,11 +150,11 @@ class World(SpatialWorld):
         populate : bool, default True
             Whether there are organisms at the start.
         systems : sequence of System
-            Systems of your own, added to those of the file.
+            Custom systems, in addition to the file's systems.
         features : sequence of type
-            Classes derived from `ecs_eco.config.Feature`, added to those of the file's code.
+            Classes derived from `ecs_eco.config.Feature`, in addition to the features of the file's code.
         reporters : Mapping of str to str or callable
-            Measurements by name, added to those of the file; see `add_reporter`.
+            Measurements by name, in addition to the file's reporters; see `add_reporter`.
         controls : sequence of str
             Treatments that remove something, such as "random-policy"; `ecs-eco compare --list` prints all.
         trust : bool, default False
@@ -277,9 +278,7 @@ class World(SpatialWorld):
         """
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
-            raise RuntimeError(
-                "this world has no system that intervenes; begin its schedule with add_system(Intervene())"
-            )
+            raise RuntimeError("this world has no system Intervene; call add_system(Intervene()) first")
         require_whole(self, "intervene", within=True)
         self._undivided("intervene")
         system.ask(what)
@@ -350,8 +349,8 @@ class World(SpatialWorld):
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
-        """Return `measure(name)`, by its former name."""
-        warnings.warn("World.report is World.measure now", DeprecationWarning, stacklevel=2)
+        """Return `measure(name)`; a deprecated alias."""
+        warnings.warn("World.report is deprecated; use World.measure", DeprecationWarning, stacklevel=2)
         return self.measure(name)
 
     def measure(self, name: str) -> Any:
@@ -413,7 +412,7 @@ class World(SpatialWorld):
                 "ecs_eco.record.Recorder(world)"
             )
         if self.bands.divided:
-            self.recorder.flush()  # what the other processes have
+            self.recorder.flush()  # records of the other processes
         return SeriesTable(self.recorder.series())
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
@@ -498,7 +497,7 @@ class World(SpatialWorld):
         return policy(self, species, uid)
 
     def external(self, species: str, partial: bool = False) -> External:
-        """Return a door through which your program decides for a species, tick by tick.
+        """Return an interface through which your program decides for a species, tick by tick.
 
         Parameters
         ----------
@@ -533,7 +532,7 @@ class World(SpatialWorld):
         """
         return External(self, species, partial)
 
-    # --- kept on disk, copied -------------------------------------------------------------------------------
+    # --- saving and copying --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which the world continues bit for bit.
@@ -678,7 +677,7 @@ class World(SpatialWorld):
         Parameters
         ----------
         threads : int, optional
-            Threads of the copy; default: those of this world.
+            Threads of the copy; default: as in this world.
         systems : sequence of System
             New instances of those that were passed as instances.
         prepare : callable, optional
@@ -767,8 +766,7 @@ class World(SpatialWorld):
 
     def __deepcopy__(self, memo: object) -> NoReturn:
         raise TypeError(
-            f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; "
-            "use world.copy() or world.fork(seed=…)"
+            f"world {self.name!r}: copy.deepcopy cannot copy esper entities; use world.copy() or world.fork(seed=…)"
         )
 
     def __reduce__(self) -> NoReturn:

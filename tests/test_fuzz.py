@@ -125,7 +125,7 @@ def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_pa
     files._copied(recorded, tmp_path / "run")
     manifest = json.loads((recorded / "manifest.json").read_text())
     (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"dt": 2.0}))
-    with pytest.raises(RecordingError, match="its seal does not fit"):
+    with pytest.raises(RecordingError, match="its seal does not match"):
         load_series(tmp_path / "run")
     (tmp_path / "run" / "manifest.json").write_text(
         json.dumps({k: v for k, v in manifest.items() if k != "seal"})
@@ -273,7 +273,4 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
 
     monkeypatch.setattr("ecs_eco.cli.run.run_to_folder", exhausted)
     done = CliRunner().invoke(app, ["run", "predator-prey"])
-    assert (done.exit_code, done.stderr) == (
-        1,
-        "The memory is not enough for this: Unable to allocate 3 TiB\n",
-    )
+    assert (done.exit_code, done.stderr) == (1, "Not enough memory: Unable to allocate 3 TiB\n")

@@ -1,4 +1,4 @@
-"""`ecs-eco run | watch | resume | …`: the table of commands, and what all of them take."""
+"""`ecs-eco run | watch | resume | …`: the table of commands, and the options of all commands."""
 
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -11,16 +11,19 @@ from ecs_eco.cli.terminal import REFUSED, complain, say
 from ecs_eco.compiled.garbage import of_a_command
 from ecs_eco.compiled.portable import PortableError, check, enable
 
-COMMANDS = {  # the module of each command, and its help, as its docstring or its group has it
+COMMANDS = {  # the module of each command, and its help, the same as its docstring or its group's help
     "run": ("run", "Run a world and record it in a folder; `resume` continues it."),
     "watch": ("watch", "Watch a living world or a recorded run in the browser, or two side by side."),
-    "repeat": ("run", "Repeat a recorded run, with all interventions, and print whether it ends the same."),
+    "repeat": (
+        "run",
+        "Repeat a recorded run with all its interventions, and print whether the result is the same.",
+    ),
     "resume": ("run", "Resume a run from its last checkpoint, or fork it with changed values."),
     "train": ("train", "Train a world's policies and save them."),
     "report": ("telling", "Draw the figures of a run."),
-    "why": ("telling", "Explain what happened in a run, why, and which values to change."),
-    "lineage": ("telling", "Print and write the lineages of a run."),
-    "tracks": ("telling", "Write where organisms were, as geographic data."),
+    "why": ("telling", "Explain what happened in a run and why, and suggest values to change."),
+    "lineage": ("telling", "Print a summary of the lineages of a run, and write them to files."),
+    "tracks": ("telling", "Write the positions of organisms as geographic data."),
     "compare": (
         "compare",
         "Compare a world with itself under treatments; the same command with --out DIR resumes a stopped\n"
@@ -29,22 +32,22 @@ COMMANDS = {  # the module of each command, and its help, as its docstring or it
     "search": ("search", "Search for values with which a world persists."),
     "draw": ("picture", "Draw the nervous systems of a world's species."),
     "picture": ("picture", "Draw a tick of a recorded run."),
-    "video": ("picture", "Make a film of a recorded run."),
-    "new": ("beginning", "Write a world of your own to begin with: a file, a system and its test."),
+    "video": ("picture", "Make a video of a recorded run."),
+    "new": ("beginning", "Write a starter world: a world file, a system and its test."),
     "list": ("docs", "List worlds, sensors, components and systems."),
     "check": ("summary", "Check a world file and print a summary."),
     "describe": ("describe", "Describe a world by the ODD protocol, as Markdown or HTML."),
     "doctor": (
         "doctor",
-        "Print what results depend on here, and whether they agree with the release: exit code 1 if not.",
+        "Print the settings behind results and compare results with the release; exit code 1 if they differ.",
     ),
-    "docs": ("docs", "Open the documentation, from the copy on this machine."),
+    "docs": ("docs", "Open the installed documentation."),
     "sweep": (
         "sweeping",
         "Run a world under many values, seeds and treatments: sweep PLAN [--on local|slurm|ray] "
         "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
     ),
-    "cache": ("cache", "Compiled kernels, which are kept between runs: show, warm and clear."),
+    "cache": ("cache", "Manage the cache of compiled kernels: show, warm and clear."),
     "world": ("beginning", "Write a world file: world from-raster RASTER [FILE]."),
 }
 
@@ -53,7 +56,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # rich is loaded by the commands that draw with it
+    rich_markup_mode=None,  # only commands that print with rich import it
     help="Ecosystems whose animals sense, learn and evolve.",
 )
 
@@ -68,10 +71,11 @@ def loaded(name: str) -> Any:
 
 
 class Command(TyperCommand):
-    """A command that `--help` lists, whose module is imported when it is called, in the mode chosen by then."""
+    """A command that `--help` lists, whose module is imported in the chosen numerical mode when it is
+    called."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
-        """Parse the arguments of the command itself."""
+        """Parse the command's own arguments."""
         return loaded(str(self.name)).make_context(info_name, args, *more, **extra)
 
 
@@ -84,7 +88,7 @@ def _version(wanted: bool) -> None:
         try:
             say(f"ecs-eco {version('ecs-eco')}")
         except PackageNotFoundError:
-            say("ecs-eco, not installed: the version is unknown")
+            say("ecs-eco is not installed; its version is unknown")
         raise typer.Exit
 
 
@@ -97,7 +101,7 @@ def _options(
         bool,
         typer.Option(
             "--portable",
-            help="Give the same bytes on every x86-64 machine, more slowly; as ECS_ECO_PORTABLE=1 does.",
+            help="Compute the same bytes on every x86-64 machine, more slowly; the same as ECS_ECO_PORTABLE=1.",
         ),
     ] = False,
 ) -> None:
@@ -109,6 +113,6 @@ def _options(
 
 
 def main() -> None:
-    """Entry point of the command `ecs-eco`."""
+    """Run the command `ecs-eco`."""
     with of_a_command():
         app(prog_name="ecs-eco")

@@ -1,4 +1,4 @@
-"""Running and resuming archipelagos."""
+"""Commands that run and resume archipelagos."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ def resume_islands(
     workers: int | None,
     on: str,
 ) -> None:
-    """Go on with an archipelago from its last barrier."""
+    """Resume an archipelago from its last barrier."""
     if forks:
         refuse(
             "DIR",
             "is an archipelago, which cannot be forked as a whole",
             str(folder),
-            "one of its islands, which goes on by itself: DIR/islands/NAME",
+            "one of its islands, which then continues alone: DIR/islands/NAME",
         )
     made = Archipelago(folder)
     with progress(folder.name, quiet, UNIT) as bar:
@@ -75,7 +75,7 @@ def _go(
         manifest = made.run(until, workers, on, progress=bar, threads=threads, report=report, claim=claim)
     except KeyboardInterrupt:
         complain(
-            f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; go on with: "
+            f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; continue with: "
             f"ecs-eco resume {made.folder}."
         )
         raise typer.Exit(INTERRUPTED) from None

@@ -1,4 +1,4 @@
-"""run and resume with --bands or --divided: one world in all processes that mpiexec started."""
+"""The options --bands and --divided of run and resume: one world in all processes that mpiexec started."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def run_in_bands(
     watched: bool,
     divided: bool,
 ) -> None:
-    """Run a world in all processes: process 0 leads, records it and prints what it exchanged; the others build
-    it. With `divided`, each holds a part of it."""
+    """Run a world in all processes: process 0 leads, records and prints statistics of the exchange; the
+    other processes build it. With `divided`, each process holds a part of it."""
     if watched:
         refuse(
             "--watch",
-            "is not possible with --bands: what a page does reaches one process alone",
+            "is not possible with --bands: actions on a page reach only one process",
             "",
-            "one of them; or watch the folder afterwards",
+            "one of the two options; or watch the folder afterwards",
         )
     led = together(lead, build, ticks, state=divided)
     if led is not None:
@@ -31,7 +31,7 @@ def run_in_bands(
         many, held = (
             (bands.processes, "each with its own part of the world")
             if divided
-            else (bands.size, "the same world in all")
+            else (bands.size, "each with the whole world")
         )
         say(
             f"  {many} processes, {held}; process 0 received "

@@ -1,4 +1,4 @@
-"""Commands that write a world or a package to begin with: new, world from-raster."""
+"""Commands that write a starter world or package: new, world from-raster."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,7 +17,7 @@ def new(
             metavar="NAME",
             parser=path_of,
             show_default=False,
-            help="A new folder; the world or the package has its name.",
+            help="A new folder, which also names the world or package.",
         ),
     ],
     origin: Annotated[
@@ -26,19 +26,19 @@ def new(
             "--from",
             metavar="WORLD",
             show_default=False,
-            help="meadow (grass and rabbits; the default), blank (moss), or predator-prey, as shipped.",
+            help="meadow (grass and rabbits; the default), blank (moss), or predator-prey (the shipped world).",
         ),
     ] = None,
     package: Annotated[
         bool,
         typer.Option(
-            "--package", help="A Python package instead: a component, a system, a world, and tests."
+            "--package", help="Write a Python package instead: a component, a system, a world, and tests."
         ),
     ] = False,
 ) -> None:
-    """Write a world of your own to begin with: a file, a system and its test."""
+    """Write a starter world: a world file, a system and its test."""
     if package and origin is not None:
-        refuse("--from", "does not go with --package", origin, "one of the two")
+        refuse("--from", "cannot be used with --package", origin, "one of the two options")
     files = new_package(folder) if package else new_world(folder, origin or "meadow")
     for file in files:
         say(f"  {file}")
@@ -47,7 +47,7 @@ def new(
         if package
         else f"ecs-eco run {folder / folder.name}.toml --trust --out my-run"
     )
-    say(f"Go on with {folder / 'README.md'}, or at once: {how}")
+    say(f"Continue with {folder / 'README.md'}, or run it now: {how}")
 
 
 world = typer.Typer(
@@ -60,7 +60,7 @@ world = typer.Typer(
 
 @world.callback()
 def _world() -> None:
-    """Have commands below it, though there is one."""
+    """Group the commands of `world`, even though there is only one."""
 
 
 @world.command("from-raster")
@@ -70,8 +70,8 @@ def from_raster(
         str,
         typer.Argument(
             metavar="RASTER",
-            help="Elevations [m]: .npz, .asc (ESRI ASCII "
-            "grid) or, with rasterio, GeoTIFF and all else that GDAL reads.",
+            help="Elevations [m]: .npz, .asc (ESRI ASCII grid) or, with rasterio, GeoTIFF and all other "
+            "GDAL formats.",
         ),
     ],
     file: Annotated[
@@ -80,27 +80,28 @@ def from_raster(
             metavar="FILE",
             parser=path_of,
             show_default=False,
-            help="The world file. Default: named as the raster, here.",
+            help="The world file. Default: the raster's name, in the current folder.",
         ),
     ] = None,
     band: Annotated[
-        str | None, typer.Option(metavar="N", help="The band, from 1, or its name. Default: the first one.")
+        str | None,
+        typer.Option(
+            metavar="N", help="The number of the band, from 1, or its name. Default: the first band."
+        ),
     ] = None,
     cell: Annotated[
         float | None,
-        typer.Option(
-            metavar="METRES", help="Side of the cells of the height map. Default: that of the raster."
-        ),
+        typer.Option(metavar="METRES", help="Side of the height map's cells. Default: as in the raster."),
     ] = None,
     crs: Annotated[
         str | None,
         typer.Option(
-            metavar="CODE", help="Coordinate system, where the raster does not say it: EPSG:4326 for degrees."
+            metavar="CODE", help="Coordinate system, if the raster does not state it: EPSG:4326 for degrees."
         ),
     ] = None,
 ) -> None:
-    """Write a first world on real land: grass, and deer that climb."""
+    """Write a starter world on real land: grass, and deer that climb."""
     number = int(band) if band is not None and band.isdecimal() else band
     path = world_from_raster(raster, file, band=number, cell=cell, crs=crs)
     say(f"  {path}")
-    say(f"Look at it: ecs-eco watch {path}; or run it: ecs-eco run {path}")
+    say(f"Watch it: ecs-eco watch {path}; or run it: ecs-eco run {path}")

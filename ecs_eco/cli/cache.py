@@ -1,4 +1,4 @@
-"""The commands cache show, warm and clear: compiled kernels, which are kept between runs."""
+"""The commands cache show, warm and clear, for compiled kernels that are kept between runs."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ cache = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
-    help="Compiled kernels, which are kept between runs: show, warm and clear.",
+    help="Manage the cache of compiled kernels: show, warm and clear.",
 )
 
 
 @cache.command()
 @exits
 def show() -> None:
-    """Say where compiled kernels are kept, and how many."""
+    """Print the folders of compiled kernels and the number of kernels."""
     folder = kernel_folder.cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
-    say(f"  all that is listed of {', '.join(known)}" if known else "  of no world all that is listed")
+    say(f"  all listed kernels of {', '.join(known)}" if known else "  no world has all its listed kernels")
     for other in _others(folder):
-        say(f"{other}, of another version, or of other switches of the compiler\n  {_content(other)}")
+        say(f"{other}, of another version or with other compiler settings\n  {_content(other)}")
 
 
 @cache.command()
@@ -52,16 +52,18 @@ def warm(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(parser=whole(1, 1024), metavar="N", help="Processes. Default: as many as cores."),
+        typer.Option(
+            parser=whole(1, 1024), metavar="N", help="Number of processes. Default: the number of cores."
+        ),
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Compile the kernels of worlds beforehand, so that their first start is as quick as a later one."""
+    """Compile the kernels of worlds beforehand, so that their first start is as quick as later ones."""
     for world in worlds or []:
         allow(trust, world, None)
 
-    listed = [] if plain() else shipped()  # which kernels they call; other worlds live for some ticks
+    listed = [] if plain() else shipped()  # the kernels that they call; other worlds run for some ticks
     configs = {world: load(world) for world in worlds or (sorted(shipped()) if plain() else [])}
     folder, names = (
         kernel_folder.cache_folder(),
@@ -75,23 +77,23 @@ def warm(
             if world not in listed:
                 _try(config)
     after = len(_kernels(folder))
-    say(f"{after - before} kernels compiled, {after} are in {folder}")
+    say(f"{after - before} kernels compiled, {after} in total in {folder}")
 
 
 @cache.command()
 @exits
 def clear(
-    others: Annotated[bool, typer.Option("--others", help="Only those of other versions.")] = False,
+    others: Annotated[bool, typer.Option("--others", help="Only kernels of other versions.")] = False,
 ) -> None:
-    """Remove compiled kernels; they are compiled again when they are called."""
+    """Remove compiled kernels, which are compiled again when they are needed."""
     folder = kernel_folder.cache_folder()
     folders = _others(folder) if others else [*_others(folder), folder]
     removed = sum(_clear(one) for one in folders)
-    say(f"{removed} kernels removed below {folder.parent}")
+    say(f"{removed} kernels removed from {folder.parent}")
 
 
 def _try(config: WorldSource) -> None:
-    """Let a world live for some ticks, which compiles what it calls then."""
+    """Run a world for some ticks, which compiles its kernels."""
     with two_processes("others"):
         World.from_config(config, record=False).run(3)
 
@@ -117,13 +119,13 @@ def _clear(folder: Path) -> int:
         f"*{kernel_folder.CLAIM}",
         f"*{MARK}",
         "*.nbc.*.tmp",
-    )  # what is in such a folder
+    )  # contents of such a folder
     for file in [path for pattern in ours for path in folder.rglob(pattern)]:
         file.unlink(missing_ok=True)
     try:
         for part in sorted(
             filter(Path.is_dir, folder.rglob("*")), reverse=True
-        ):  # numba's own cache has some
+        ):  # numba's own cache may have some
             part.rmdir()
         folder.rmdir()
     except FileNotFoundError:

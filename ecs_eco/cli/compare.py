@@ -1,4 +1,5 @@
-"""compare: a world as it is and under treatments, with the same seeds; resumes a stopped comparison."""
+"""The command compare: a world with and without treatments, with the same seeds; resumes a stopped
+comparison."""
 
 from __future__ import annotations
 
@@ -54,9 +55,7 @@ def compare(
     ] = None,
     seeds: Annotated[
         int,
-        typer.Option(
-            parser=whole(1, 10_000), metavar="N", help="Number of runs of each arm, with seeds from 1."
-        ),
+        typer.Option(parser=whole(1, 10_000), metavar="N", help="Number of runs per arm, with seeds from 1."),
     ] = 8,
     ticks: Ticks = None,
     set_: Set = None,
@@ -75,14 +74,14 @@ def compare(
         typer.Option(
             parser=whole(1, 10_000),
             metavar="N",
-            help="Train policies from seeds 1 to N, and run each with every seed.",
+            help="Train policies with training seeds 1 to N, and run each with every world seed.",
         ),
     ] = None,
     retrain: Annotated[
         bool,
         typer.Option(
             "--retrain",
-            help="Train again under each treatment that changes values; else it runs with the same policies.",
+            help="Retrain under each treatment that changes values. Default: all arms use the same policies.",
         ),
     ] = False,
     policies: Policies = "trained",
@@ -119,14 +118,15 @@ def compare(
 
 
 def _seen_from_everywhere(path: Path, on: str) -> Path:
-    """Return a path for an engine whose workers run elsewhere: names such as "trained" are none."""
+    """Return an absolute path for an engine whose workers run elsewhere; leave names such as "trained"
+    unchanged."""
     return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
 def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
-    """Claim the folder of a comparison: new, or one where the same comparison was begun.
+    """Claim the folder of a comparison: new, or one in which the same comparison was begun.
 
-    Raises ForeignFile if it holds another one, FolderInUse if another process writes there.
+    Raises ForeignFile if it contains another comparison, FolderInUse if another process writes there.
     """
     begun = out is not None and container.has(out, Planned)
     if begun:
@@ -135,26 +135,24 @@ def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
 
 
 def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Train what is missing; end the command if a training failed."""
+    """Do the missing trainings; end the command if a training failed."""
     left = missing(comparison.trainings)
     trained = _do(train_or_find, left, comparison, pool, quiet, "training", "policies")
     if trained < len(left):
         folder = comparison.folder / "policies"
-        complain(f"Not all policies could be trained; those that are there are in {folder}.")
+        complain(f"Not all policies could be trained; the finished policies are in {folder}.")
         raise typer.Exit(FAILED)
 
 
 def _run(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Run what is missing; end the command if a run failed."""
+    """Do the missing runs; end the command if a run failed."""
     n = len(comparison.runs)
     left = missing(comparison.runs)
     if len(left) < n and not quiet:
-        complain(f"{n - len(left)} of {n} runs are there already.")
+        complain(f"{n - len(left)} of {n} runs are already done.")
     done = _do(run_arm, left, comparison, pool, quiet, "comparing", "runs")
     if done < len(left):
-        complain(
-            f"{len(left) - done} of {n} runs failed; what the others recorded is in {comparison.folder}."
-        )
+        complain(f"{len(left) - done} of {n} runs failed; the other recordings are in {comparison.folder}.")
         raise typer.Exit(FAILED)
 
 
@@ -167,7 +165,7 @@ def _do(
     word: str,
     unit: str,
 ) -> int:
-    """Do the jobs with a progress bar, and print why some failed; return how many succeeded.
+    """Do the jobs with a progress bar, and print the reasons for failures; return how many succeeded.
 
     Ctrl-C ends the command.
     """
@@ -175,8 +173,8 @@ def _do(
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):
             complain(
-                f"A worker process was killed from outside (out of memory?): the {unit} that it and the "
-                "others had not finished are lost; those done are whole."
+                f"A worker process was killed from outside (out of memory?). Unfinished {unit} are lost; "
+                "finished ones are complete."
             )
         else:
             complain(f"{key}: {type(error).__name__}: {error}")
@@ -186,14 +184,15 @@ def _do(
             return len(run_jobs(work, jobs, pool, bar, failed))
         except KeyboardInterrupt:
             complain(
-                f"Stopped after {bar.done} of {len(jobs)} {unit}; what was recorded until then is in "
-                f"{comparison.folder}; the same command with --out {comparison.folder} goes on with it."
+                f"Stopped after {bar.done} of {len(jobs)} {unit}; finished recordings are in "
+                f"{comparison.folder}. Continue with the same command and --out {comparison.folder}."
             )
             raise typer.Exit(INTERRUPTED) from None
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and print it: in how many runs all persisted, and a table."""
+    """Compare the arms, write the comparison, and print it: the runs in which all species persisted, and a
+    table."""
     policies = comparison.policies_in_words()
     result = comparison.result()
     for name, text in result["opening"].items():
@@ -212,9 +211,11 @@ def _report(comparison: Comparison) -> None:
 
 
 def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
-    """Print the share of runs in which all persist, and the sources of its variance."""
+    """Print the share of runs in which all species persist, and the sources of its variance."""
     _, low, high = arm["persistence"]
-    say(f"  {name}: share that persists, over both kinds of seeds: 95 % interval {low:.0%} to {high:.0%}")
+    say(
+        f"  {name}: share of runs that persist, 95% interval over both kinds of seeds: {low:.0%} to {high:.0%}"
+    )
     shares = arm["crossed"]["variance_shares"].get("persisted")
     if shares and shares["share"]["rest"][0] is not None:
         parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
@@ -222,18 +223,19 @@ def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
 
 
 def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
-    """Print how the depth of each species changes over the day, if there is a day and depth."""
+    """Print how each species' depth changes over the day, if the world has days and depth."""
     for species, row in arm["per_species"].items():
         if depth := row.get("depth"):
             r = "" if depth["r"] is None else f", correlation with light {depth['r'][0]:.2f}"
             say(
                 f"  {name}: depth of {species} over the day, means of {depth['n']} runs: amplitude "
-                f"{depth['amplitude'][0]:.0%} of the water, {depth['along_day'][0]:+.0%} along the sun{r}"
+                f"{depth['amplitude'][0]:.0%} of the water depth, {depth['along_day'][0]:+.0%} in phase "
+                f"with the sun{r}"
             )
 
 
 def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
-    """Print the means of what a reporter measured, by species and arm."""
+    """Print the means of a reporter's values, by species and arm."""
     for of, arms in kinds.items():
         means = [f"{arm} {x['mean'][0]:.4g}" for arm, x in arms.items() if x["mean"] is not None]
         what = name if of.startswith("(") else f"{name} of {of}"
@@ -242,7 +244,7 @@ def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
 
 def _print_table(arms: Mapping[str, Any]) -> None:
     """Print numbers and extinctions by arm and species."""
-    head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
+    head = ("arm", "runs", "all persist", "species", "mean number", "extinct in")
     table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in arms.items():
         first = [escape(printable(name)), str(arm["n"]), str(arm["persisted"])]

@@ -18,10 +18,10 @@ from ecs_eco.odd import describe as description
 @exits
 def describe(
     world: World,
-    html: Annotated[bool, typer.Option("--html", help="Write a page of HTML instead of Markdown.")] = False,
+    html: Annotated[bool, typer.Option("--html", help="Write an HTML page instead of Markdown.")] = False,
     out: Annotated[
         Path | None,
-        typer.Option(parser=path_of, metavar="FILE", help="Write to a file instead of the terminal."),
+        typer.Option(parser=path_of, metavar="FILE", help="Write to this file instead of the terminal."),
     ] = None,
     set_: Set = None,
     trust: Trust = False,
@@ -35,7 +35,5 @@ def describe(
     try:
         write_text(out, text)
     except OSError as error:
-        refuse(
-            "--out", f"cannot be written: {error.strerror}", str(out), "a file in a folder that you may write"
-        )
+        refuse("--out", f"cannot be written: {error.strerror}", str(out), "a file in a writable folder")
     complain(f"Wrote {out}.")

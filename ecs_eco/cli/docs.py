@@ -1,4 +1,5 @@
-"""The commands docs and list: these pages, and what the package has, read from the text of its files."""
+"""The commands docs and list: open the documentation, and list the package's features from their source
+texts."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from ecs_eco.cli.terminal import complain, exits, refuse, say
 from ecs_eco.config.shipped import titles
 
 PACKAGE = Path(ecs_eco.__file__).parent
-SITE = PACKAGE / "_site"  # tools/build_site.py writes it, and the wheel takes it
+SITE = PACKAGE / "_site"  # tools/build_site.py writes it, and the wheel includes it
 SOURCES = PACKAGE.parent / "docs"  # in a copy of the sources
 BUILD = "pip install -e '.[docs]' && python tools/build_site.py"
 
@@ -28,20 +29,22 @@ def docs(
         str, typer.Argument(metavar="PAGE", help="A page, such as running, or tutorials.")
     ] = "index",
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print where the page is.")
+        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print the page's address.")
     ] = True,
 ) -> None:
-    """Open the documentation, from the copy on this machine."""
+    """Open the installed documentation."""
     pages, ending = (SITE, ".html") if (SITE / "index.html").is_file() else (SOURCES, ".md")
     if pages is SOURCES and not all((pages / name).is_file() for name in ("index.md", "../pyproject.toml")):
         refuse(
             "docs",
-            "this package was built without its pages",
+            "this package was built without its documentation",
             str(SITE),
-            f"the folder docs of its sources; or there, before the package is built: {BUILD}",
+            f"the folder docs of the source code; or build the pages there before the package: {BUILD}",
         )
     if pages is SOURCES:
-        complain(f"The site is not built in this copy of the sources; this is its text. Build it: {BUILD}")
+        complain(
+            f"The site is not built in this copy of the source code, so this is the plain text. Build it: {BUILD}"
+        )
     there = {path.relative_to(pages).with_suffix("").as_posix(): path for path in pages.rglob(f"*{ending}")}
     name = page.strip("/").removesuffix(".html").removesuffix(".md")
     found = there.get(name) or there.get(f"{name}/index") or _only(name, there)
@@ -51,7 +54,7 @@ def docs(
         near = get_close_matches(name.rpartition("/")[2], last, 1)
         refuse(
             "PAGE",
-            "there is no such page",
+            "no such page",
             page,
             "a page of the site, such as how-to/running",
             last[near[0]] if near else "",
@@ -62,13 +65,13 @@ def docs(
 
 
 def _only(name: str, there: dict[str, Path]) -> Path | None:
-    """The page whose last part is the name, if there is one alone."""
+    """Return the page whose last part is the name, if exactly one page matches."""
     same = [path for key, path in there.items() if key.rpartition("/")[2] == name]
     return same[0] if len(same) == 1 else None
 
 
 def graphical() -> bool:
-    """Whether windows can be opened here."""
+    """Return whether windows can be opened here."""
     return not sys.platform.startswith("linux") or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )
@@ -86,13 +89,13 @@ def list_() -> None:
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
-    """Public classes of a folder and the first lines of their docstrings."""
+    """Return the public classes of a folder and the first lines of their docstrings."""
     return [row for path in sorted((PACKAGE / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
 
 
 def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
-    """(name, first line) of the public classes of a file, or of those of a base;
-    named by their one choice of `label` if given."""
+    """Return (name, first line) of the public classes of a file, or of the subclasses of a base; if a
+    class gives `label` one choice, this is its name."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))

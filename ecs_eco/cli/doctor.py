@@ -1,4 +1,4 @@
-"""doctor: what results depend on here, and whether they agree with the release."""
+"""The command doctor: the settings that results depend on, and whether results agree with the release."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def doctor(
     ] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""
+    """Print the settings behind results and compare results with the release; exit code 1 if they differ."""
     here = target()
     console = Console(highlight=False, soft_wrap=True)
     sections = {
@@ -66,23 +66,23 @@ def _self_test(here: Target, quiet: bool, console: Console) -> None:
     failed = [outcome.case.name for outcome in outcomes if not outcome.holds]
     if failed:
         complain(
-            f"Threads or a checkpoint change results here: {'; '.join(failed)}. Please report it, "
-            "with all of the above."
+            f"Results here depend on threads or checkpoints: {'; '.join(failed)}. Please report this with "
+            "all of the above."
         )
     if other is None:
         say(
-            "Unknown target: this release was not tested on such a machine with such versions.\n"
+            "Unknown target: this release was not tested on this kind of machine with these versions.\n"
             f"Target: {here.key}"
         )
     elif other:
         complain(
-            f"Results differ from those of the release on such a machine: {'; '.join(other)}. "
-            f"Changed sources, or a damaged installation?\nTarget: {here.key}"
+            f"Results differ from the results of the release on this kind of machine: {'; '.join(other)}. "
+            f"Was the source code changed, or is the installation damaged?\nTarget: {here.key}"
         )
     if failed or other:
         raise typer.Exit(FAILED)
-    compared = "" if other is None else " and those of the release"
-    say(f"All results are the same for one thread, for two, and from a checkpoint{compared}.")
+    compared = "" if other is None else ", and agree with the release"
+    say(f"All results are the same with one thread, with two, and from a checkpoint{compared}.")
 
 
 def _table(outcomes: list[Outcome], other: list[str] | None) -> Table:
@@ -123,14 +123,15 @@ def _processor(here: Target) -> Facts:
             "mode",
             "portable: the same bytes on every x86-64 machine"
             if portable.on()
-            else "native: as fast as this processor allows; --portable gives the same bytes on all",
+            else "native: the fastest code for this processor; --portable computes the same bytes on every "
+            "x86-64 machine",
         ),
         ("system", f"{platform.system()} {platform.release()}"),
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
         ("kernels", numba_version.summary()),
         ("torch", here.torch),
         ("cores", f"{cores} for this process, of {os.cpu_count()}"),
-        ("threads", "1, or as many as --threads says; results do not depend on it"),
+        ("threads", "1, or the number in --threads; results do not depend on it"),
         ("variables", ", ".join(variables) or "none that affect compilers or threads"),
     ]
 
@@ -164,7 +165,7 @@ def _disk() -> Facts:
 def _owner(path: Path) -> str:
     try:
         return path.owner()
-    except (KeyError, NotImplementedError):  # no such name, or a system without them
+    except (KeyError, NotImplementedError):  # no such name, or a system without such names
         return str(path.lstat().st_uid)
 
 
@@ -172,9 +173,9 @@ def _viewer() -> Facts:
     return [
         (
             "browser",
-            "is opened by `ecs-eco watch`"
+            "`ecs-eco watch` opens it"
             if graphical()
-            else "none with windows here: `ecs-eco watch` prints an address",
+            else "none with windows here; `ecs-eco watch` prints an address",
         ),
-        ("Chromium", chromium() or "none: only tests and screenshots need it"),
+        ("Chromium", chromium() or "none; only tests and screenshots need it"),
     ]

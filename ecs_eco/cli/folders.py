@@ -1,4 +1,4 @@
-"""Folders for results, checked before anything is written, and folders of policies."""
+"""Folders for results, checked before any file is written, and folders of policies."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ POLICIES = ("trained", "random", "untrained")
 
 
 def results(out: Path | None, default: str, begun: bool = False) -> Claim:
-    """Claim the folder for results: `out`, or a free one in runs/;
-    ConfigError if it cannot be written or has content, unless it was `begun` by the same command.
+    """Claim the folder for results: `out`, or a free one in runs/; raise ConfigError if it cannot be written
+    or has content, unless it was `begun` by the same command.
 
-    Raises FolderInUse if another process writes there. A claim that is not used leaves nothing behind.
+    Raises FolderInUse if another process writes there. An unused claim leaves no files.
     """
     try:
         if out is None:
@@ -28,13 +28,10 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
         if any(parent.is_file() for parent in out.parents):
-            refuse("--out", "cannot be written: it lies below a file", str(out), "a folder that can be made")
+            refuse("--out", "cannot be written: it is below a file", str(out), "a folder that can be created")
         if out.is_symlink() and not out.exists():
             refuse(
-                "--out",
-                "cannot be written: it is a link that leads nowhere",
-                str(out),
-                "a folder that can be made",
+                "--out", "cannot be written: it is a broken link", str(out), "a folder that can be created"
             )
         return claim_new(out)
     except FileExistsError:
@@ -42,21 +39,18 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
         refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
     except OSError as error:
         refuse(
-            "--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be made"
+            "--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be created"
         )
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing."""
+    """Raise ConfigError if pages and figures cannot be written to `out` or else the run's folder; create
+    nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
-    allowed = (
-        "a folder that can be written: name one with --out"
-        if out is None
-        else "a folder, new or there already"
-    )
+    allowed = "a writable folder: name one with --out" if out is None else "a new or existing folder"
     try:
         if path.exists() and not path.is_dir():
-            refuse(source, "is no folder", str(path), allowed)
+            refuse(source, "is not a folder", str(path), allowed)
         _try_out(path)
         if (path / "figures").exists():
             _try_out(path / "figures")
@@ -65,7 +59,7 @@ def pages(out: Path | None, folder: Path) -> None:
 
 
 def _free(folder: Path) -> Path:
-    """The folder or, if it exists, with the first free suffix -2, -3, …"""
+    """Return the folder or, if it exists, its name with the first free suffix -2, -3, …"""
     number, free = 2, folder
     while free.exists():
         free, number = folder.with_name(f"{folder.name}-{number}"), number + 1
@@ -73,7 +67,7 @@ def _free(folder: Path) -> Path:
 
 
 def _try_out(folder: Path) -> None:
-    """Makes the folder and a file in it, and removes both; raises OSError."""
+    """Create the folder and a file in it, and remove both; raise OSError."""
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     made: list[Path] = []
     try:
@@ -88,7 +82,8 @@ def _try_out(folder: Path) -> None:
 
 
 def known_policies(policies: str, config: WorldConfig) -> None:
-    """Refuse anything but a word for policies or a folder with one for each species that has a policy."""
+    """Raise ConfigError unless policies are a known word or a folder with a file for each species with a
+    policy."""
     allowed = f"{', '.join(POLICIES)}, or a folder written by `ecs-eco train`"
     if policies in POLICIES:
         return

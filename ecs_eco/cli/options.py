@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, with their help texts."""
+"""Arguments and options of several commands, with their help texts."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,12 +11,15 @@ World = Annotated[
     str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")
 ]
 Ticks = Annotated[
-    int | None, typer.Option(parser=whole(1), metavar="N", help="Length [ticks]. Default: the world's own.")
+    int | None,
+    typer.Option(parser=whole(1), metavar="N", help="Length [ticks]. Default: as in the world file."),
 ]
 Seed = Annotated[
     int | None,
     typer.Option(
-        parser=whole(0, 2**63 - 1), metavar="N", help="Seed of all random numbers. Default: the world's own."
+        parser=whole(0, 2**63 - 1),
+        metavar="N",
+        help="Seed of all random numbers. Default: as in the world file.",
     ),
 ]
 Set = Annotated[
@@ -34,10 +37,13 @@ Out = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 Threads = Annotated[
     int,
-    typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result."),
+    typer.Option(
+        parser=whole(1, 1024), metavar="N", help="Number of threads. It affects speed, never results."
+    ),
 ]
 Learn = Annotated[
-    bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world.")
+    bool | None,
+    typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world file."),
 ]
 Policies = Annotated[
     str,
@@ -47,15 +53,12 @@ Policies = Annotated[
     ),
 ]
 Watch = Annotated[
-    bool,
-    typer.Option(
-        "--watch", help="Show it in the browser while it runs; interventions made there are recorded."
-    ),
+    bool, typer.Option("--watch", help="Show the run in the browser; interventions made there are recorded.")
 ]
 Port = Annotated[
     int,
     typer.Option(
-        parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one."
+        parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free port."
     ),
 ]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
@@ -63,28 +66,27 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Allow the code that it brings along to run here, until that code changes; read it first.",
+        help="Allow this world's own Python code to run here until it changes. Read the code first.",
     ),
 ]
 Bands = Annotated[
     bool,
     typer.Option(
         "--bands",
-        help="Share its work with the other processes of `mpiexec -n N ecs-eco … "
-        "--bands`; the result is the same.",
+        help="Share the work among the processes of `mpiexec -n N ecs-eco … --bands`; the result is the same.",
     ),
 ]
 Divided = Annotated[
     bool,
     typer.Option(
         "--divided",
-        help="As --bands, and each process holds its own part of the world alone: memory is divided, too.",
+        help="The same as --bands, but each process holds only its part of the world, so memory is divided too.",
     ),
 ]
 On = Annotated[
     str,
     typer.Option(
-        "--on", metavar="local|ray", help="Where it is done: processes of this machine, or a Ray cluster."
+        "--on", metavar="local|ray", help="Where to run: processes on this machine, or a Ray cluster."
     ),
 ]
 Workers = Annotated[
@@ -92,10 +94,10 @@ Workers = Annotated[
     typer.Option(
         parser=whole(1, 1024),
         metavar="N",
-        help="Processes, of one thread each. Default: 2; on Ray all its CPUs.",
+        help="Number of processes, with one thread each. Default: 2; on Ray all CPUs.",
     ),
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
-Of = Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")]
+Of = Annotated[str | None, typer.Option(metavar="NAME", help="Only this species.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]

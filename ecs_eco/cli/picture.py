@@ -1,4 +1,4 @@
-"""The commands draw, picture and video: pictures without a browser."""
+"""The commands draw, picture and video: images without a browser."""
 
 from __future__ import annotations
 
@@ -29,12 +29,14 @@ DRAWINGS = (".png", ".svg", ".pdf")
 def draw(
     world: World,
     species: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A species. Default: all that have a nervous system.")
+        str | None,
+        typer.Option(metavar="NAME", help="A species. Default: all species with a nervous system."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here."
+            metavar="FILE",
+            help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png in the current folder.",
         ),
     ] = None,
     set_: Set = None,
@@ -42,10 +44,7 @@ def draw(
     """Draw the nervous systems of a world's species."""
     config = load(world, set_ or [])
     path = _file(
-        out or Path(f"{config.name}-{species or 'nerves'}.png"),
-        DRAWINGS,
-        "--out",
-        "no picture that can be written",
+        out or Path(f"{config.name}-{species or 'nerves'}.png"), DRAWINGS, "--out", "unsupported format"
     )
 
     figure = draw_nervous_systems(config, [species] if species else [])
@@ -62,7 +61,7 @@ def picture(
         Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
     ] = None,
     tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last one.")
+        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last tick.")
     ] = None,
     organism: Annotated[
         int | None,
@@ -98,7 +97,8 @@ def video(
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: WORLD.mp4 here.",
+            help="A file ending in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: "
+            "WORLD.mp4 in the current folder.",
         ),
     ] = None,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
@@ -111,26 +111,26 @@ def video(
         typer.Option(
             parser=whole(1),
             metavar="N",
-            help="Ticks between frames. Default: those of a film of at most a minute.",
+            help="Ticks between frames. Default: for a video of at most a minute.",
         ),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
 ) -> None:
-    """Make a film of a recorded run."""
+    """Make a video of a recorded run."""
     replay = _replay(folder)
     path = _file(out or Path(f"{replay.recording.manifest['world']}.mp4"), film.ENDINGS)
     try:
         film.encoder(path)
     except film.FilmError as error:
-        allowed = "a name that ends in .gif, which needs no program, or ffmpeg installed"
+        allowed = "a name ending in .gif, which needs no other program, or an installed ffmpeg"
         refuse("OUT", str(error), str(path), allowed, f"{path.stem}.gif")
     first = _tick(replay, from_, "--from", replay.recording.first)
     last = _tick(replay, to, "--to", replay.recording.last)
     if first > last:
-        refuse("--to", f"lies before --from {first}", last, f"{first} to {replay.recording.last}")
+        refuse("--to", f"is before --from {first}", last, f"{first} to {replay.recording.last}")
     if not 1 <= fps <= 240:
-        refuse("--fps", "not possible", fps, "1 to 240 frames a second")
+        refuse("--fps", "invalid value", fps, "1 to 240 frames per second")
     pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
 
     painter = Painter(replay, pixels)
@@ -139,10 +139,7 @@ def video(
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
             refuse(
-                "OUT",
-                str(error),
-                str(path),
-                "an ffmpeg that supports this format, or a name that ends in .gif",
+                "OUT", str(error), str(path), "an ffmpeg that supports this format, or a name ending in .gif"
             )
         except OSError as error:
             _unwritable(path, error)
@@ -150,7 +147,8 @@ def video(
 
 
 def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
-    """Draw one organism's nervous system, from the recorded details or from a rerun of the stretch."""
+    """Draw one organism's nervous system, from the recorded details or from a rerun of that part of the
+    run."""
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
     try:
@@ -164,7 +162,7 @@ def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid:
         ended = state["died"]["tick"] if state["died"] else None
         refuse(
             "--tick",
-            f"organism {uid} is not alive then",
+            f"organism {uid} is not alive at this tick",
             tick,
             f"{state['born'] + 1} to {ended or replay.recording.last}",
         )
@@ -185,9 +183,9 @@ def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid:
 
 
 def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
-    """Rerun the stretch around the tick, and return the state of the organism then."""
+    """Rerun the part of the run around the tick, and return the state of the organism."""
     r = replay.recording
-    with progress("running again", quiet) as bar:
+    with progress("rerunning", quiet) as bar:
         stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
     if stretch.wrong is not None:
         raise RecordingError(
@@ -215,8 +213,8 @@ def _size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d+)x(\d+)", text)
     low, high = SIZES
     if match is None or not all(low <= int(n) <= high for n in match.groups()):
-        refuse("--size", "not possible", text, f"WIDTHxHEIGHT, each {low} to {high}", "1280x720")
-    return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders want even numbers
+        refuse("--size", "invalid value", text, f"WIDTHxHEIGHT, each {low} to {high}", "1280x720")
+    return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders need even numbers
 
 
 def _file(
@@ -230,4 +228,4 @@ def _file(
 
 
 def _unwritable(path: Path, error: OSError, source: str = "OUT") -> None:
-    refuse(source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be made")
+    refuse(source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be created")

@@ -1,5 +1,5 @@
-"""The commands run, resume and repeat. What few runs need loads when it is needed:
-islands, bands, the viewer, the figures of measures."""
+"""The commands run, resume and repeat. Modules that few runs need are imported when needed: islands,
+bands, the viewer, the figures of measures."""
 
 from __future__ import annotations
 
@@ -135,14 +135,14 @@ def repeat(
         typer.Option(
             parser=path_of,
             metavar="PATH",
-            help="Folder for the repetition: new or empty. Default: none, it is not recorded.",
+            help="Folder for the repetition: new or empty. Default: none; the repetition is not recorded.",
         ),
     ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     trust: Trust = False,
 ) -> None:
-    """Repeat a recorded run, with all interventions, and print whether it ends the same."""
+    """Repeat a recorded run with all its interventions, and print whether the result is the same."""
     allow(trust, folder)
     with (
         nullcontext() if out is None else results(out, folder.name) as claim,
@@ -151,7 +151,7 @@ def repeat(
         result = repeat_run(folder, claim, bar, threads=threads)
     done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
     if result["same"]:
-        say(f"{done}: the same end, {result['digest'][:16]}")
+        say(f"{done}: the same result, {result['digest'][:16]}")
         return
     complain(
         f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
@@ -171,14 +171,14 @@ def resume(
     from_tick: Annotated[
         int | None,
         typer.Option(
-            parser=whole(0),
-            metavar="T",
-            help="Fork: continue from this tick, in a folder of its own (--out).",
+            parser=whole(0), metavar="T", help="Fork: continue from this tick, in a separate folder (--out)."
         ),
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value to change from there on. Repeatable."),
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Fork: change a value from this tick on. Repeatable."
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")
@@ -206,7 +206,7 @@ def resume(
     if from_tick is not None or changes or out is not None:
         refuse(
             "--bands",
-            "goes on with a run; a fork begins in one process",
+            "can only resume a run; a fork begins in one process",
             "",
             "resume without --from-tick, --set and --out",
         )
@@ -291,7 +291,7 @@ def _run(
 
 
 def _given(**options: object) -> dict[str, Any]:
-    """Those options that are given."""
+    """Return the options that are given."""
     return {name: value for name, value in options.items() if value is not None}
 
 
@@ -317,7 +317,7 @@ def _resume(
 
         return resume_islands(folder, until, forks, quiet, threads, report, workers, on)
     if forks and out is None:
-        fault = "is missing: a fork is recorded in a folder of its own"
+        fault = "is missing: a fork is recorded in a separate folder"
         refuse("--out", fault, "", "a folder, new or empty")
     manifest, where = read_manifest(folder), out or folder
     title = manifest["config"].get("title") or folder.name
@@ -355,7 +355,7 @@ def command_of(
     learn: bool | None,
     record: str | None,
 ) -> str:
-    """Return the command that runs a world so, as its manifest has it."""
+    """Return the command that repeats a run, as its manifest records it."""
     command = (
         f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
         f"--ticks {ticks} --policies {shlex.quote(policies)}"
@@ -367,24 +367,24 @@ def command_of(
 
 
 def _has_islands(config: WorldConfig, world: str, alive: bool, workers: int | None, on: str) -> bool:
-    """Return whether a world is to be run as an archipelago; refuses options of the one kind for the other.
-    `alive`: whether it is to be watched, or to have checkpoints of its own."""
+    """Return whether a world runs as an archipelago; refuse options that do not apply. `alive`: whether
+    the run is to be watched or has its own interval of checkpoints."""
     islands = config.archipelago is not None and config.archipelago.here is None
     if islands and alive:
         refuse(
             "WORLD",
-            "has islands: they have checkpoints at barriers, and are watched once recorded",
+            "has islands, which write checkpoints at barriers and can be watched only once recorded",
             world,
             "no --watch and no --checkpoint-every",
         )
     if not islands and (workers is not None or on != LOCAL):
         source, value = ("--on", on) if workers is None else ("--workers", workers)
-        refuse(source, "is for islands, and this world has no [archipelago]", value, "none")
+        refuse(source, "is for islands, but this world has no [archipelago]", value, "none")
     return islands
 
 
 def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractContextManager[Any]:
-    """The viewer of a run, or nothing."""
+    """Return the viewer of a run, or a null context."""
     if shown is None:
         return nullcontext()
     from ecs_eco.cli.watch import window
@@ -393,7 +393,7 @@ def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractC
 
 
 def _populations(out: Path) -> str:
-    """Which species persisted, their numbers at the end of a run, and what was measured."""
+    """Return lines with the persistence of species, final numbers and measured values."""
     series = load_series(out)
     lines = [
         *opening(series),

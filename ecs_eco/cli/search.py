@@ -1,4 +1,4 @@
-"""search: find values with which a world persists, and confirm them."""
+"""The command search: find values with which a world persists, and confirm them."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def search(
         typer.Option(
             "--range",
             metavar="KEY=LOW:HIGH",
-            help="A number to vary, in addition to those of the file. Repeatable.",
+            help="A value to vary, in addition to the ranges in the file. Repeatable.",
         ),
     ] = None,
     objective: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="persistence, cycling, population, data, or module:function. Default: as in the world.",
+            help="persistence, cycling, population, data, or module:function. Default: as in the world file.",
         ),
     ] = None,
     budget: Annotated[
@@ -65,23 +65,23 @@ def search(
     ] = None,
     trials: Annotated[
         int | None,
-        typer.Option(parser=whole(1), metavar="N", help="Number of candidates; also instead of --budget."),
+        typer.Option(parser=whole(1), metavar="N", help="Number of candidates; can replace --budget."),
     ] = None,
     ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a whole run [ticks].")
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a full run [ticks].")
     ] = None,
     world_seeds: Annotated[
         int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of a candidate."),
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds per candidate."),
     ] = None,
     training_seeds: Annotated[
         int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds of a candidate."),
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds per candidate."),
     ] = None,
     policies: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="trained, random, untrained, train (each candidate its own), train-once."
+            metavar="NAME", help="trained, random, untrained, train (for each candidate), or train-once."
         ),
     ] = None,
     training_ticks: Annotated[
@@ -89,26 +89,26 @@ def search(
     ] = None,
     confirm_world_seeds: Annotated[
         int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of the confirmation."),
+        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds for the confirmation."),
     ] = None,
     confirm_training_seeds: Annotated[
         int | None,
         typer.Option(
-            parser=whole(1, 1000), metavar="N", help="Number of training seeds of the confirmation."
+            parser=whole(1, 1000), metavar="N", help="Number of training seeds for the confirmation."
         ),
     ] = None,
     confirm_ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of confirmation runs [ticks].")
     ] = None,
     optimiser: Annotated[
         str,
         typer.Option(
             metavar="NAME",
-            help="gp, tpe, random (as a baseline); abc, abc-smc: sample numbers that fit [data].",
+            help="gp, tpe, or random (a baseline); abc or abc-smc to sample values that fit [data].",
         ),
     ] = "gp",
     seed: Annotated[
-        int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")
+        int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimizer.")
     ] = None,
     workers: Workers = None,
     on: On = LOCAL,
@@ -190,7 +190,7 @@ def _ended(why: str, out: Path, code: int) -> typer.Exit:
 
 
 def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:
-    """Values and ranges of the command line in the form that `load` takes."""
+    """Return values and ranges of the command line in the form that `load` accepts."""
     overrides: dict[str, Any] = {}
     for text in changes:
         name, value = parse(text)
@@ -207,7 +207,7 @@ def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any])
 
 
 def range_of(text: str) -> tuple[str, dict[str, Any]]:
-    """Key and range of KEY=LOW:HIGH, or KEY=LOW:HIGH:log."""
+    """Return key and range of KEY=LOW:HIGH, or KEY=LOW:HIGH:log."""
     name, _, span = (part.strip() for part in text.partition("="))
     ends = span.split(":")
     scale = ends.pop() if len(ends) == 3 else "linear"
@@ -221,7 +221,7 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
             "for example species.deer.reproduction.rate=0.004:0.02, or …:0.02:log",
         )
     if scale not in ("linear", "log"):
-        refuse("--range", "no such scale", scale, "log, or none", "log")
+        refuse("--range", "unknown scale", scale, "log, or none", "log")
     parts = name.split(".")
     if len(parts) == 3 and parts[0] == "species" and parts[2] in ALIASES:
         name = ".".join([*parts[:2], *map(str, ALIASES[parts[2]])])
@@ -229,14 +229,14 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _moved(problem: Problem) -> Problem:
-    """A problem of a range from the command line, at its option."""
+    """Return a problem of a range from the command line, with the name of its option."""
     if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
         return problem.moved(source="--range", key=problem.key[2:])
     return problem
 
 
 def _status(search: Search) -> str:
-    """Number of candidates, their rate, and the stage of the best."""
+    """Return the number of candidates, their rate, and the best candidate's score and stage."""
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
@@ -253,14 +253,15 @@ def report(result: dict[str, Any], out: Path) -> None:
     best, start = confirmation["best"], confirmation["start"]
     minutes, whole = result["seconds"] / 60, result["by_stage"][-1]
     say(
-        f"all persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of "
+        f"all species persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of "
         f"{best['runs']} runs "
-        f"({best['low']:.2f}–{best['high']:.2f}); as written in {start['persisted']} of {start['runs']}"
+        f"({best['low']:.2f}–{best['high']:.2f}); with the values in the file in {start['persisted']} of "
+        f"{start['runs']}"
     )
-    say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them met all runs")
+    say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them with all runs")
     for name, value in result["best"][0]["values"].items():
         say(f"  {name}: {result['start'][name]:g} → {value:g}")
-    say(f"written: {out / 'search.html'}; run the best: ecs-eco run {out / 'best-1.toml'}")
+    say(f"written: {out / 'search.html'}; run the best candidate: ecs-eco run {out / 'best-1.toml'}")
 
 
 def _report_posterior(posterior: dict[str, Any], out: Path) -> None:

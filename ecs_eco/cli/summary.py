@@ -1,4 +1,4 @@
-"""The command check, and a summary of a world in a few lines."""
+"""The command check, and a short summary of a world."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def check(
         bool,
         typer.Option(
             "--schema",
-            help="Print the JSON schema of world files for editors instead; of WORLD, with its custom features.",
+            help="Print the JSON schema of world files for editors instead; with WORLD, including its "
+            "custom features.",
         ),
     ] = False,
     trust: Trust = False,
@@ -57,26 +58,27 @@ def _layout(config: WorldConfig, name: str) -> Any:
     assert species.genome is not None
     own = components_of(config, species)
     if own is None:
-        return "genome: its genes may name fields in code that was not loaded"
+        return "genome: its genes may name fields of code that is not loaded"
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
     if any(
         gene.trait in traits and traits[gene.trait].kind == "weights" and gene.trait not in shapes
         for gene in species.genome.genes
     ):
-        return "genome: a gene codes for the weights of a network in code that was not loaded"
+        return "genome: a gene codes for the weights of a network from code that is not loaded"
     return layout_of(species.genome, traits, shapes)
 
 
 def summary(config: WorldConfig) -> str:
-    """Name, space, species with their channels, actions and genes, and the hash of the configuration."""
+    """Return name, space, species with their channels, actions and genes, and the hash of the
+    configuration."""
     space = " × ".join(f"{s:g}" for s in config.space.size)
     lines = [
         f"{config.name}: {config.title}".rstrip(": "),
-        f"  {space} m, {config.space.edges}, {config.dt:g} s a tick",
+        f"  {space} m, {config.space.edges}, {config.dt:g} s per tick",
     ]
     for name, species in config.species.items():
-        lines.append(f"  {name}: {species.count}" + ("" if species.reproduction else ", does not multiply"))
+        lines.append(f"  {name}: {species.count}" + ("" if species.reproduction else ", does not reproduce"))
         if (way := species.reproduction) is not None and way.kind == "spread":
             sites = " × ".join(str(max(1, round(length / way.spacing))) for length in config.space.size[:2])
             shared = (
@@ -87,8 +89,8 @@ def summary(config: WorldConfig) -> str:
                 > 1
             )
             lines.append(
-                f"    spreads over {sites} sites of its own"
-                + ("; other plants may stand on the same ground" if shared else "")
+                f"    spreads over {sites} sites"
+                + ("; other plants can occupy the same ground" if shared else "")
             )
         channels = species.channels(config.dims)
         if channels:
@@ -109,8 +111,8 @@ def summary(config: WorldConfig) -> str:
 
 
 def _code(config: WorldConfig) -> list[str]:
-    """The code that the world lists, and whether it was loaded."""
+    """Return lines with the code that the world lists, and whether it was loaded."""
     if not config.code:
         return []
-    word = "allowed to run" if config._code.allowed else "NOT loaded: names in it are checked with --trust"
+    word = "allowed to run" if config._code.allowed else "NOT loaded: use --trust to check names in it"
     return [f"  code, {word}:", *(f"    {source}" for source in config._code.sources)]

@@ -1,4 +1,4 @@
-"""sweep: a plan's jobs on an engine; their state, what is left of them, and what came of them."""
+"""The work of the sweep commands: run a plan's jobs on an engine, print their state, resume and collect."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def sweep_plan(
     trust: bool,
     sbatch: Sequence[str] = (),
 ) -> None:
-    """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
+    """Run the jobs of a plan in a new folder, or continue in a folder that was begun with it."""
     check_where(on, sbatch)
     file = read_plan(plan)
     if trust:
@@ -58,7 +58,7 @@ def sweep_plan(
 def resume_sweep(
     folder: Path, on: str, workers: int | None, quiet: bool, trust: bool, sbatch: Sequence[str] = ()
 ) -> None:
-    """Go on with what is not done of a sweep."""
+    """Resume the unfinished jobs of a sweep."""
     check_where(on, sbatch)
     sweep = read_sweep(folder)
     sweep.may_continue()
@@ -69,7 +69,7 @@ def resume_sweep(
 
 
 def check_where(on: str, sbatch: Sequence[str]) -> None:
-    """Refuse an engine that does not exist, and options of one on another."""
+    """Refuse an unknown engine, and options that another engine has."""
     check_engine(on)
     if sbatch and on != SLURM:
         refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
@@ -89,10 +89,10 @@ def allow_kept(sweep: Sweep) -> None:
 
 
 def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Sequence[str] = ()) -> None:
-    """Do what is not done of a sweep, or submit it; end the command if jobs failed or it was stopped."""
+    """Run or submit the unfinished jobs of a sweep; end the command if jobs failed or it was stopped."""
     numbers = unfinished(sweep)
     if len(numbers) < len(sweep.jobs) and not quiet:
-        complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are done already.")
+        complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are already done.")
     if on == SLURM:
         submit_sweep(sweep, numbers, workers, sbatch)
         return
@@ -100,43 +100,43 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
         with engine(on, workers) as pool, watched(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)
     except KeyboardInterrupt:
-        complain(f"Stopped; what was done until then is kept. Go on: ecs-eco sweep resume {sweep.folder}")
+        complain(f"Stopped; finished work is kept. Continue: ecs-eco sweep resume {sweep.folder}")
         raise typer.Exit(INTERRUPTED) from None
     tell_outcome(sweep, outcome)
 
 
 def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch: Sequence[str]) -> None:
-    """Submit to SLURM what is neither done nor queued."""
+    """Submit to SLURM the jobs that are neither done nor queued."""
     options = Options(more=tuple(sbatch)) if limit is None else Options(limit, more=tuple(sbatch))
     ids, queued = resume(sweep.folder, numbers, options)
     if queued:
-        complain(f"{len(queued)} jobs are queued or running already.")
+        complain(f"{len(queued)} jobs are already queued or running.")
     if ids:
         say(
-            f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; how far they are: "
-            f"ecs-eco sweep status {sweep.folder}"
+            f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; progress: ecs-eco "
+            f"sweep status {sweep.folder}"
         )
 
 
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
-    """Say what became of the jobs; end the command if some failed."""
+    """Print the outcome of the jobs; end the command if some failed."""
     if outcome.retried:
-        complain(f"{outcome.retried} times the worker of a job was killed and the job was called again.")
+        complain(f"{outcome.retried} times a worker was killed and its job was restarted.")
     if outcome.failed:
         tell_failures(sweep, outcome.failed)
         complain(
-            f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; the others are done. "
-            f"Try these again: ecs-eco sweep resume {sweep.folder}"
+            f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; all other jobs are done. Retry the "
+            f"failed jobs: ecs-eco sweep resume {sweep.folder}"
         )
         raise typer.Exit(FAILED)
     say(
-        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; the table and figures: "
-        f"ecs-eco sweep collect {sweep.folder}"
+        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; for the table and figures: ecs-eco sweep "
+        f"collect {sweep.folder}"
     )
 
 
 def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
-    """Say why jobs failed, the most frequent reason first."""
+    """Print why jobs failed, the most frequent reason first."""
     reasons = Status(failed=failed).errors()
     for text, numbers in reasons[:most]:
         complain(
@@ -149,7 +149,7 @@ def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
 
 
 def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
-    """Do jobs in this process, one after another; SIGTERM leaves a checkpoint and exits with UNFINISHED."""
+    """Run jobs in this process, one after another; SIGTERM leaves a checkpoint and exits with UNFINISHED."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -168,7 +168,7 @@ def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
             except Exception as error:
                 failed[number] = f"{type(error).__name__}: {error}"
     except KeyboardInterrupt:
-        complain("Unfinished: told to stop; the same command goes on.")
+        complain("Unfinished: stopped by a signal; the same command continues.")
         raise typer.Exit(UNFINISHED) from None
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -196,11 +196,11 @@ def tell_status(folder: Path) -> None:
     Console().print(table)
     tell_failures(sweep, status.failed)
     if status.failed or (status.waiting and not status.running):
-        say(f"go on with what is not done: ecs-eco sweep resume {sweep.folder}")
+        say(f"resume the unfinished jobs: ecs-eco sweep resume {sweep.folder}")
 
 
 def duration(seconds: float | None) -> str:
-    """A time for people: 45 s, 12 min, 3 h 20 min."""
+    """Return a readable duration: 45 s, 12 min, 3 h 20 min."""
     if seconds is None:
         return "–"
     if seconds < 90:
@@ -211,7 +211,8 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show how far a sweep is: a bar on a terminal, a line every half minute elsewhere, nothing if quiet."""
+    """Show the progress of a sweep: a bar on a terminal, a line every half minute elsewhere, nothing if
+    quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,
@@ -235,18 +236,18 @@ def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
 
 
 def in_words(status: Status) -> str:
-    """How far a sweep is, in a line."""
+    """Return the progress of a sweep in one line."""
     failed = f", {len(status.failed)} failed" if status.failed else ""
     rest = f", {status.rate:,.0f} ticks/s, {duration(status.remaining)} left" if status.rate else ""
     return f"{len(status.done)} of {status.jobs} jobs, {len(status.running)} running{failed}{rest}"
 
 
 def collect_sweep(folder: Path, quiet: bool) -> None:
-    """Write the table, the figures and the page of a sweep, and print what they hold."""
+    """Write the table, the figures and the page of a sweep, and print a summary."""
     sweep = read_sweep(folder)
     result = collect(sweep)
     if result.missing and not quiet:
-        complain(f"{result.missing} of {len(sweep.jobs)} jobs are not done, and not in the table.")
+        complain(f"{result.missing} of {len(sweep.jobs)} jobs are not done and are missing from the table.")
     for line in result.lines:
         say(line)
     say(f"written: {result.table}, {result.page}")

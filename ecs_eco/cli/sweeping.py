@@ -1,6 +1,6 @@
-"""Commands for sweeps: sweep PLAN, sweep status | resume | collect; and the mode in which a sweep computes.
+"""Commands for sweeps: sweep PLAN, sweep status | resume | collect; and the numerical mode of a sweep.
 
-Nothing is imported here that loads numpy, which must come after the choice of the mode.
+This module must not import anything that loads numpy, because the mode must be chosen first.
 """
 
 import json
@@ -20,10 +20,10 @@ SEVERAL = ("ray", "slurm")  # engines whose machines may have different processo
 
 
 class PlanOrCommand(TyperGroup):
-    """A group that takes the name of a plan for the command `run`."""
+    """A group that passes the name of a plan to the command `run`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put `run` before anything but a command, or a question for help."""
+        """Insert `run` before anything except a command or a request for help."""
         if args and args[0] not in self.commands and args[0] not in ("--help", "-h"):
             args = ["run", *args]
         return super().parse_args(ctx, args)
@@ -42,7 +42,9 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a swe
 On = Annotated[
     str,
     typer.Option(
-        "--on", metavar="local|slurm|ray", help="Where: processes here, a SLURM cluster, or a Ray cluster."
+        "--on",
+        metavar="local|slurm|ray",
+        help="Where to run: processes on this machine, a SLURM cluster, or a Ray cluster.",
     ),
 ]
 Workers = Annotated[
@@ -50,18 +52,17 @@ Workers = Annotated[
     typer.Option(
         parser=whole(1, 100_000),
         metavar="N",
-        help="Jobs at a time, of one thread each. Default: 2; on Ray all its CPUs, on SLURM 100.",
+        help="Number of concurrent jobs, with one thread each. Default: 2; on Ray all CPUs, on SLURM 100.",
     ),
 ]
 Sbatch = Annotated[
     list[str] | None,
-    typer.Option(metavar="OPTION", help="An option for SLURM's sbatch: --time=2:00:00. Repeatable."),
+    typer.Option(metavar="OPTION", help="An option for SLURM's sbatch, such as --time=2:00:00. Repeatable."),
 ]
 Trust = Annotated[
     bool,
     typer.Option(
-        "--trust",
-        help="Allow the code that the world brings along to run, until that code changes; read it first.",
+        "--trust", help="Allow the world's own Python code to run until it changes. Read the code first."
     ),
 ]
 
@@ -91,7 +92,7 @@ def run(
 @sweep.command()
 @exits
 def status(folder: Folder) -> None:
-    """Say what is done, runs, waits and failed, how fast, and how long it still takes."""
+    """Show finished, running, queued and failed jobs, speed and time left."""
     _work().tell_status(folder)
 
 
@@ -105,14 +106,14 @@ def resume(
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Go on with the jobs that are not done, failed ones included."""
+    """Resume the unfinished jobs, including failed ones."""
     _work(None, folder).resume_sweep(folder, on, workers, quiet, trust, sbatch or [])
 
 
 @sweep.command()
 @exits
 def collect(folder: Folder, quiet: Quiet = False) -> None:
-    """Make one table of all runs that are done, with figures and a report."""
+    """Write one table of all finished runs, with figures and a report."""
     _work().collect_sweep(folder, quiet)
 
 
@@ -121,12 +122,12 @@ def collect(folder: Folder, quiet: Quiet = False) -> None:
 def job(
     folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")], trust: Trust = False
 ) -> None:
-    """Do jobs of a sweep, by their numbers, in this process; exit with 75 where it was told to stop."""
+    """Run jobs of a sweep by their numbers in this process; exit with 75 if stopped by a signal."""
     _work(None, folder).do_jobs_here(folder, numbers, trust)
 
 
 def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
-    """Settle the mode, then return the module that does the work of the commands, which loads numpy."""
+    """Set the mode, then return the module with the commands' work, which loads numpy."""
     settle(on, folder)
     from ecs_eco.cli import sweep
 
@@ -134,9 +135,8 @@ def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
 
 
 def settle(on: str | None, folder: Path | None) -> None:
-    """Enable the portable mode where the sweep in a folder was begun in it, or where a new one is to run on
-    several machines, they are x86-64, and ECS_ECO_PORTABLE does not say 0; end the command where it cannot
-    be had."""
+    """Enable the portable mode if the sweep in a folder was begun in it, or if a new sweep is to run on
+    several x86-64 machines and ECS_ECO_PORTABLE is not 0; end the command if the mode is unavailable."""
     noted = mode_of(folder)
     new = noted is None and on in SEVERAL and portable.VARIABLE not in os.environ and portable.possible()
     try:
@@ -148,7 +148,7 @@ def settle(on: str | None, folder: Path | None) -> None:
 
 
 def mode_of(folder: Path | None) -> str | None:
-    """Return the mode that a sweep's folder notes; None where there is no sweep, or none that can be read."""
+    """Return the mode recorded in a sweep's folder; None if there is no readable sweep."""
     try:
         content = json.loads((folder / "sweep.json").read_text(encoding="utf-8")) if folder else {}
         return str(content["mode"])

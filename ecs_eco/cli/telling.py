@@ -1,4 +1,4 @@
-"""The commands report, why, lineage and tracks: what happened in a run."""
+"""The commands report, why, lineage and tracks: the events and figures of a run."""
 
 from __future__ import annotations
 
@@ -36,20 +36,23 @@ def report(
     ] = None,
     against: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Show measurements beside it: a CSV, time and then numbers."),
+        typer.Option(
+            metavar="FILE",
+            help="Show measurements alongside: a CSV with time in the first column, then numbers.",
+        ),
     ] = None,
     match: Annotated[
         list[str] | None,
         typer.Option(
             metavar="COLUMN=SPECIES",
-            help="The species that a column of FILE stands beside. Repeatable. Default: that of its name.",
+            help="The species that a column of FILE is compared with. Repeatable. Default: the column's name.",
         ),
     ] = None,
 ) -> None:
     """Draw the figures of a run."""
     pairs = dict(text.partition("=")[::2] for text in match or ())
     if wrong := next((text for text in match or () if text.count("=") != 1), None):
-        refuse("--match", "is no pair", wrong, "COLUMN=SPECIES")
+        refuse("--match", "is not a pair", wrong, "COLUMN=SPECIES")
     if match and against is None:
         refuse("--match", "is given without --against", match[0], "both")
     if archipelago.is_archipelago(folder):
@@ -77,7 +80,7 @@ def why(
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:
-    """Explain what happened in a run, why, and which values to change."""
+    """Explain what happened in a run and why, and suggest values to change."""
     if archipelago.is_archipelago(folder):
         names = list(archipelago.read(folder)["config"]["archipelago"]["islands"])
         refuse(
@@ -89,7 +92,7 @@ def why(
     recorded(folder)
 
     if not parts(folder, "series"):
-        refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
+        refuse("DIR", "contains no series", str(folder), "a run of one tick or more")
     pages(out, folder)
     findings = write_why(folder, out)
     if json_:
@@ -100,7 +103,7 @@ def why(
 
 
 def _print_blocks(blocks: dict[str, list[str]]) -> None:
-    """Sentences under their headings, as wide as the terminal."""
+    """Print sentences under their headings, wrapped to the terminal's width."""
     console: Any = Console(file=sys.stdout, highlight=False, width=None if sys.stdout.isatty() else 110)
     for head, lines in blocks.items():
         console.print(Text(printable(f"\n{head}" if head != next(iter(blocks)) else head), style="bold"))
@@ -115,22 +118,21 @@ def lineage(
         Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
     ] = None,
     newick: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")
+        Path | None, typer.Option(metavar="FILE", help="Write the tree of first parents.")
     ] = None,
     species: Of = None,
     living: Annotated[
         bool,
         typer.Option(
-            "--living",
-            help="Write only the living and their ancestors; in a tree, those along first parents.",
+            "--living", help="Write only the living and their ancestors; in a tree, only first parents."
         ),
     ] = False,
 ) -> None:
-    """Print and write the lineages of a run."""
+    """Print a summary of the lineages of a run, and write them to files."""
     if not archipelago.is_archipelago(folder):
         recorded(folder)
         if not parts(folder, "births"):
-            refuse("DIR", "holds no births", str(folder), "a run with organisms")
+            refuse("DIR", "contains no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
             refuse(
@@ -146,7 +148,7 @@ def lineage(
             "DIR",
             f"its births and deaths are inconsistent: {error}",
             str(folder),
-            "a folder as `ecs-eco run` left it",
+            "an unchanged folder of `ecs-eco run`",
         )
     known = list(dict.fromkeys(descent.species.tolist()))
     if species is not None:
@@ -165,13 +167,13 @@ def lineage(
 
 
 def _summary(lineage: Lineage, name: str) -> str:
-    """A summary of a species' lineage, in a few lines."""
+    """Return a short summary of a species' lineage."""
     founders, alive = int(lineage.founders.sum()), lineage.alive(lineage.end)
-    mean = f"{lineage.generation()[alive].mean():.1f}" if alive.any() else "nobody lives"
+    mean = f"{lineage.generation()[alive].mean():.1f}" if alive.any() else "none alive"
     lines = [
         name,
         f"  without parents: {founders:,}",
-        f"  born of parents: {len(lineage) - founders:,}",
+        f"  born to parents: {len(lineage) - founders:,}",
         f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
         f"  their mean generation: {mean}",
         f"  founders with surviving lines: {len(lineage.founders_left()):,}",
@@ -187,17 +189,17 @@ def tracks(
         typer.Argument(
             metavar="FILE",
             parser=path_of,
-            help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
+            help="A file ending in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
         ),
     ],
     species: Of = None,
     lines: Annotated[
-        bool, typer.Option("--lines", help="Write the way of each organism, not its places.")
+        bool, typer.Option("--lines", help="Write the path of each organism as a line instead of points.")
     ] = False,
 ) -> None:
-    """Write where organisms were, as geographic data."""
+    """Write the positions of organisms as geographic data."""
     written = write_tracks(folder, file, species, lines)
     say(
-        f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "
-        f"{written.crs or 'metres from the south-west corner of the world'}"
+        f"{written.places:,} positions of {written.individuals:,} organisms in {file}, in "
+        f"{written.crs or 'meters from the southwest corner of the world'}"
     )

@@ -20,22 +20,22 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Problem,
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-# exit codes: a negative result, or work that failed; input that is refused before any work; Ctrl-C
+# exit codes: a negative result or failed work; refused input; Ctrl-C
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 
 def printable(text: str) -> str:
-    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b,
-    newlines and tabs as they are.
+    """Return a text from a world, a file or an error, safe for terminals: control characters as \u001b,
+    newlines and tabs unchanged.
 
-    These are C0, DEL and C1, line and paragraph separators,
-    and the marks that change the direction of writing.
+    Control characters are C0, DEL and C1, line and paragraph separators, and the marks that change the
+    direction of writing.
     """
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
-    """Print a line on stdout; all output passes here, or through `printable`.
+    """Print a line on stdout; all output passes through this function or `printable`.
 
     Names that are not UTF-8 are escaped, as on stderr.
     """
@@ -48,7 +48,7 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with 130."""
+    """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with code 130."""
 
     @wraps(command)
     def wrapped(*args: object, **kwargs: object) -> None:
@@ -58,22 +58,22 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             complain(str(error))
             raise typer.Exit(FAILED if isinstance(error, Halted) else REFUSED) from None
         except MemoryError as error:
-            complain(f"The memory is not enough for this: {error or 'a smaller world needs less'}")
+            complain(f"Not enough memory: {error or 'a smaller world needs less'}")
             raise typer.Exit(FAILED) from None
         except FloatingPointError as error:
             complain(
-                f"{error}\nWhat was recorded until then is whole; checkpoints, if any, "
-                "are in the folder checkpoints/ of the run."
+                f"{error}\nThe recording until then is complete; any checkpoints are in the folder "
+                "checkpoints/ of the run."
             )
             raise typer.Exit(FAILED) from None
         except OSError as error:
             if isinstance(error, BrokenPipeError):
-                raise  # the reader of the output has gone: click exits quietly
+                raise  # the reader of the output has exited: click exits quietly
             if isinstance(error, FileNotFoundError) and error.filename is None:  # no run in this folder
                 complain(str(error))
                 raise typer.Exit(REFUSED) from None
             name = f"{error.filename}: " if error.filename else ""
-            complain(f"{name}{error.strerror or error}; what was written before is whole.")
+            complain(f"{name}{error.strerror or error}; files written before are complete.")
             raise typer.Exit(FAILED) from None
         except KeyboardInterrupt:
             complain("Stopped before anything was recorded.")
@@ -88,14 +88,14 @@ def refuse(source: str, fault: str, value: object, allowed: str, near: str = "")
 
 
 def recorded(folder: Path) -> None:
-    """Refuse a folder that no run was recorded in."""
+    """Refuse a folder without a recorded run."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
-    """Reads a whole number from the command line; the error for an invalid one shows the value."""
+    """Return a parser for an integer from the command line; the error shows an invalid value."""
 
     def read(text: str | int) -> int:
         try:
@@ -104,7 +104,7 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
             number = least - 1
         if not least <= number <= most:
             raise typer.BadParameter(
-                f"{str(text)[:40]!r} is not possible; expected: a whole number from {least} to {most}"
+                f"{str(text)[:40]!r} is not valid; expected: an integer from {least} to {most}"
             )
         return number
 
@@ -113,16 +113,16 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
 
 def path_of(text: str | Path) -> Path:
-    """Reads the name of a folder from the command line; "" is not one."""
-    # the last: not UTF-8
+    """Return the path of a folder named on the command line; refuse ""."""
+    # the last case: not UTF-8
     if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
-        raise typer.BadParameter(f"{str(text)!r} is not possible; expected: the name of a folder")
+        raise typer.BadParameter(f"{str(text)!r} is not valid; expected: the name of a folder")
     return Path(text)
 
 
 class Progress:
-    """The progress of a command: call it with done and total, which it keeps. From the first call on, all
-    that the command needs is there."""
+    """The progress of a command: call it with the finished and the total number, which it keeps. After the
+    first call, everything that the command needs exists."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -138,7 +138,7 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """A progress bar on stderr if that is a terminal, else a line now and then; nothing if quiet."""
+    """Show a progress bar on stderr if that is a terminal, else a line now and then; nothing if quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,
@@ -158,8 +158,8 @@ def shown(
     state: Callable[..., dict[str, Any]],
     columns: Sequence[str],
 ) -> Iterator[Callable[..., None] | None]:
-    """Yield what shows how far a command is, in a `line` now and then or as the `state` of a bar on a terminal,
-    whose columns are classes of rich or texts; None if quiet."""
+    """Yield a function that shows the progress of a command, in a `line` now and then or as the `state` of
+    a bar on a terminal, whose columns are classes of rich or texts; None if quiet."""
     if quiet:
         yield None
     elif not sys.stderr.isatty():
@@ -178,7 +178,7 @@ def shown(
 
 
 def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[..., None]:
-    """Return a function that says the line of its arguments, at most once in so many seconds."""
+    """Return a function that prints the line of its arguments, at most once in so many seconds."""
     last = time.monotonic()
 
     def show(*told: object) -> None:
@@ -191,19 +191,19 @@ def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[...,
 
 
 def stopped(done: int, ticks: int, out: Path) -> NoReturn:
-    """Ends a command after Ctrl-C."""
+    """End a command after Ctrl-C."""
     manifest = out / "manifest.json"
     if manifest.is_file():
         done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
-    kept = f"what was recorded until then is in {out}" if manifest.is_file() else "nothing was recorded"
+    kept = f"the recording until then is in {out}" if manifest.is_file() else "nothing was recorded"
     if any((out / "checkpoints").glob("tick-*")):
-        kept += f"; go on with: ecs-eco resume {out}"
+        kept += f"; continue with: ecs-eco resume {out}"
     complain(f"Stopped at tick {done} of {ticks}; {kept}.")
     raise typer.Exit(INTERRUPTED)
 
 
 def numbers(result: dict[str, Any]) -> str:
-    """The times of a run, a line each."""
+    """Return the times of a run, a line each."""
     return "".join(
         f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds")
     )

@@ -1,4 +1,4 @@
-"""The command train: the policies of a world, trained before its runs."""
+"""The command train: trains the policies of a world before its runs."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def train(
 
 
 def _tell(result: dict[str, Any]) -> None:
-    """Print how each species learned, and how it does against random policies."""
+    """Print how each species learned, and its results against random policies."""
     for name, of in result["learning"].items():
         cut = max(1, len(of["tick"]) // 10)
         ends = {

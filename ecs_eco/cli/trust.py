@@ -1,4 +1,4 @@
-"""--trust: the user allows the code that a world, or a recorded run, names."""
+"""The option --trust: the user allows the code that a world or a recorded run lists."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ecs_eco.record.seal import read_manifest
 
 
 def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None = None) -> None:
-    """If `wanted`, remember the sources that a world or a run folder names, and print them."""
+    """If `wanted`, allow the sources that a world or a run folder lists, and print them."""
     if not wanted or world is None:
         return
 
@@ -25,7 +25,7 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
         else code_listed(document_of(world, changes))
     )
     if not code.sources:
-        complain("--trust: it names no code of its own; there is nothing to allow.")
+        complain("--trust: this world lists no Python code, so there is nothing to allow.")
         return
     trust.remember({source.sha256: source.path for source in code.sources})
     complain(f"Allowed to run, until it changes (remembered in {trust.file()}):")
@@ -34,7 +34,7 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
 
 
 def _of_run(folder: Path) -> Code:
-    """The code kept in a run's folder, as it is now."""
+    """Return the code kept in a run's folder, as it is now."""
     listed = read_manifest(folder).get("code", [])
     entries = (
         [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]

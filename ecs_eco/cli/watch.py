@@ -1,4 +1,4 @@
-"""The commands watch, and run --watch."""
+"""The command watch, and the option --watch of run."""
 
 from __future__ import annotations
 
@@ -34,11 +34,15 @@ def watch(
         str,
         typer.Argument(
             metavar="WORLD|DIR",
-            help="A shipped world, a TOML file, or a folder written by `run`: of an archipelago, its map.",
+            help="A shipped world, a TOML file, or a folder written by `run`; for an archipelago, its map "
+            "is shown.",
         ),
     ],
     other: Annotated[
-        str | None, typer.Argument(metavar="[WORLD|DIR]", help="Another one, beside it on the same page.")
+        str | None,
+        typer.Argument(
+            metavar="[WORLD|DIR]", help="Another world or folder, shown side by side on the same page."
+        ),
     ] = None,
     ticks: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
@@ -61,7 +65,7 @@ def watch(
     if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
         refuse(
             "WORLD",
-            "is an archipelago, whose map is shown alone",
+            "is an archipelago, whose map cannot be shown next to another world",
             maps[0],
             "worlds and folders of single runs",
         )
@@ -69,9 +73,9 @@ def watch(
     recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
         allowed = (
-            "a world; a recording is shown as it is, and `resume --from-tick T --set … --out NEW` forks it"
+            "a world; a recording cannot be changed, but `resume --from-tick T --set … --out NEW` forks it"
         )
-        refuse("WORLD", "is a recorded run, which no option changes", world, allowed)
+        refuse("WORLD", "is a recorded run, which options cannot change", world, allowed)
     if islands:
         _map(Path(world), port, not no_browser)
         return
@@ -110,13 +114,13 @@ def _map(folder: Path, port: int, browser: bool) -> None:
 
 @contextmanager
 def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Window]:
-    """A window on a world that is run and recorded: pass its `open` to the run."""
+    """Open a viewer for a world that is run and recorded; pass its `open` to the run."""
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
 
 
 def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
-    """Return what two worlds are called: by their titles, or as they were asked for where these are the same."""
+    """Return names for two worlds: their titles, or if these are equal, the names on the command line."""
     titles = [str(source.hello()["title"]) for source in sources]
     names = next(
         (both for both in (titles, shown) if both[0] != both[1]),
@@ -133,7 +137,7 @@ def _start(
     learn: bool | None,
     policies: str,
 ) -> Start | None:
-    """Return how a living world began, as words of `run`; None for a recorded one."""
+    """Return the arguments of `run` with which a living world began; None for a recorded run."""
     if not isinstance(source, Live):
         return None
     config = source.world.config
@@ -156,7 +160,8 @@ def _picker(
     learn: bool | None,
     policies: str,
 ) -> Picker | None:
-    """Return what may be begun instead of a living world; --set and own policies are for the one asked for."""
+    """Return the worlds that the viewer can start instead; --set and custom policies apply only to the
+    named world."""
     if not isinstance(source, Live):
         return None
 
@@ -185,20 +190,20 @@ def _live(
 
 
 class _Announcer:
-    """Prints the address of a viewer, and the next one each time an address was used."""
+    """Prints the address of a viewer, and a new address each time one was used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True
 
     def __call__(self, address: str) -> None:
         if not self.first:
-            say(f"For another page: {address}")
+            say(f"Link for another page: {address}")
             return
         self.first = False
         say(f"{self.title}: {address}")
         say(
-            "It admits one page, on this machine, within ten minutes, which can see and change the world; "
-            "then another is printed here."
+            "This link works once, on this machine, within ten minutes; the page can see and change the "
+            "world. Then a new link is printed here."
         )
         say("Ctrl-C ends it.")
 
@@ -215,6 +220,6 @@ def _port(port: int) -> Iterator[None]:
                 "--port",
                 f"is not available: {error.strerror or error}",
                 port,
-                "a free one, from 1024 to 65535, or 0 for any",
+                "a free port from 1024 to 65535, or 0 for any",
             )
     yield

@@ -1,4 +1,4 @@
-"""Element 4 of the ODD: the eleven design concepts, each from what this world has."""
+"""Element 4 of the ODD: the eleven design concepts, derived from the world."""
 
 from __future__ import annotations
 
@@ -159,7 +159,9 @@ def _interaction(model: Model) -> Iterator[Block]:
     ]
     some: list[Block] = []
     if rows:
-        some = ["Individuals interact with those within reach, measured between the surfaces of both bodies:"]
+        some = [
+            "Individuals interact with individuals within reach, measured between the surfaces of both bodies:"
+        ]
         some += grid(("of", "with", "by", "reach"), rows)
     if mates := [name for name, one in species.items() if getattr(one.reproduction, "kind", "") == "sexual"]:
         some.append(f"Individuals of {_listed(mates)} mate.")
@@ -174,7 +176,7 @@ def _interaction(model: Model) -> Iterator[Block]:
     if sensed := [
         f"{name} ({', '.join(kinds)})" for name, one in species.items() if (kinds := _sensed(model, one))
     ]:
-        some.append(f"Individuals sense others (the kinds in parentheses): {_listed(sensed)}.")
+        some.append(f"Individuals sense other individuals (kinds in parentheses): {_listed(sensed)}.")
     own = [
         f"`{type(s).__name__}`" for s in model.active if not type(s).__module__.startswith("ecs_eco.systems.")
     ]
@@ -186,7 +188,7 @@ def _interaction(model: Model) -> Iterator[Block]:
 
 
 def _sensed(model: Model, species: Species) -> list[str]:
-    """Return the kinds that the sensors of a species name."""
+    """Return the kinds that the sensors of a species detect."""
     named = [value.value for sensor in species.sensors for value in values_of(sensor)]
     flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
     return [kind for kind in model.tables if kind in flat]
@@ -204,7 +206,7 @@ def _stochasticity(model: Model) -> Iterator[Block]:
 def _collectives(model: Model) -> Iterator[Block]:
     shared = [name for name, species in _species(model).items() if species.policy.kind == "shared"]
     kin = [] if model.config is None else sorted(model.config.have_parents())
-    yield "There are no collectives with a state or behavior of their own; groups may emerge."
+    yield "The model has no collectives with state or behavior; groups may emerge."
     if shared:
         yield f"Members of the same species share one policy: {', '.join(shared)}."
     if kin:
@@ -214,7 +216,7 @@ def _collectives(model: Model) -> Iterator[Block]:
 def _observation(model: Model) -> Iterator[Block]:
     yield (
         "In every tick a run records, for each species, the number alive, births, deaths by cause, and the energy "
-        "taken in, burnt, given and lost. It records each birth and death with its place, and snapshots of all "
+        "taken in, burned, given and lost. It records each birth and death with its place, and snapshots of all "
         "individuals at an interval. Observation has no error."
     )
     config = model.config

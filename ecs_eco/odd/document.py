@@ -1,4 +1,4 @@
-"""A document of headings, paragraphs, lists and tables, as Markdown or as a page of HTML."""
+"""A document of headings, paragraphs, lists and tables, as Markdown or HTML."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CODE = re.compile(r"(`[^`]+`)")
 
 
 class Heading(NamedTuple):
-    """A heading of a level, 1 for the title."""
+    """A heading with its level, 1 for the title."""
 
     level: int
     text: str
@@ -26,14 +26,14 @@ class Items(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """A table; empty cells are shown as such."""
+    """A table; empty cells are marked as empty."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
 Block = Heading | Items | Grid | str
-"""A part of a document; a text is a paragraph. In texts, `code` is between backticks."""
+"""A part of a document; a string is a paragraph, with `code` between backticks."""
 
 
 class Document(list[Block]):
@@ -44,7 +44,7 @@ class Document(list[Block]):
         return "\n\n".join(map(_markdown, self)) + "\n"
 
     def html(self) -> str:
-        """Return the document as one page of HTML without other files."""
+        """Return the document as one self-contained HTML page."""
         title = next((block.text for block in self if isinstance(block, Heading)), "ODD")
         return page.page(title, *map(_html, self))
 
@@ -53,7 +53,7 @@ class Document(list[Block]):
 
 
 def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[Block]:
-    """Return a table, without the columns in which all cells are empty; nothing where there are no rows."""
+    """Yield a table without columns whose cells are all empty; nothing if there are no rows."""
     held = [tuple(row) for row in rows]
     kept = [i for i in range(len(head)) if any(row[i] for row in held)]
     if not kept:
@@ -75,7 +75,7 @@ def _markdown(block: Block) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape what Markdown would read as mark-up, but for code."""
+    """Escape Markdown syntax in a text, except in code."""
     parts = _CODE.split(" ".join(text.split()))
     return "".join(
         p if i % 2 else re.sub(r"[*<]|\[(?=[^]]*\]\()|(?<!\w)_", r"\\\g<0>", p) for i, p in enumerate(parts)
@@ -89,7 +89,7 @@ def _html(block: Block) -> str:
         return f"<ul>{''.join(f'<li>{_inline(text)}</li>' for text in block.texts)}</ul>"
     if isinstance(block, Grid):
         table = page.table(block.head, [[page.Markup(_inline(cell)) for cell in row] for row in block.rows])
-        return re.sub(r"<t([dh])>", r"<t\1 class='words'>", table)  # all columns begin at the left
+        return re.sub(r"<t([dh])>", r"<t\1 class='words'>", table)  # all columns are aligned left
     return f"<p>{_inline(block)}</p>"
 
 

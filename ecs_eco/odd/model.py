@@ -1,4 +1,4 @@
-"""A world as its description sees it: which kinds there are, which systems act on them, which submodels follow."""
+"""The model behind a description: kinds, the systems that act on them, and the submodels in use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ecs_eco.odd.values import applies, found_at
 
 
 class Part(NamedTuple):
-    """A declared submodel, what declares it, and the kinds that it is about."""
+    """A declared submodel, the class that declares it, and the kinds that it applies to."""
 
     submodel: Submodel
     system: System | None
@@ -27,7 +27,7 @@ class Part(NamedTuple):
 
 
 class Model:
-    """A world and what follows from the declarations of its systems and sections."""
+    """A world and the model derived from the declarations of its systems and sections."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -59,7 +59,7 @@ class Model:
         return [*own, *([] if self.config is None else [self.config])]
 
     def named(self, system: System) -> list[str]:
-        """Return the kinds on which a system acts in this world; none if it has nothing to do here."""
+        """Return the kinds on which a system acts in this world; empty if it has no work here."""
         submodel = system.submodel or Submodel()
         return [name for name, table in self.tables.items() if self._acts(system, submodel, name, table)]
 
@@ -75,13 +75,14 @@ class Model:
 
     @cached_property
     def active(self) -> dict[System, list[str]]:
-        """The systems that have something to do, in the order of a tick, and the kinds on which they act."""
+        """The systems with work in this world, in the order of a tick, and the kinds on which they act."""
         acting = {system: self.named(system) for system in self.systems}
         return {system: kinds for system, kinds in acting.items() if kinds}
 
     @cached_property
     def parts(self) -> dict[str, list[Part]]:
-        """The submodels by title: of the surroundings, of systems in the order of a tick, then of the rest."""
+        """The submodels by title: of the surroundings, of systems in the order of a tick, then of other
+        sections."""
         parts: dict[str, list[Part]] = {}
         around = [] if self.config is None else [s for s in map(_submodel, _declared(self.config)) if s.reads]
         for submodel in [one for one in around if not one.where]:
@@ -118,17 +119,18 @@ class Model:
         }
 
     def keys(self, part: Part) -> list[str]:
-        """Return the keys of a submodel's parameters; of a system of your own feature those that this adds."""
+        """Return the keys of a submodel's parameters; for a system of a custom feature, the keys of the
+        feature."""
         return [*part.submodel.reads, *([] if part.system is None else self.own_keys(part.system))]
 
     def own_keys(self, system: System) -> list[str]:
-        """Return the keys that a feature of your own adds, for a system of that feature."""
+        """Return the keys that a custom feature adds, for a system of that feature."""
         features = [] if self.config is None else own_features(self.config)
         return [key for one in features if type(system) in one.systems for key in one.model_fields]
 
     def changes(self, kind: str, component: str, field: str, titled: bool = False) -> bool:
-        """Return whether a system of this world changes a state variable of a kind; with `titled`, one that is
-        more than bookkeeping."""
+        """Return whether a system of this world changes a state variable of a kind; with `titled`, only
+        systems that do more than bookkeeping."""
         wanted = {component, f"{component}.{field}"}
         for system, kinds in self.active.items():
             if titled and system.submodel is not None and not system.submodel.title:
@@ -146,14 +148,14 @@ class Model:
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
-        """Return what a system changes; of one that declares no submodel, all that it needs."""
+        """Return the fields that a system changes; without a declared submodel, all that it needs."""
         if system.submodel is None:
             return tuple(component.__name__ for component in system.needs)
         return system.submodel.changes
 
 
 def _declared(section: Section) -> Iterator[Section]:
-    """Yield the sections within a section that declare a submodel, but not those of species."""
+    """Yield the sections within a section that declare a submodel, except sections of species."""
     for name in type(section).model_fields:
         value = getattr(section, name)
         if isinstance(value, Section):

@@ -28,7 +28,7 @@ OTHERWISE = ("count", "age", "max_count", "at", "between", "heading", "color", "
 """Keys of kinds that element 5 describes, or that have no meaning in biology."""
 STARTS = ("count", "max_count", "age", "at", "between", "heading", "sex")
 SURROUNDINGS = ("substances", "terrain", "ambient", "sun", "year", "water")
-OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use some fields, or none
+OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use only some fields, or none
 UPRIGHT = ("z", "climb")  # fields that are 0 on a plane
 REFERENCE = (
     "This description follows the ODD protocol (Overview, Design concepts, Details; Grimm et al. 2020, JASSS 23(2) "
@@ -39,8 +39,8 @@ REFERENCE = (
 def describe(world: World | WorldSource, *, trust: bool = False) -> Document:
     """Return the ODD description of a world.
 
-    `world` is a living world, or what `World.from_config` takes; `trust` allows its own code to run. Raises
-    ConfigError as `World.from_config` does.
+    `world` is a living world, or an argument of `World.from_config`; `trust` allows its own code to run.
+    Raises ConfigError like `World.from_config`.
     """
     if not isinstance(world, World):
         world = _built(world if isinstance(world, WorldConfig) and not trust else load(world, trust=trust))
@@ -63,7 +63,7 @@ def describe(world: World | WorldSource, *, trust: bool = False) -> Document:
 
 
 def _built(config: WorldConfig) -> World:
-    """Build a world without organisms; of an archipelago its first island."""
+    """Build a world without organisms; for an archipelago, its first island."""
     islands = config.archipelago
     here = config if islands is None or islands.here else island_of(config, islands.names[0])
     world = World.from_config(here, populate=False, record=False)
@@ -92,19 +92,20 @@ def purpose(model: Model) -> Iterator[Block]:
 
 
 def _told(config: WorldConfig) -> str:
-    """Return the first paragraph of the README of a world's folder, otherwise the comment that heads its file."""
+    """Return the first paragraph of the README in a world's folder, otherwise the comment at the top of
+    its file."""
     file = config.folder / config._source
     if not file.is_file():
         return ""
     readme = file.with_name("README.md")
     if readme.is_file() and [*config.folder.glob("*.toml")] == [
         file
-    ]:  # else it is about more than this world
+    ]:  # otherwise it describes more than this world
         parts = re.split(r"\n\s*\n", readme.read_text(encoding="utf-8"))
         text = next((part for part in parts if part.strip() and not part.startswith("#")), "")
         return " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text).replace("**", "").split())
     lines = takewhile(lambda line: line.startswith("#"), file.read_text(encoding="utf-8").splitlines())
-    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("#  "))  # without commands
+    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("#  "))  # skip commands
 
 
 def entities(model: Model) -> Iterator[Block]:
@@ -130,7 +131,8 @@ def entities(model: Model) -> Iterator[Block]:
 
 
 def _state(model: Model) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each state variable, or for several that are alike: name, unit, meaning, kinds, changes."""
+    """Yield a row for each state variable, or for several similar ones: name, unit, meaning, kinds,
+    changes."""
     rows: dict[tuple[str, ...], list[str]] = {}
     given = {key.rpartition(".")[2] for section in model.sections.values() for key in keys_given(section)}
     components = {c.__name__: c for table in model.tables.values() for c in table if c not in table.derived}
@@ -211,7 +213,7 @@ def schedule(model: Model) -> Iterator[Block]:
     yield from grid(("", "phase", "process", "entities", "what happens", "changes"), rows)
     if idle := [type(system).__name__ for system in model.systems if system not in model.active]:
         names = ", ".join(f"`{name}`" for name in idle)
-        yield f"The schedule also has {names}, which find nothing to do in this world."
+        yield f"The schedule also has {names}, which have no effect in this world."
     yield (
         "Competition within a process is settled by distance or at random; results do not depend on the order in "
         "which individuals are stored."
@@ -239,7 +241,7 @@ def initialization(model: Model) -> Iterator[Block]:
 
 
 def _policy(model: Model, name: str) -> tuple[str, str]:
-    """Return the kind of a species' policy and where its first weights come from; "" without one."""
+    """Return the kind of a species' policy and the source of its initial weights; "" without a policy."""
     policy = model.config.species[name].policy if model.config is not None else None
     if policy is None or policy.kind == "none":
         return "", ""
@@ -249,7 +251,7 @@ def _policy(model: Model, name: str) -> tuple[str, str]:
 
 
 def _first_energy(model: Model) -> Iterator[Block]:
-    """Yield the energies of founders, which vary in species with a nervous system."""
+    """Yield the initial energies of founders, which vary in species with a nervous system."""
     rows = []
     for name, section in model.sections.items():
         if isinstance(section, Species) and "metabolism" in section.model_fields_set:

@@ -1,4 +1,4 @@
-"""Element 7 of the ODD: each submodel with its equations and the values of its parameters in this world."""
+"""Element 7 of the ODD: each submodel with its equations and the parameter values of this world."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ecs_eco.odd.values import (
 )
 
 WIDEST = 6  # columns of kinds in a table of parameters
-FEW = 5  # words of a docstring that is no more than a heading
+FEW = 5  # words of a docstring that is only a heading
 
 
 def submodels(model: Model) -> Iterator[Block]:
@@ -46,7 +46,7 @@ def submodels(model: Model) -> Iterator[Block]:
 
 
 def _carried_out(system: System) -> str:
-    """Return what a system does: of a system of your own its whole docstring."""
+    """Return the action of a system; for a custom system, its whole docstring."""
     kind = type(system)
     text = sentences(kind) if system.submodel is None else first_paragraph(kind)
     return f"`{kind.__name__}`: {text or 'its class has no docstring.'}"
@@ -61,8 +61,8 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values under pairs (kind, key), with the kind "" for the world: single values, kinds
-    side by side, then lists."""
+    """Yield tables of the values at pairs (kind, key), with the kind "" for the world: single values,
+    kinds side by side, then lists."""
     holders = {} if model.config is None else {"": model.config}
     held = {
         name: {v.key: v for v in values_of(section) if _wanted(name, v.key, wanted)}
@@ -126,7 +126,7 @@ def _cell(value: Value | None) -> str:
 
 
 def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterator[Block]:
-    """Yield the table of the entries of lists that are of one model, and the meanings of its columns."""
+    """Yield the table of the entries of lists that have one model, and the meanings of its columns."""
     if len(sentences(kind).split()) > FEW:
         yield sentences(kind)
     values = [{v.key: v for v in values_of(entry) if v.key not in ("name", "label")} for _, _, entry in rows]
@@ -143,7 +143,7 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 
 
 def _own_values(system: System) -> Iterator[Block]:
-    """Yield the numbers of a system of your own: attributes of it or of its class, with their comments."""
+    """Yield the numbers of a custom system: its attributes or its class's, with their comments."""
     known = comments_of(type(system))
     values = {
         name: value

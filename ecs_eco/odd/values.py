@@ -1,4 +1,5 @@
-"""The values of a world file with meaning and unit, read from the declarations of fields; of components too."""
+"""The values of a world file with meaning and unit, read from the declarations of fields, and the fields
+of components."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ _DECLARED = re.compile(
     r"^(?P<space> *)(?:self\.)?(?P<name>\w+)\s*(?::[^=#\n]+)?(?:=[^#\n]*)?,?\s*# (?P<text>.*)$"
 )
 _UNIT, _UNIT_AT_END = re.compile(r"^\[([^]]*)\][,;]?\s*"), re.compile(r" \[([^]]*)\]$")
-TECHNICAL = ("device",)  # keys that change no result
+TECHNICAL = ("device",)  # keys that never change results
 PPO_TEXTS = {field.name: str(field.metadata["doc"]) for field in dataclasses.fields(PPO)}
 
 
@@ -33,8 +34,8 @@ class Value(NamedTuple):
 
 
 def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
-    """Yield the values of a section and of those within: all that are given, and defaults other than absent, 0,
-    false or empty. Lists of sections are left to `lists_of`."""
+    """Yield the values of a section and its subsections: all given values, and all defaults other than
+    absent, 0, false or empty. `lists_of` yields lists of sections."""
     for name, info, value in _fields(section):
         key, unit, text = f"{prefix}{name}", unit_of(info), text_of(info)
         if isinstance(value, Section) and not isinstance(value, Use):
@@ -50,19 +51,20 @@ def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
 
 
 def _is_unused(section: Section, setting: str, value: object) -> bool:
-    """Return whether a hyperparameter of PPO has no effect on a species: 0, or of networks with a memory."""
+    """Return whether a hyperparameter of PPO has no effect on a species, because it is 0 or is for
+    recurrent networks."""
     return not value or (setting == "unroll" and next(found_at(section, ["policy", "network"]), None) is None)
 
 
 def keys_given(section: Section) -> set[str]:
-    """Return the keys of values under the keys that a file gives of a section."""
+    """Return the values that a file gives within a section, by key."""
     return {
         value.key for value in values_of(section) if value.key.partition(".")[0] in section.model_fields_set
     }
 
 
 def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tuple[str, Section]]]]:
-    """Yield each list or table of sections within a section: its key, and its entries with their names."""
+    """Yield each list or table of sections within a section: its key, and its named entries."""
     for name, _, value in _fields(section):
         if isinstance(value, Section):
             yield from lists_of(value, f"{prefix}{name}.")
@@ -73,7 +75,7 @@ def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tup
 
 
 def _fields(section: Section) -> Iterator[tuple[str, FieldInfo, Any]]:
-    """Yield what is in effect of a section's own fields, and of those that its functions take."""
+    """Yield the effective values of a section's own fields and of the parameters of its functions."""
     for name, info in type(section).model_fields.items():
         value = getattr(section, name)
         given = name in section.model_fields_set
@@ -85,7 +87,7 @@ def _fields(section: Section) -> Iterator[tuple[str, FieldInfo, Any]]:
 
 
 def _is_idle(info: FieldInfo, value: object) -> bool:
-    """Return whether a default has no effect: 0, false, "none", or what is left out of what is written."""
+    """Return whether a default has no effect: 0, false, "none", or a value that is omitted when written."""
     return not value or value == "none" or (info.exclude_if is not None and info.exclude_if(value))
 
 
@@ -104,13 +106,13 @@ def unit_of(info: FieldInfo) -> str:
 
 
 def text_of(info: FieldInfo) -> str:
-    """Return the description of a field, without its unit and without what its absence means."""
+    """Return the description of a field, without its unit and the effect of its absence."""
     text = _UNIT_AT_END.sub("", info.description or "")
     return re.sub(r"[;,:]? absent: [^;]*", "", text)
 
 
 def shown(value: object) -> str:
-    """Return a value as text: the shortest that has all digits of a number."""
+    """Return a value as text: the shortest text with all digits of a number."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
@@ -159,7 +161,7 @@ def _is_set(value: object) -> bool:
 
 
 def sentences(thing: Any) -> str:
-    """Return the docstring of a class or function, in one line; "" where it has none of its own."""
+    """Return the docstring of a class or function, in one line; "" if it has none itself."""
     own = vars(thing).get("__doc__") if isinstance(thing, type) else getattr(thing, "__doc__", "")
     return " ".join(inspect.cleandoc(own or "").split())
 
@@ -175,10 +177,11 @@ def first_paragraph(thing: type) -> str:
 
 
 def comments_of(thing: type) -> dict[str, tuple[str, str]]:
-    """Return the unit and the meaning of each field that a class declares: the comment at its line or above it."""
+    """Return the unit and the meaning of each field that a class declares, from the comment on its line or
+    above it."""
     try:
         lines = inspect.getsource(thing).splitlines()
-    except (OSError, TypeError):  # a class made in an interactive session
+    except (OSError, TypeError):  # the class was created in an interactive session
         return {}
     found: dict[str, tuple[str, str]] = {}
     above = ""

@@ -17,7 +17,7 @@ from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Config, Seed, Sha, Tick
 
 FILE = "archipelago.json"
-ISLANDS = "islands"  # the folder of the islands' run folders
+ISLANDS = "islands"  # the folder with the islands' run folders
 
 
 class Islands(Config):
@@ -27,7 +27,7 @@ class Islands(Config):
 
 
 class Barrier(Section):
-    """Where an island is at a barrier."""
+    """The position of an island at a barrier."""
 
     tick: Tick
     digest: Sha
@@ -37,12 +37,12 @@ class Barrier(Section):
 
 
 class Manifest(Container):
-    """The manifest of an archipelago; `versions` decide too, as they do for a run."""
+    """The manifest of an archipelago; `versions` identify it too, as for a run."""
 
     FILE: ClassVar = FILE
     KIND: ClassVar = "archipelago"
     COMMAND: ClassVar = "run"
-    OTHER: ClassVar = "is another archipelago"
+    OTHER: ClassVar = "belongs to another archipelago"
     DECIDES: ClassVar = ("config", "seed", "policies", "learn", "snapshot_every", "record", "versions")
 
     kind: Literal["archipelago"]
@@ -68,28 +68,30 @@ class Manifest(Container):
 
 
 def is_archipelago(folder: Path | str) -> bool:
-    """Return whether a folder holds the run of an archipelago."""
+    """Return whether a folder contains the run of an archipelago."""
     return container.has(Path(folder), Manifest)
 
 
 def read(folder: Path) -> dict[str, Any]:
-    """Return the manifest; RecordingError where there is none, or it is damaged."""
+    """Return the manifest; raise RecordingError if it is missing or damaged."""
     return container.read(folder, Manifest)
 
 
 def write(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest, completely, or leave the one before."""
+    """Write the manifest atomically."""
     container.write(folder, Manifest, manifest)
 
 
 def check_island(path: Path, manifest: Mapping[str, Any], archipelago: str, name: str) -> None:
-    """Raise ForeignFile where a run is not that of an island of the archipelago with this hash."""
+    """Raise ForeignFile if a run does not belong to this island of the archipelago with this hash."""
     if (manifest.get("archipelago"), manifest.get("island")) != (archipelago, name):
-        raise ForeignFile(f"{path / 'manifest.json'}: is not of the island {name} of this archipelago")
+        raise ForeignFile(
+            f"{path / 'manifest.json'}: does not belong to the island {name} of this archipelago"
+        )
 
 
 def digest_of(islands: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the digest of an archipelago: a hash of those of its islands, in their order."""
+    """Return the digest of an archipelago: a hash of the islands' digests in order."""
     sha = hashlib.sha256()
     for name, island in islands.items():
         sha.update(f"{name} {island['digest']}\n".encode())

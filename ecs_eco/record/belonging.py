@@ -1,8 +1,8 @@
-"""Which files belong to a run: each of them has the run's id, and each part the seal of the part before it.
+"""The files of a run: each has the run's id, and each part has the seal of the previous part.
 
-The id is a hash of all that decides the run, so that equal runs write equal files. Interventions by hand are
-not known when a run begins; the chain of seals distinguishes runs that differ only in these, and reveals
-missing, swapped or extra parts.
+The id is a hash of everything that determines the run, so equal runs write equal files. It cannot cover
+interventions by hand, which come later. The chain of seals distinguishes runs that differ only in these, and
+reveals missing, swapped or extra parts.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ecs_eco.record import seal
 if TYPE_CHECKING:
     pass
 
-KEY = "ecs-eco.part"  # of the footer of a part
+KEY = "ecs-eco.part"  # in the footer of a part
 DECIDES = (
     "config",
     "seed",
@@ -32,27 +32,27 @@ DECIDES = (
     "versions",
     "forked",
 )
-FORMAT = 2  # of manifests; in 1 nothing had an id
+FORMAT = 2  # of manifests; format 1 had no ids
 
 
 class Mark(NamedTuple):
-    """The identity of a part: its run, its kind, its number among the parts of its kind,
-    and the seal of the one before it."""
+    """The identity of a part: its run, its kind, its number among the parts of its kind, and the seal of
+    the previous part."""
 
     run: str
     world: str
     seed: int
     kind: str
     number: int
-    after: str  # "" for the first
+    after: str  # "" for the first part
 
     def text(self) -> str:
-        """Return it as text for the footer."""
+        """Return the mark as text for the footer."""
         return json.dumps(self._asdict())
 
 
 def identity(manifest: Mapping[str, Any]) -> str:
-    """Return the id of the run that a manifest begins: 64 hexadecimal digits."""
+    """Return the id of a manifest's run: 64 hexadecimal digits."""
     return hashlib.sha256(
         json.dumps([manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True).encode()
     ).hexdigest()
@@ -64,7 +64,8 @@ def described(run: str, world: object, seed: int | str | None) -> str:
 
 
 def mark_of(path: Path) -> tuple[Mark | None, str]:
-    """Return the mark of a part, None if it has none, and its seal; RecordingError if it cannot be read."""
+    """Return the mark of a part, or None if it has no mark, and its seal; raise RecordingError if it
+    cannot be read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -83,11 +84,11 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 
 
 def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
-    """Return the parts of one kind in a run folder, in order,
-    after checking that they belong to the run of the manifest.
+    """Return the parts of one kind in a run folder, in order, after checking that they belong to the
+    manifest's run.
 
-    A run that has not ended may have more parts than the manifest lists. Raises ForeignFile for one that
-    belongs to another run or place, RecordingError if some are missing.
+    An unfinished run may have more parts than the manifest lists. Raises ForeignFile for a part of another
+    run or position, RecordingError for missing parts.
     """
     paths = listed(run / kind)
     if not manifest:
@@ -101,32 +102,31 @@ def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
         after = check_part(path, kind, number, after, manifest)
         if number == count - 1 and "id" in manifest and heads.get(kind) != after:
             raise ForeignFile(
-                f"{path}: is not the last part of {kind} that was written: "
-                f"it is of another run of {_run(manifest)}"
+                f"{path}: is not the last recorded part of {kind}: it belongs to another run of {_run(manifest)}"
             )
     if len(paths) > count and manifest.get("finished") and "id" in manifest:
         raise ForeignFile(
-            f"{paths[count]}: is one too many: the manifest of this run, which has ended, "
-            f"counts {count} parts of {kind}"
+            f"{paths[count]}: is an extra part: the manifest of this finished run "
+            f"lists {count} parts of {kind}"
         )
     return paths
 
 
 def listed(folder: Path) -> list[Path]:
-    """Return the files named like parts in a folder, in the order of numbers."""
+    """Return the files in a folder with names of parts, by number."""
     return sorted(folder.glob("part-*.parquet"), key=lambda path: (len(path.name), path.name))
 
 
 def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping[str, Any]) -> str:
-    """Return the seal of a part that belongs at this place of a run; raises ForeignFile where it does not."""
+    """Return the seal of a part at this position of a run; raise ForeignFile if it does not belong there."""
     mark, own = mark_of(path)
     run = manifest.get("id")
     if mark is None and run is None:
         return own
     if mark is None:
-        raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
+        raise ForeignFile(f"{path}: names no run, but is in the folder of {_run(manifest)}")
     if mark.run != run:
-        here = "one of an older format, or by hand" if run is None else _run(manifest)
+        here = "of an older format, or made by hand" if run is None else _run(manifest)
         raise ForeignFile(
             f"{path}: belongs to another run ({described(mark.run, mark.world, mark.seed)}), "
             f"not to this one ({here})"
@@ -134,22 +134,21 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
     if (mark.kind, mark.number) != (kind, number) or path.name != name_of(number):
         raise ForeignFile(
             f"{path}: is {name_of(mark.number)} of {mark.kind}, "
-            f"and lies where {name_of(number)} of {kind} belongs"
+            f"but is in the place of {name_of(number)} of {kind}"
         )
     if mark.after != after:
         raise ForeignFile(
-            f"{path}: does not follow the part before it: "
-            f"one of the two is of another run of {_run(manifest)}"
+            f"{path}: does not follow the previous part: one of the two belongs to another run of {_run(manifest)}"
         )
     return own
 
 
 def check_checkpoint(path: Path, meta: Mapping[str, Any], manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state of the recording from a run's checkpoint;
-    raises ForeignFile if it belongs to another run, or to none."""
+    """Return the state of the recording from a run's checkpoint; raise ForeignFile if it does not belong
+    to this run."""
     about = meta.get("run") or {}
     if "id" not in about:
-        raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
+        raise ForeignFile(f"{path}: names no run, but is in the folder of {_run(manifest)}")
     if about["id"] != manifest.get("id"):
         other = described(about["id"], meta.get("name"), meta["clock"]["seed"])
         raise ForeignFile(f"{path}: belongs to another run ({other}), not to this one ({_run(manifest)})")

@@ -1,5 +1,4 @@
-"""Checks that the numbers in a checkpoint are valid: a seal proves that a file is unchanged,
-not that it makes sense."""
+"""Checks that the numbers in a checkpoint are valid; a seal only proves that the file is unchanged."""
 
 from __future__ import annotations
 
@@ -26,8 +25,8 @@ COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
-    """The checks of one file against the world that is to take it;
-    each raises CheckpointError that names the file and the part."""
+    """The checks of one file against the world that loads it; each raises CheckpointError with the file
+    and the part."""
 
     def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
@@ -35,7 +34,7 @@ class ArrayChecks:
         seen = [self.table(name, table) for name, table in world.tables.items()]
         uids = np.sort(np.concatenate([np.zeros(0, np.uint64), *seen]))
         if (again := np.flatnonzero(uids[1:] == uids[:-1])).size:
-            self.fail(f"uid {uids[again[0]]} lives twice; a uid is given once")
+            self.fail(f"uid {uids[again[0]]} occurs twice; expected unique uids")
         for name, array in arrays.items():
             if name.endswith(COUNTERS):
                 self.counter(name, array)
@@ -51,14 +50,14 @@ class ArrayChecks:
         raise CheckpointError(f"{self.where}: {what}")
 
     def array(self, name: str, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
-        """Return a part of the file that must have this type and shape."""
+        """Return a part of the file after checking its type and shape."""
         kept = self.arrays.get(name)
         if kept is None:
             raise CheckpointError(f"{self.where}: the part {name!r} is missing")
         if kept.dtype != dtype or kept.shape != shape:
             self.fail(
-                f"the part {name!r} is {kept.dtype}{list(kept.shape)}; "
-                f"this world needs {np.dtype(dtype)}{list(shape)}"
+                f"the part {name!r} is {kept.dtype}{list(kept.shape)}; expected for this world: "
+                f"{np.dtype(dtype)}{list(shape)}"
             )
         return kept
 
@@ -67,27 +66,29 @@ class ArrayChecks:
         clock, causes, ambient = self.meta["clock"], self.meta["causes"], self.meta["ambient"]
         for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**62), ("seed", -(2**64), 2**64)):
             if type(clock[key]) is not int or not least <= clock[key] <= most:
-                self.fail(f"clock.{key} is {clock[key]!r}; expected: a whole number, at least {least}")
+                self.fail(f"clock.{key} is {clock[key]!r}; expected: an integer of at least {least}")
         if not all(isinstance(c, str) for c in causes) or len(causes) > 255 or len(set(causes)) < len(causes):
-            self.fail(f"causes are {str(causes)[:80]}; expected: at most 255 names, each once")
+            self.fail(f"causes are {str(causes)[:80]}; expected: at most 255 different names")
         for key, value in ambient.items():
             if not isinstance(value, int | float) or not math.isfinite(value):
                 self.fail(f"ambient.{key} is {value!r}; expected finite numbers")
 
     def table(self, name: str, table: Table) -> np.ndarray:
-        """Check the living and the newborn of one table; return the uids of the living."""
+        """Check the organisms and newborns of one table; return the uids of the living."""
         prefix, made = f"table/{name}", self.meta["tables"][name]
         rows = self.arrays.get(f"{prefix}/row")
         n = 0 if rows is None else len(np.atleast_1d(rows))
         own = {word: self.array(f"{prefix}/{word}", dtype, (n,)) for word, dtype in OWN.items()}
         rows, uid, capacity = own["row"], own["uid"], made["capacity"]
         if n and (rows[0] < 0 or (rows[1:] <= rows[:-1]).any()):
-            self.fail(f"the part '{prefix}/row' does not ascend from 0 or more: {rows[:9].tolist()}")
+            self.fail(
+                f"the part '{prefix}/row' is not an increasing list of integers from 0: {rows[:9].tolist()}"
+            )
         if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
             self.fail(
                 f"{name} has a capacity of {capacity!r}, and its last row is {rows[-1] if n else 'none'}"
             )
-        # on an island those of others live, too
+        # on an island, uids of the other islands occur too
         next_uid = self.meta["clock"]["next_uid"]
         mine = uid[(uid == 0) | (island_of(uid) == island_of(next_uid))] if is_island(self.world) else uid
         self.range(f"{prefix}/uid", mine, 1, next_uid - 1)
@@ -102,7 +103,7 @@ class ArrayChecks:
         return uid
 
     def range(self, part: str, values: np.ndarray, least: int, most: int) -> None:
-        """Check that whole numbers are within limits."""
+        """Check that integers are within limits."""
         wrong = (
             [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
         )
@@ -110,13 +111,13 @@ class ArrayChecks:
             self.fail(f"the part {part!r} holds {wrong[0]}; expected: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
-        """Check one whole number, a counter."""
+        """Check a counter, which is one integer."""
         if array.dtype.kind not in "iu" or array.size != 1:
-            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; expected: one whole number")
+            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; expected: one integer")
         self.range(part, array, 0, 2**53)
 
     def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:
-        """Check that the fields in the file are within the limits of the gate."""
+        """Check that the fields in the file are within their limits."""
         for limits in gate.limits_of(self.world, table, heavy=True):
             values = self.arrays.get(f"{prefix}/{stored_name(limits.component)}.{limits.field}")
             if values is not None and (wrong := limits.outside(values)).any():
@@ -136,13 +137,13 @@ class ArrayChecks:
         }
         for word in birth["values"]:
             if word not in known:
-                self.fail(f"newborn of {table.name!r} have {word!r}, which their table lacks")
+                self.fail(f"newborns of {table.name!r} have {word!r}, which is missing in their table")
             self.array(f"{prefix}/{word}", known[word].dtype, (k, *known[word].shape))
         self.limits(table, prefix, f"newborn {{}} of {table.name!r}")
 
 
 def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError that names the file and the part if these numbers are not valid for the world."""
+    """Raise CheckpointError with the file and the part if these numbers are invalid for the world."""
     try:
         ArrayChecks(world, meta, arrays, where)
     except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:

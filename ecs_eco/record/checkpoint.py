@@ -1,9 +1,9 @@
-"""Checkpoints: all that decides a world's future in one file, from which it continues bit for bit.
+"""Checkpoints: everything that determines a world's future in one file, from which it continues bit for bit.
 
-A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers,
-rollouts and whatever else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration,
-clock, tables), `parts` (JSON: a CRC-32 of every tensor with its type and shape) and `seal` (SHA-256 of both).
-Nothing in it can run code.
+A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimizers,
+rollouts and the state of every other object with `state()`. Its metadata contains `meta` (JSON: format,
+versions, configuration, clock, tables), `parts` (JSON: the CRC-32, type and shape of every tensor) and `seal`
+(SHA-256 of both). A checkpoint cannot run code.
 """
 
 from __future__ import annotations
@@ -34,12 +34,16 @@ SUFFIX = ".safetensors"
 Arrays = dict[str, np.ndarray]
 
 
-RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}  # systems, since format 1
+RENAMED = {
+    "Bear": "GiveBirth",
+    "Leave": "LeaveRemains",
+    "Reckon": "ResetFlows",
+}  # renamed systems, since format 1
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """From format 1: some systems had other names; ages had no head start beside them,
-    which `Age` then computes itself."""
+    """Upgrade from format 1: some systems had other names, and ages had no head start, which `Age` then
+    computes."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -55,7 +59,7 @@ def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Array
 
 
 def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """From format 2: the rest of a digestion was counted in seconds."""
+    """Upgrade from format 2, which counted the rest of a digestion in seconds."""
     for name, made in meta["tables"].items():
         if "Metabolism" in made["columns"]:
             made["columns"]["Metabolism"]["digesting"] = ["<i4", []]
@@ -66,14 +70,14 @@ def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Array
 
 MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]]
 MIGRATIONS = {1: _from_1, 2: _from_2}
-"""From each older format to the next; a format without one is refused."""
+"""Upgrades from each older format to the next; other formats are rejected."""
 
 
 def save(world: SpatialWorld, path: str | Path) -> Path:
-    """Write a checkpoint of a world between two ticks, completely or not at all. Return its path.
+    """Write a checkpoint of a world between two ticks, atomically, and return its path.
 
-    Errors are those of `ecs_eco.World.save`. If the state of the world is divided between processes
-    (`ecs_eco.bands`), process 0 writes the whole.
+    Errors are the same as for `ecs_eco.World.save`. If the world's state is divided between processes
+    (`ecs_eco.bands`), process 0 writes all of it.
     """
     path = Path(path)
     meta, arrays = frozen.freeze(world)
@@ -107,7 +111,7 @@ def restore(
 
 
 def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
-    """Bring a world built in the same way to the state of a checkpoint; see `ecs_eco.World.load`."""
+    """Load a checkpoint into a world that was built in the same way; see `ecs_eco.World.load`."""
     meta, arrays = read(path)
     if why := portable.other_mode(meta):
         warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
@@ -115,9 +119,9 @@ def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
-    """Write meta and arrays, completely or not at all; raises OSError that names the file."""
+    """Write meta and arrays atomically; raise OSError with the file's name."""
     arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
-    # in order: the order of species and tables matters
+    # in order, because the order of species and tables matters
     text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)
     parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -125,7 +129,7 @@ def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
-    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file."""
+    """Return meta and arrays of a checkpoint; raise CheckpointError with the problem."""
     meta, parts, arrays = _open(Path(path))
     for name, wanted in parts.items():
         if name not in arrays:
@@ -136,8 +140,8 @@ def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
                 f"its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}"
             )
     if more := sorted(set(arrays) - set(parts)):
-        raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
-    arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
+        raise CheckpointError(f"{path}: contains the unexpected part {more[0]!r}")
+    arrays = {name: arrays[name] for name in parts}  # in their original order
     while (number := meta.get("format")) != FORMAT:
         if number not in MIGRATIONS:
             raise CheckpointError(
@@ -148,13 +152,13 @@ def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
 
 
 def describe(path: str | Path) -> dict[str, Any]:
-    """Return meta of a checkpoint without reading its parts; raises CheckpointError."""
+    """Return meta of a checkpoint without reading its parts; raise CheckpointError."""
     try:
         files.require_regular(path)
         with safe_open(str(path), framework="numpy") as file:
             return _meta(Path(path), file.metadata())[0]
     except (SafetensorError, OSError) as error:
-        raise CheckpointError(f"{path}: is no checkpoint: {error}") from None
+        raise CheckpointError(f"{path}: is not a checkpoint: {error}") from None
 
 
 def latest(
@@ -163,10 +167,10 @@ def latest(
     complain: Callable[[str], None] | None = None,
     check: Callable[[Path, dict[str, Any]], None] | None = None,
 ) -> Path | None:
-    """Return the newest intact checkpoint in a folder, at or before a tick;
-    `complain` is told of damaged ones that are skipped.
+    """Return the newest intact checkpoint in a folder at or before a tick; call `complain` for each damaged
+    file that is skipped.
 
-    `check(path, meta)` raises for an intact one that must not be used.
+    `check(path, meta)` raises for an intact checkpoint that must not be used.
     """
     for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
         try:
@@ -177,20 +181,20 @@ def latest(
                 return path
         except CheckpointError as error:
             if complain is not None:
-                complain(f"{error}; trying the one before")
+                complain(f"{error}; trying the previous checkpoint")
     return None
 
 
 def name_of(tick: int) -> str:
-    """Return the file name of the checkpoint of a tick."""
+    """Return the file name of a tick's checkpoint."""
     return f"tick-{tick:012d}{SUFFIX}"
 
 
 def tick_of(path: Path) -> int:
-    """Return the tick that a file name says; raises CheckpointError where it says none."""
+    """Return the tick in a file name; raise CheckpointError if there is none."""
     word = path.name.removeprefix("tick-").removesuffix(SUFFIX)
     if not word.isdecimal():
-        raise CheckpointError(f"{path}: a checkpoint in this folder is named like {name_of(1000)}")
+        raise CheckpointError(f"{path}: not a name of a checkpoint, such as {name_of(1000)}")
     return int(word)
 
 
@@ -214,16 +218,16 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
         MemoryError,
         OverflowError,
     ) as error:
-        raise CheckpointError(f"{path}: is no whole checkpoint: {error}") from None
+        raise CheckpointError(f"{path}: is not a complete checkpoint: {error}") from None
 
 
 def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any], dict[str, list[Any]]]:
-    """Return meta and the list of parts from a file's metadata, once the seal is right."""
+    """Return meta and the list of parts from a file's metadata after checking the seal."""
     content = dict(metadata or {})
     if set(content) != {"meta", "parts", "seal"}:
-        raise CheckpointError(f"{path}: is no checkpoint of ecs-eco, or its head is damaged")
+        raise CheckpointError(f"{path}: is not a checkpoint of ecs-eco, or its header is damaged")
     if _seal(content["meta"], content["parts"]) != content["seal"]:
-        raise CheckpointError(f"{path}: its head is damaged: the seal does not fit")
+        raise CheckpointError(f"{path}: its header is damaged: the seal does not match")
     return json.loads(content["meta"]), json.loads(content["parts"])
 
 

@@ -1,9 +1,9 @@
-"""Folders that one process at a time writes to: claimed before anything else,
-by a lock that ends with the process.
+"""Exclusive claims of folders: a process claims a folder before it writes there, with a lock that ends with
+the process.
 
-The lock is the system's (flock) on the file `.lock`, which names its owner: the system releases it when the
-process ends, in whatever way, so no claim is ever stale. Files of a process that was killed before its run
-began are recognised, and the next one may replace them.
+The lock is an operating-system lock (flock) on the file `.lock`, which names its owner. The system releases
+it when the process ends for any reason, so claims never become stale. Files of a process that was killed
+before its run began are recognized and may be replaced.
 """
 
 from __future__ import annotations
@@ -29,16 +29,17 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
-# what safetensors wrote to when it still wrote checkpoints and policies
+# temporary files of older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # on file systems without locks
 AGAIN = 1000  # attempts at a lock that other processes keep removing
 
 
 class Claim:
-    """The right to write into a folder, until `release()` or the end of the process; a context manager.
+    """The exclusive right to write into a folder until `release()` or the end of the process; a context
+    manager.
 
-    Raises FolderInUse if another process has it, or another part of this one.
+    Raises FolderInUse if another process, or another part of this process, has claimed it.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -47,16 +48,12 @@ class Claim:
         self._handle = _locked(self.path)
 
     def check(self) -> None:
-        """Raise FolderInUse if the folder is no longer the one that was claimed: it was removed,
-        moved or replaced."""
+        """Raise FolderInUse if the claimed folder was removed, moved or replaced."""
         if not _same(self._handle, self.path / LOCK):
-            raise FolderInUse(
-                f"{self.path}: was removed or replaced while it was being written; "
-                "nothing more is written there"
-            )
+            raise FolderInUse(f"{self.path}: was removed or replaced during writing; writing stops")
 
     def release(self) -> None:
-        """Release the folder; remove it if it was made for the claim and is empty."""
+        """Release the folder; remove it if it was created for the claim and is empty."""
         still = _same(self._handle, self.path / LOCK)
         if still:
             with suppress(OSError):
@@ -74,12 +71,12 @@ class Claim:
 
 
 def claim_new(path: str | Path) -> Claim:
-    """Claim a new or empty folder; FileExistsError if it has content, FolderInUse if it is taken."""
+    """Claim a new or empty folder; raise FileExistsError if it has content, FolderInUse if it is in use."""
     path = Path(path)
     if path.exists() and not _is_free(path):
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
     claim = _claim(path)
-    if not _is_free(path):  # another process came first
+    if not _is_free(path):  # another process was faster
         claim.release()
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
     remove_start(path)
@@ -87,7 +84,7 @@ def claim_new(path: str | Path) -> Claim:
 
 
 def claim_next(path: str | Path) -> Claim:
-    """Claim a folder that was not there before: `path`, or the first of path-2, path-3, …"""
+    """Claim a folder that does not exist yet: `path`, or the first of path-2, path-3, …"""
     path = Path(path)
     above, number, folder = _make(path.parent), 1, path
     while True:
@@ -106,17 +103,17 @@ def claim_next(path: str | Path) -> Claim:
 
 
 def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Claim a new folder while it is written to; a claim made before stays as it is."""
+    """Claim a new folder while it is written to, unless it is already claimed."""
     return nullcontext(out) if isinstance(out, Claim) else claim_new(out)
 
 
 def ours(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Claim a folder, whatever is in it, and make it if it is missing; a claim made before stays as it is."""
+    """Claim a folder with any content, creating it if needed, unless it is already claimed."""
     return nullcontext(out) if isinstance(out, Claim) else _claim(Path(out))
 
 
 def _claim(path: Path) -> Claim:
-    """Make a folder where it is missing, and claim it."""
+    """Create a folder if it is missing, and claim it."""
     made = _make(path)
     try:
         claim = Claim(path)
@@ -128,14 +125,14 @@ def _claim(path: Path) -> Claim:
 
 
 def owner_of(folder: str | Path) -> dict[str, Any] | None:
-    """Return what the process that has a folder says of itself, pid, host and since when; None if nobody has
-    it. One on another machine counts as alive."""
+    """Return the pid, host and start time of the process that has claimed a folder, or None. A process on
+    another machine counts as alive."""
     owner = _read(Path(folder) / LOCK)
     return owner if _lives(owner) else None
 
 
 def remove_start(folder: Path) -> None:
-    """Remove what a run wrote in a folder before it had a manifest, and nothing else."""
+    """Remove only the files that a run wrote in a folder before it had a manifest."""
     for name, pattern in BEGUN.items():
         for file in [*(folder / name).glob(pattern), *half_written(folder / name)]:
             file.unlink(missing_ok=True)
@@ -146,12 +143,12 @@ def remove_start(folder: Path) -> None:
 
 
 def stopped_early(folder: Path) -> bool:
-    """Whether a run was killed in a folder before it had a manifest."""
+    """Return whether a run in a folder was killed before it had a manifest."""
     return (folder / LOCK).is_file() and not (folder / "manifest.json").exists()
 
 
 def half_written(folder: Path) -> list[Path]:
-    """Return the files in a folder of a run that a killed process left half-written, known by their names."""
+    """Return the half-written files of a killed run in a folder, recognized by name."""
     return [p for p in folder.glob(".*") if _is_half(p) and p.is_file()]
 
 
@@ -162,7 +159,7 @@ def _is_half(path: Path) -> bool:
 
 
 def _is_free(path: Path) -> bool:
-    """Whether a folder is empty, or has only files of a run that was killed before it had a manifest."""
+    """Return whether a folder is empty or has only files of a run killed before it had a manifest."""
     if not path.is_dir():
         return False
     entries = [p for p in path.iterdir() if p.name != LOCK]
@@ -176,7 +173,7 @@ def _of_a_start(path: Path) -> bool:
 
 
 def _make(path: Path) -> list[Path]:
-    """Make a folder and its parents; return those that were made."""
+    """Create a folder and its parents; return the created folders."""
     made: list[Path] = []
     for folder in reversed([path, *path.parents]):
         try:
@@ -203,7 +200,7 @@ def _unmake(made: list[Path]) -> None:
 
 
 def _locked(folder: Path) -> int:
-    """Return the handle of the lock of a folder; FolderInUse."""
+    """Return the handle of a folder's lock; raise FolderInUse."""
     path = folder / LOCK
     for _ in range(AGAIN):
         handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
@@ -220,12 +217,12 @@ def _locked(folder: Path) -> int:
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # its owner removed it meanwhile
-    raise FolderInUse(f"{folder}: is claimed and given back all the time by other processes")
+        os.close(handle)  # its owner has removed it
+    raise FolderInUse(f"{folder}: other processes keep claiming and releasing it")
 
 
 def _lock(handle: int, path: Path) -> bool:
-    """Whether the lock is ours now."""
+    """Acquire the lock; return whether this succeeded."""
     if fcntl is not None:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -239,16 +236,16 @@ def _lock(handle: int, path: Path) -> bool:
         import msvcrt
 
         try:
-            os.lseek(handle, 1 << 30, os.SEEK_SET)  # beyond the owner's name: others cannot read locked bytes
+            os.lseek(handle, 1 << 30, os.SEEK_SET)  # beyond the owner's name, which must stay readable
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
             return True
         except OSError:
             return False
-    return not _lives(_read(path))  # no locks here: the owner named there has it while it lives
+    return not _lives(_read(path))  # no locks here: the named owner holds it while it runs
 
 
 def _same(handle: int, path: Path) -> bool:
-    """Whether an open file is the one of this name."""
+    """Return whether an open file is the file of this name."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
     except OSError:
@@ -280,8 +277,7 @@ def _myself() -> dict[str, Any]:
 
 
 def _started(pid: int) -> int | None:
-    """The start time of a process, in ticks of the system's clock; None if there is no such process,
-    or it is unknown."""
+    """Return the start time of a process in clock ticks of the system, or None if it is unknown."""
     try:
         return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
     except (OSError, ValueError, IndexError):
@@ -289,7 +285,7 @@ def _started(pid: int) -> int | None:
 
 
 def _lives(owner: dict[str, Any]) -> bool:
-    """Whether the process that a lock names still runs; one on another machine may."""
+    """Return whether the process that a lock names still runs; assume so on another machine."""
     if not isinstance(owner.get("pid"), int):
         return False
     if owner.get("host") != socket.gethostname():

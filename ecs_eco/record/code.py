@@ -1,5 +1,5 @@
-"""The code that a run needs: its sources are kept in the run's folder,
-their hashes in manifest and checkpoints."""
+"""The code that a run needs: the run's folder keeps its sources; manifest and checkpoints keep their
+hashes."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ecs_eco.inputs.sources import Source
 from ecs_eco.inputs.trust import allowed_here
 from ecs_eco.record.land import folder_of_land
 
-FOLDER = "code"  # within a run's
+FOLDER = "code"  # in a run's folder
 Noted = list[dict[str, str]]
 
 
 def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Source, ...]:
-    """The code that a world lists, and the modules of objects passed to it in Python and of other `names`,
-    "module:name"; of those defined in an interactive session, each one's own source."""
+    """Return the code that a world lists, and the modules of objects passed in Python and of other `names`
+    ("module:name"); for objects of an interactive session, the source of each."""
     listed, names = () if config is None else config._code.sources, list(names)
     entries = [] if config is None else code_of(config)
     entries += [name.partition(":")[0] for name in names]
@@ -40,12 +40,12 @@ def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Sour
 
 
 def noted(sources: Iterable[Source]) -> Noted:
-    """The entry of code in manifest and checkpoint: its name and the hash of its text."""
+    """Return the code's entry in manifest and checkpoint: name and hash of the text."""
     return [{"entry": s.entry, "sha256": s.sha256} for s in sources]
 
 
 def keep_copies(sources: Iterable[Source], folder: Path) -> None:
-    """Write the files among them into a run's folder."""
+    """Write the sources that are files into a run's folder."""
     sources = [s for s in sources if s.is_file]
     if sources:
         (folder / FOLDER).mkdir(exist_ok=True)
@@ -53,15 +53,15 @@ def keep_copies(sources: Iterable[Source], folder: Path) -> None:
 
 
 def keep_beside(sources: Iterable[Source], folder: Path) -> None:
-    """Write the files among them into a folder."""
+    """Write the sources that are files into a folder."""
     for source in sources:
         if source.is_file and source.text is not None:
             files.write(folder / source.entry, source.text)
 
 
 def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
-    """The code that a checkpoint or manifest notes; raises CheckpointError if it is missing,
-    or changed and not allowed."""
+    """Return the code that a checkpoint or manifest lists; raise CheckpointError if it is missing, or
+    changed and not allowed."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
     except (TypeError, KeyError):
@@ -69,26 +69,28 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
     code, problems = read(wanted, places, wanted)
     if problems:
         raise CheckpointError(
-            f"{where}: needs code that is not here: {problems[0].value}: {problems[0].what}"
+            f"{where}: needs code that is missing here: {problems[0].value}: {problems[0].what}"
         )
     changed = [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]
     if trust:
         code.allow()
         for source in changed:
             if source.of_session:
-                warnings.warn(f"{where}: {source.entry} has changed, and is used as it is now", stacklevel=2)
+                warnings.warn(
+                    f"{where}: {source.entry} has changed; the present version is used", stacklevel=2
+                )
     elif changed:
         how = "trust=True" if changed[0].of_session else "--trust"
         raise CheckpointError(
             f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
-            f"SHA-256 {changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it "
-            f"back, or use this one: {how}"
+            f"SHA-256 {changed[0].sha256}, expected {wanted[changed[0].entry]}; restore it, or use the "
+            f"present version: {how}"
         )
     return code
 
 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
-    """The world of a recorded run, or `config` in its place, with the code that the run kept; raises
+    """Return the world of a recorded run, or `config` instead, with the code that the run kept; raise
     ConfigError, RecordingError."""
     try:
         code = check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)

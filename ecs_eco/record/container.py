@@ -1,7 +1,7 @@
 """The manifest of a container, a folder of many runs: a sweep, a comparison, a search or an archipelago.
 
-It belongs to one plan, whose hash it names, and to one mode of computing. It is sealed as the manifest of a
-run is, and checked by a model. Names in it are names: nothing is written or removed outside the folder.
+It contains the hash of its plan and the numerical mode. It is sealed like the manifest of a run and checked
+by a model. File names in it are untrusted: no file outside the folder is written or removed.
 """
 
 from __future__ import annotations
@@ -24,19 +24,18 @@ from ecs_eco.record.manifest import Sha
 
 FORMAT = 2
 OLD = (
-    "was begun by an older version of ecs-eco, which did not note the plan and the mode that its files "
-    "belong to: continue it with that version, or begin again in another folder; its runs can be read one "
-    "by one"
+    "was begun by an older version of ecs-eco, which did not record its plan and numerical mode; continue "
+    "it with that version, or start again in another folder; its runs can still be read one by one"
 )
 
 
 class Container(Section):
-    """What every manifest of a container has; each kind adds its own keys."""
+    """The common keys of every manifest of a container; each kind adds its own."""
 
     FILE: ClassVar[str]
     KIND: ClassVar[str]
-    COMMAND: ClassVar[str]  # which writes it
-    OTHER: ClassVar[str]  # what is said of a folder with another plan
+    COMMAND: ClassVar[str]  # the command that writes it
+    OTHER: ClassVar[str]  # message for a folder with another plan
     DECIDES: ClassVar[tuple[str, ...]]  # the keys of the plan
     GROWS: ClassVar[bool] = False  # whether settings may be added later
 
@@ -48,7 +47,7 @@ class Container(Section):
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a plan, by the names that users know."""
+        """Return the settings of a plan by their public names."""
         return {key: content.get(key) for key in cls.DECIDES}
 
 
@@ -63,8 +62,7 @@ def has(folder: Path, model: Model) -> bool:
 def read(folder: str | Path, model: Model) -> dict[str, Any]:
     """Return the manifest of a container.
 
-    Raises RecordingError where there is none, or it is damaged or too old; ForeignFile where it is of another
-    kind or plan.
+    Raises RecordingError if it is missing, damaged or too old; ForeignFile if it has another kind or plan.
     """
     file = Path(folder) / model.FILE
     try:
@@ -72,7 +70,7 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
     except FileNotFoundError:
         article = "an" if model.KIND[0] in "aeiou" else "a"
         raise RecordingError(
-            f"{folder} is no folder of {article} {model.KIND}: it has no {model.FILE} "
+            f"{folder} is not a folder of {article} {model.KIND}: it has no {model.FILE} "
             f"(a folder written by `ecs-eco {model.COMMAND}`)"
         ) from None
     if content.get("format") == 1:
@@ -84,14 +82,14 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
     if own is None:
         raise RecordingError(f"{file}: is damaged: its seal is missing")
     if content["hash"] != _hash(content, model):
-        raise ForeignFile(f"{file}: hash: is not the hash of the plan in this file")
+        raise ForeignFile(f"{file}: hash: does not match the plan in this file")
     return content
 
 
 def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]:
     """Return the manifest of a container that is to be continued with a plan.
 
-    Raises ForeignFile where it belongs to another plan, or was begun in the other mode.
+    Raises ForeignFile if it belongs to another plan or was begun in the other numerical mode.
     """
     there = read(folder, model)
     before, now = model.settings(there), model.settings(json.loads(json.dumps(plan)))
@@ -116,8 +114,8 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
 
 
 def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile where a container was begun in another mode than this process computes in, or has a
-    link out of it at its top."""
+    """Raise ForeignFile if a container was begun in another numerical mode than this process uses, or has
+    a link at its top level that leads out of it."""
     if why := portable.other_mode({"target": manifest}):
         raise ForeignFile(f"{folder / model.FILE}: {why}")
     for path in folder.iterdir():
@@ -126,7 +124,7 @@ def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> Non
 
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the manifest of a new container, or find it in a folder that was begun with this plan; return it."""
+    """Write the manifest of a new container, or read it if the folder was begun with this plan; return it."""
     if has(folder, model):
         return check(folder, model, content)
     folder.mkdir(parents=True, exist_ok=True)
@@ -136,7 +134,7 @@ def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, A
 
 
 def write(folder: Path, model: Model, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Write a manifest, completely, or leave the one before; return it."""
+    """Write a manifest atomically and return it."""
     seal.write_manifest(folder, manifest, model.FILE)
     return dict(manifest)
 
@@ -147,7 +145,8 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 
 
 def inside(root: Path, path: Path) -> Path:
-    """Return a path below a container. Raises ForeignFile where it, or a link in it, leads out of there."""
+    """Return a path below a container; raise ForeignFile if it, or a link in it, leads out of the
+    container."""
     home = os.path.realpath(root)
     links = [
         Path(at, name)
@@ -157,12 +156,12 @@ def inside(root: Path, path: Path) -> Path:
     ]
     for one in [path, *links]:
         if os.path.commonpath([home, os.path.realpath(one)]) != home:
-            raise ForeignFile(f"{one}: is a link that leads out of {root}; nothing is written there")
+            raise ForeignFile(f"{one}: is a link that leads out of {root}; no file is written there")
     return path
 
 
 def remove(folder: Path, patterns: Sequence[str]) -> bool:
-    """Remove files with these names in a folder, and the folder; return False where it has other content."""
+    """Remove files with these names in a folder, and the folder; return False if it has other content."""
     if folder.is_symlink():
         return False
     for file in [p for pattern in patterns for p in folder.glob(pattern) if p.is_file() or p.is_symlink()]:

@@ -1,4 +1,4 @@
-"""A second world from a living one: frozen and restored in memory, as a checkpoint would be."""
+"""Copies of a living world: frozen and restored in memory, as by a checkpoint."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def copy(
     systems: Sequence[Any] = (),
     prepare: Callable[[Any], None] | None = None,
 ) -> Any:
-    """Return a world that has its own organisms, policies and clock, the same digest, and the same future.
+    """Return a world with its own organisms, policies and clock, the same digest, and the same future.
 
-    Arguments and errors are those of `ecs_eco.World.copy`.
+    Arguments and errors are the same as for `ecs_eco.World.copy`.
     """
     where = f"copy of the world {world.name!r}"
     meta, arrays = frozen.freeze(world)
@@ -34,21 +34,20 @@ def copy(
     meta = json.loads(json.dumps(meta))
     if meta["config"] is None:
         raise CheckpointError(
-            f"{where}: it was made by hand; make another in the same way, "
-            "world.save(path), then other.load(path)"
+            f"{where}: it was built by hand; build another in the same way, then call world.save(path) and "
+            "other.load(path)"
         )
     handed = [s for s in world.config.systems if not isinstance(s, str | type | Use)]
     if handed and not systems:
         raise CheckpointError(
-            f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
-            "and an instance is of one "
-            "world; hand in another: world.copy(systems=[…])"
+            f"{where}: the system {function_name(handed[0])} was passed as an instance, which belongs to "
+            "one world; pass another: world.copy(systems=[…])"
         )
     config = None if handed else world.config
     made = frozen.thaw(
         type(world), meta, world.threads if threads is None else threads, config, systems, where
     )
-    made.reporters = {**world.reporters, **made.reporters}  # those that were added by hand, too
+    made.reporters = {**world.reporters, **made.reporters}  # including tables that were added by hand
     if prepare is not None:
         prepare(made)
     if world.recorder is not None:
@@ -58,7 +57,7 @@ def copy(
 
 
 def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
-    """Return a copy with another seed; arguments and errors as of `ecs_eco.World.fork`."""
+    """Return a copy with another seed; arguments and errors are the same as for `ecs_eco.World.fork`."""
     seed = seed_number(seed)
     made = copy(world, **how)
     reseed(made, seed)

@@ -1,5 +1,5 @@
-"""Details: the senses, weights, decisions and happiness of single organisms in every tick of a run, for
-`--record focal=N` or `full`."""
+"""Details: the senses, weights, decisions and happiness of individual organisms in every tick of a run,
+for `--record focal=N` or `full`."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ if TYPE_CHECKING:
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
-KIND = "details-"  # followed by the name of a species: its folder in the run's
-ROWS = 100_000  # of a species that are kept in memory before they are handed over
+KIND = "details-"  # followed by the species' name: the folder in the run's folder
+ROWS = 100_000  # rows of a species kept in memory before they are passed on
 PLACE = ("x", "y", "z", "heading")
-FIXED = 14  # parts of a block that all species have
+FIXED = 14  # columns that all species have
 NOBODY = np.zeros(0, np.int64)
 
 
 def how_many(record: str | None, source: str = "--record") -> int | None:
-    """Return how many of each species `record` asks for: 0 for nothing, None for all. Raises ConfigError."""
+    """Return how many organisms of each species `record` requests: 0 for none, None for all. Raise
+    ConfigError."""
     if not record:
         return 0
     if record == "full":
@@ -34,15 +35,15 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
         return int(number)
     near = "full" if record.startswith("fu") else "focal=50"
     raise ConfigError(
-        [Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full", near, source)]
+        [Problem((), "invalid value", record, "focal=N with N from 1 to 1000000, or full", near, source)]
     )
 
 
 def columns_of(nerves: Nerves) -> list[str]:
-    """Return the names of the columns that a species' details have, in their order.
+    """Return the names of the columns of a species' details, in order.
 
-    Of a continuous action the reflex is what it added, chosen what the policy drew and decision what was
-    carried out: f32, in the action's unit.
+    For a continuous action, reflex is the reflex's contribution, chosen is the policy's draw and decision is
+    the executed value: f32, in the action's unit.
     """
     actions = [f"{group}.{name}" for group, name in nerves.actions]
     free = [action for action, has in zip(actions, has_probability(nerves), strict=True) if has]
@@ -70,12 +71,12 @@ def has_probability(nerves: Nerves) -> np.ndarray:
 
 
 class Details:
-    """Collects the details of every species that has a nervous system: of all its members,
-    or of a focal sample.
+    """Collects the details of every species that has a nervous system: of all members, or of a focal sample.
 
-    The sample of a species is the first `most` of those that live at the start, by uid; the dead are replaced
-    by the next newborn, in the order of uids, so that all but the first are followed from birth to death. The
-    last tick of the dying is kept too. Rows are passed to `sink("details-SPECIES", columns)`.
+    The sample of a species is the first `most` organisms at the start, by uid. Dead organisms are replaced by
+    the next newborns in the order of uids, so all organisms after the first ones are followed from birth to
+    death. The last tick of a dying organism is kept too. Rows are passed to `sink("details-SPECIES",
+    columns)`.
     """
 
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
@@ -86,20 +87,20 @@ class Details:
         self.focal = {
             name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species
         }
-        # since the last tick was noted
+        # since the last recorded tick
         self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}
-        # in the tick that is not over
+        # in the current tick
         self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._blocks: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._rows = dict.fromkeys(self.species, 0)
 
     def born(self, table: Table, rows: np.ndarray) -> None:
-        """Note newborn: rows i64[k]."""
+        """Note newborns: rows i64[k]."""
         if table.name in self.focal and self.most is not None:
             self._born[table.name].append(table.uid[rows])
 
     def died(self, table: Table, rows: np.ndarray, world: SpatialWorld) -> None:
-        """Note the dying before their rows are free."""
+        """Note dying organisms before their rows are freed."""
         if table.name not in self.focal:
             return
         uids = table.uid[rows]
@@ -111,7 +112,7 @@ class Details:
             self._dying[table.name].append(self._of(table, world, uids))
 
     def note(self, world: SpatialWorld) -> None:
-        """Note a tick that is over."""
+        """Record a finished tick."""
         for name in self.species:
             blocks = [
                 *self._dying[name],
@@ -125,32 +126,32 @@ class Details:
                 self._hand_over(name, world)
 
     def flush(self, world: SpatialWorld) -> None:
-        """Hand over what was noted."""
+        """Pass on all recorded rows."""
         for name in self.species:
             self._hand_over(name, world)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state from which the recording continues, after `flush`: the sample,
-        and those born since the last tick."""
+        """Return the state from which the recording continues, after `flush`: the sample, and the newborns
+        since the last tick."""
         out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from a `state()`."""
+        """Continue from a `state()`."""
         for name in self.species:
             self.focal[name] = state.get(f"focal/{name}", self.focal[name])
             self._born[name] = [state[f"waiting/{name}"]] if f"waiting/{name}" in state else []
             self._dying[name], self._blocks[name], self._rows[name] = [], [], 0
 
     def _admit(self, name: str) -> None:
-        """Fill the places of the dead with newborn."""
+        """Replace dead organisms of the sample by newborns."""
         born, self._born[name] = self._born[name], []
         if self.most is not None and born and (room := self.most - len(self.focal[name])) > 0:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
     def _of(self, table: Table, world: SpatialWorld, uids: np.ndarray | None) -> tuple[np.ndarray, ...]:
-        """Return the details of this tick: a row for each of these uids (None: for all),
-        in the order of uids."""
+        """Return the details of this tick: a row for each of these uids (None: for all), in the order of
+        uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
         rows, at = (
@@ -184,7 +185,7 @@ class Details:
         )
 
     def _hand_over(self, name: str, world: SpatialWorld) -> None:
-        """Hand over what was noted of a species, by tick, then uid."""
+        """Pass on the recorded rows of a species, by tick, then uid."""
         blocks, self._blocks[name], self._rows[name] = [b for b in self._blocks[name] if b[0].size], [], 0
         if not blocks:
             return

@@ -1,4 +1,5 @@
-"""Unit, description and source of every column of a recording: in its Parquet files and its data dictionary."""
+"""Unit, description and source of every column of a recording, for its Parquet files and its data
+dictionary."""
 
 from __future__ import annotations
 
@@ -89,7 +90,7 @@ details  decision    1     Nervous.decision      1: carried out
 
 
 class Meaning(NamedTuple):
-    """What a column holds: its unit ("1": a pure number, "": no number), and where it comes from."""
+    """The meaning of a column: its unit ("1": a pure number, "": no number), and its source."""
 
     unit: str
     description: str
@@ -107,13 +108,13 @@ FIXED = _fixed()
 
 
 def described(table: pa.Table, kind: str, world: SpatialWorld) -> pa.Table:
-    """Return a table of a kind ("series", "births", "details-deer" …) whose columns say what they hold."""
+    """Return a table of a kind ("series", "births", "details-deer" …) with the meaning of each column."""
     fields = [f.with_metadata(meaning(kind, f.name, world)._asdict()) for f in table.schema]
     return pa.Table.from_arrays(table.columns, schema=pa.schema(fields))
 
 
 def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
-    """Return what a column of a kind of table holds."""
+    """Return the meaning of a column of a kind of table."""
     head, _, rest = column.partition(": ")
     if kind.startswith(DETAILS):
         return _of_details(world.tables[kind.removeprefix(DETAILS)], column, 3 if world.space.volume else 2)
@@ -141,7 +142,7 @@ def _of_reporter(what: object, name: str) -> Meaning:
 
 
 def _of_field(column: str, world: SpatialWorld) -> Meaning:
-    """Return what a recorded field of a component holds, "Strain.virulence" or "Strain.genome.3"."""
+    """Return the meaning of a recorded field of a component, "Strain.virulence" or "Strain.genome.3"."""
     name, field, *place = column.split(".")
     component: Any
     for table in world.tables.values():
@@ -182,7 +183,7 @@ def _with(known: Meaning, more: str) -> Meaning:
 
 
 def _happiness(table: Table) -> str:
-    """Return the formula of a species' happiness, and which names in it are means of several channels."""
+    """Return the formula of a species' happiness, and the names in it that are means of several channels."""
     happiness = getattr(table.species.section, "happiness", None)
     if happiness is None or happiness.formula is None:
         return ""
@@ -192,7 +193,8 @@ def _happiness(table: Table) -> str:
 
 
 def _means(table: Table) -> dict[str, str]:
-    """Return what formulas read under the name of a field for which a species has several noses."""
+    """Return a definition for each field that a species smells with several sensors: the mean of their
+    channels."""
     noses: dict[str, list[str]] = {}
     for sensor in getattr(table.species.section, "sensors", ()):
         if isinstance(sensor, Smell):
@@ -201,7 +203,7 @@ def _means(table: Table) -> dict[str, str]:
 
 
 def genes(world: SpatialWorld) -> dict[str, dict[str, Any]]:
-    """Return what the genes of each species code for: species → gene → unit, description, source."""
+    """Return the meaning of each species' genes: species → gene → unit, description, source."""
     out: dict[str, dict[str, Any]] = {}
     for name, table in world.tables.items():
         if (kept := genes_of(table)) is None or world.config is None:

@@ -1,7 +1,7 @@
-"""The digest of a world: one hash of all that decides its future, whatever rows,
-threads or files it lives in.
+"""The digest of a world: a hash of everything that determines its future, independent of rows, threads and
+files.
 
-What a file holds, and in which form, belongs to `ecs_eco.record.checkpoint`.
+The format of checkpoints belongs to `ecs_eco.record.checkpoint`.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ BEGINNING = (
     "reporters",
     "record",
 )
-"""What of a configuration says how a world begins, is called or is measured: not what becomes of it from here
-on."""
+"""Keys of a configuration that affect only the start, the names or the measurements of a world, not its future."""
 
 
 def digest(world: SpatialWorld) -> str:
-    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits;
-    what it covers is in docs/reference/checkpoints.md.
+    """Return the SHA-256 of a world between two ticks, 64 hexadecimal digits; docs/reference/checkpoints.md
+    lists its content.
 
-    Equal runs have equal digests on one target, the same versions and processor: docs/reference/promises.md.
-    Interpreted kernels (NUMBA_DISABLE_JIT=1) compute in another precision, so their digests differ.
+    Equal runs have equal digests on one target with the same versions and processor
+    (docs/reference/promises.md). Interpreted kernels (NUMBA_DISABLE_JIT=1) compute in another precision, so
+    their digests differ.
     """
     require_whole(world, "digest", within=True)
     if world.bands.divided:
@@ -80,13 +80,13 @@ def _facts(world: SpatialWorld) -> dict[str, Any]:
 
 
 def _values(world: SpatialWorld) -> Any:
-    """Return the values of the configuration as they are now, and the interventions that are still to come."""
+    """Return the present values of the configuration and the pending interventions."""
     if world.config is None:
         return None
     values = {key: value for key, value in world.config.resolved(former=True).items() if key not in BEGINNING}
     for species in values["species"].values():
-        species["policy"].pop("file", None)  # its weights count, not where they came from
-        species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
+        species["policy"].pop("file", None)  # the weights count, not their origin
+        species["policy"].pop("learn", None)  # whether it learns now is in the facts about the nervous system
         species["diet"].sort(key=lambda food: food["eats"])
     if given := [dict(system.parameters) for system in world.config.systems if isinstance(system, Use)]:
         values["parameters"] = given
@@ -111,7 +111,7 @@ def _species(table: Table) -> dict[str, Any]:
 
 
 def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield all arrays by name: columns in the order of uids, substances in that of their names."""
+    """Yield all arrays by name: columns in the order of uids, substances in the order of their names."""
     by_name = np.argsort(world.substances)
 
     def ordered(component: Any, field: str, array: np.ndarray) -> np.ndarray:
@@ -151,7 +151,7 @@ def _states(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
         if not owner.startswith("table/"):
             state = {key: value for key, value in part.state().items() if not key.startswith("ground.")}
             yield from _named(type(part).__name__, state)
-    # ground that was made for a fence is open again without it
+    # removing a fence leaves open ground
     if world.terrain is not None and world.terrain.fences:
         yield "ground", world.terrain.ground
         yield from ((f"fence {i}", corners) for i, corners in enumerate(world.terrain.fences))
@@ -171,13 +171,13 @@ def _named(owner: str, state: dict[str, Any]) -> Iterator[tuple[str, np.ndarray]
 
 
 def _doomed(table: Table) -> np.ndarray:
-    """Return the rows that have a cause of death, in the order of uids: i64[k]."""
+    """Return the rows with a cause of death, in the order of uids: i64[k]."""
     rows = table.by_uid()
     return rows[table.cause[rows] != 0]
 
 
 def _name(what: Any) -> str:
-    """Return module:name of a function or class; of what ships, the last part alone,
-    so that it may move to another module."""
+    """Return module:name of a function or class; for shipped code only the last part of the module, so
+    that it may move."""
     name = function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
     return name.rpartition(".")[2].rpartition(":")[2] if name.startswith("ecs_eco.") else name

@@ -1,4 +1,4 @@
-"""Single events of a recording: their columns, and their text as the numbers that a checkpoint holds."""
+"""Single events of a recording: their columns, and text as numbers in checkpoints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MIGRATION = {
     ),
     "departures": ("tick", "species", "uid", "x", "y", "z", "energy", "target"),
 }
-"""Those of islands alone: who came, from where, born when and of whom; who left, and where to."""
+"""Events of islands: immigrants with origin, birth and parents; emigrants with target."""
 
 EVENTS = {
     "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"),
@@ -31,7 +31,7 @@ EVENTS = {
 
 
 def as_numbers(column: np.ndarray) -> np.ndarray:
-    """Return text as the numbers of its letters u32[n, letters], other columns as they are."""
+    """Return text as the character codes u32[n, letters], other columns unchanged."""
     if column.dtype.kind not in "SU":
         return column
     wide = np.ascontiguousarray(column.astype(f"U{max(1, int(np.char.str_len(column).max(initial=1)))}"))
@@ -39,6 +39,6 @@ def as_numbers(column: np.ndarray) -> np.ndarray:
 
 
 def as_text(numbers: np.ndarray) -> np.ndarray:
-    """Return text of the numbers of its letters."""
+    """Return the text of character codes."""
     text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
     return text.astype("S") if numbers.size and numbers.max() < 128 else text

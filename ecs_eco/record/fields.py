@@ -1,4 +1,4 @@
-"""Fields of components that a world records of single organisms: its key `record`."""
+"""Fields of components that a world records for individual organisms: its key `record`."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_COLUMNS = 256  # of all recorded fields together
+MOST_COLUMNS = 256  # total of all recorded fields
 
 
 class Fields:
-    """The columns behind those of births, deaths, snapshots and migrants: a field of one number has its own
-    name, "Strain.virulence"; one of several has a column for each, "Strain.genome.0" and so on.
+    """Columns that follow the standard columns of births, deaths, snapshots and migrants: a scalar field has
+    its own name, "Strain.virulence"; an array field has a column for each element, "Strain.genome.0" and so
+    on.
 
     Raises ConfigError for a field that no species has, and for too many columns.
     """
 
     def __init__(self, world: SpatialWorld, species: list[str]) -> None:
         self._tables = [world.tables[name] for name in species]
-        self._columns: dict[str, tuple[str, int, np.dtype]] = {}  # field, place within it, type
+        self._columns: dict[str, tuple[str, int, np.dtype]] = {}  # field, position within it, type
         for i, field in enumerate(() if world.config is None else world.config.record):
             found = [values for table in self._tables if (values := values_of(table, field)) is not None]
             if not found:
@@ -43,7 +44,7 @@ class Fields:
         self.names = tuple(self._columns)
 
     def of(self, table: Table, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the columns for rows i64[k] of a table: 0 where it has no such field."""
+        """Return the columns for rows i64[k] of a table: 0 if it has no such field."""
         out = []
         for field, place, dtype in self._columns.values():
             values, column = values_of(table, field), np.zeros(rows.size, dtype)
@@ -62,7 +63,7 @@ class Fields:
 
 
 def values_of(table: Table, field: str) -> np.ndarray | None:
-    """Return the column of a field, "Component.field", in a table; None where it has none."""
+    """Return the column of a field, "Component.field", in a table; None if there is none."""
     component, _, name = field.partition(".")
     for part, columns in table.columns.items():
         if component in (part.__name__, stored_name(part)) and name in part.fields:

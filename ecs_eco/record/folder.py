@@ -1,4 +1,4 @@
-"""A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
+"""The folder of a run: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ else:
 
 
 class Folder:
-    """The folder of one run. Every file in it is whole: written beside, synced, renamed.
+    """The folder of one run. Files are written atomically: to a temporary file, synced, then renamed.
 
     `run` is the run's identity in every part: its id, world and seed. `claim` is checked before each part.
     """
@@ -63,31 +63,32 @@ class Folder:
 
     @property
     def written(self) -> dict[str, Any]:
-        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints."""
+        """The number of parts of each kind and the seals of the last parts, as in manifest and
+        checkpoints."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def describe(self) -> None:
-        """Write the data dictionary of all that is recorded so far."""
+        """Write the data dictionary of everything recorded so far."""
         dictionary.write_dictionary(self.path, self.parts, self.world)
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Continue from the state in a checkpoint; raises ForeignFile,
-        RecordingError if the parts there do not lead to it."""
+        """Continue from the state in a checkpoint; raise ForeignFile or RecordingError if the existing
+        parts do not lead to it."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
         except (KeyError, ValueError, TypeError, AttributeError) as error:
             raise RecordingError(
-                f"{self.path / 'checkpoints'}: the last one does not say where its run stood: {error}"
+                f"{self.path / 'checkpoints'}: the last part does not contain the position of its run: {error}"
             ) from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove parts from the next number on, and half-written files of this package:
-        the ticks will be recorded again."""
+        """Remove parts from the next number on, which are recorded again, and half-written files of this
+        package."""
         for kind in self._kinds():
-            # from the last: no gap, whenever it is killed
+            # from the last, so that no gap remains if the process is killed
             for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):
                 part.unlink()
         for half in leftovers(self.path):
@@ -100,15 +101,15 @@ class Folder:
 
 
 def check_content(path: Path, counts: Mapping[str, int]) -> None:
-    """Raise RecordingError where one of the first parts of a run, so many of each kind, is damaged."""
+    """Raise RecordingError if one of the first parts of a run, so many of each kind, is damaged."""
     for kind, count in counts.items():
         for part in listed(path / kind)[:count]:
             try:
                 parquet.open_part(part, needed=True)
             except RecordingError as error:
                 raise RecordingError(
-                    f"{error}, and a run does not continue after it. A fork does, from a "
-                    f"checkpoint: ecs-eco resume {path} --out NEW"
+                    f"{error}, so the run cannot continue. Fork it from a checkpoint instead: ecs-eco "
+                    f"resume {path} --out NEW"
                 ) from None
 
 
@@ -126,12 +127,12 @@ FOLDERS = (
     "checkpoints",
     "policies",
     "figures",
-)  # of a run
+)  # in a run
 
 
 def leftovers(path: Path) -> list[Path]:
-    """Return the half-written files that a killed run left in its folder:
-    those that bear the name that this package gives them."""
+    """Return the half-written files of a killed run in its folder, recognized by the names that this
+    package gives them."""
     return [
         half
         for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
@@ -140,7 +141,7 @@ def leftovers(path: Path) -> list[Path]:
 
 
 def git_commit() -> str | None:
-    """Return the commit of the checkout that the package runs from; None outside of one."""
+    """Return the commit of the checkout that the package runs from, or None."""
     try:
         done = subprocess.run(
             ["git", "rev-parse", "HEAD"],

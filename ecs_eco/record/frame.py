@@ -1,5 +1,5 @@
-"""The series that `world.series()` returns, an Arrow table that notebooks show, pandas and polars take; and the
-blocks of rows in memory that it is made of."""
+"""The series that `world.series()` returns, an Arrow table for notebooks, pandas and polars, and its
+blocks of rows in memory."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ else:
     parquet = Later("ecs_eco.record.parquet")
 
 Block = Mapping[str, np.ndarray]
-ENDS = 4  # rows shown of the beginning and of the end
+ENDS = 4  # rows shown from the start and from the end
 
 
 class SeriesTable:
@@ -171,7 +171,7 @@ def _arrow(value: Any) -> Any:
 
 
 def _wrapping(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a pyarrow.Table that takes series, and returns them where it returns tables."""
+    """Return a method of a pyarrow.Table that accepts series, and returns series instead of tables."""
 
     @wraps(method)
     def call(*args: Any, **options: Any) -> Any:
@@ -195,8 +195,8 @@ def _needed(module: str) -> Any:
 
 
 def joined(blocks: Sequence[Block], prefix: str = "") -> dict[str, np.ndarray]:
-    """Return the columns of blocks with a column "tick", one block after the other, named with a prefix; what
-    a block lacks is `absent`."""
+    """Return the columns of blocks with a column "tick", concatenated, with a prefix to their names;
+    values that a block lacks are `absent`."""
     names = dict.fromkeys(name for block in blocks for name in block)
     return {
         prefix + name: np.concatenate([b.get(name, absent(name, b["tick"].size)) for b in blocks])
@@ -211,5 +211,5 @@ def as_table(blocks: Sequence[Block], words: Mapping[str, Sequence[str]]) -> pa.
 
 
 def under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    """Return the arrays of a state whose names begin with a prefix, without it."""
+    """Return the arrays of a state whose names begin with a prefix, without the prefix."""
     return {key.removeprefix(prefix): array for key, array in state.items() if key.startswith(prefix)}

@@ -1,4 +1,4 @@
-"""A world as JSON and arrays, and back: the content of a checkpoint (see file.py for the file)."""
+"""Conversion of a world to JSON and arrays and back: the content of a checkpoint (file: checkpoint.py)."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no
 
 
 def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
-    """Return all that decides a world's future: meta for JSON, and arrays by name; where its recording stands
-    too, unless that is left out; nothing where another process has it all. Raises RuntimeError within a tick.
-    """
+    """Return everything that determines a world's future: meta for JSON, and arrays by name, with the
+    state of its recording unless excluded; empty if another process has it all. Raise RuntimeError within
+    a tick."""
     require_whole(world, "save")
     recorder = world.recorder if recording else None
     if recorder is not None:
@@ -54,7 +54,7 @@ def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any],
 
 
 def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
-    """Return all that decides the future of what this process holds of a world: as `freeze`."""
+    """Return everything that determines the future of this process's part of a world, as `freeze`."""
     arrays: Arrays = {}
     meta: dict[str, Any] = {
         "versions": versions(),
@@ -78,7 +78,7 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     }
     for name, field in world.fields.items():
         arrays[f"field/{name}"] = field.value
-        if field.source.any():  # emitted after the fields' turn in this tick
+        if field.source.any():  # emitted after the fields were updated in this tick
             arrays[f"emitted/{name}"] = field.source
     kept = meta["stateful"] = {}
     for owner, part in stateful(world).items():
@@ -93,8 +93,8 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 
 
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
-    """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file
-    was. Raises CheckpointError."""
+    """Return the code that a checkpoint needs, from its run or from the folder of its world file; raise
+    CheckpointError."""
     places = [
         Path(where).parent.parent / FOLDER,
         *([Path(meta["folder"])] if meta["folder"] is not None else []),
@@ -111,20 +111,20 @@ def thaw(
     where: str,
     trust: bool = False,
 ) -> Any:
-    """Return a world without organisms, built as the frozen one was;
-    raises CheckpointError that says what must be passed.
+    """Return a world without organisms, built like the frozen world; raise CheckpointError with the missing
+    argument.
 
-    Raises CodeError where it needs code that nobody allowed to run here.
+    Raises CodeError if it needs code that is not allowed to run here.
     """
     if meta["config"] is None:
         raise CheckpointError(
-            f"{where}: holds a world that was made by hand; make it again, then world.load(path)"
+            f"{where}: contains a world that was built by hand; build it again, then call world.load(path)"
         )
     handed = {function_name(s): s for s in systems}
     if missing := [name for name in meta["instances"] if name not in handed and config is None]:
         raise CheckpointError(
-            f"{where}: the system {missing[0]} was handed in as an instance; "
-            "hand it in again: World.restore(path, systems=[…])"
+            f"{where}: the system {missing[0]} was passed as an instance; pass it again: "
+            "World.restore(path, systems=[…])"
         )
     try:
         if config is None:
@@ -137,7 +137,7 @@ def thaw(
             code = code_of(meta, where, trust) if featured else None
             loaded = (WorldConfig if code is None else model_for(code)).model_validate(data)
             take_land(loaded, meta, where)
-            # else all of it was passed as objects
+            # else everything was passed as objects
             if code is not None or any(isinstance(value, str) for _, value in names_in(loaded)):
                 loaded._code = code or code_of(meta, where, trust)
             else:
@@ -149,7 +149,7 @@ def thaw(
                 else load_world(config, systems=systems)
             )
             if loaded.resolved() != present(meta["config"]):
-                raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
+                raise CheckpointError(f"{where}: was saved with a configuration different from the given one")
         options = dict(meta["options"])
         options["policies"] = {
             name: "random" if source == "random" else "untrained"
@@ -179,10 +179,10 @@ def thaw(
 def load(
     world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False
 ) -> None:
-    """Bring a world to a frozen state; raises CheckpointError if it is built differently,
-    before anything changes.
+    """Load a frozen state into a world; raise CheckpointError before any change if the world is built
+    differently.
 
-    Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
+    Raises CodeError if organisms have custom components whose code is not allowed to run here.
     """
     require_whole(world, "load")
     code = code_of(meta, where, trust) if meta["plain"] else NONE
@@ -281,7 +281,7 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
+    """Raise CheckpointError if a world's tables, fields, systems or parts differ from the frozen world's."""
     tables, saved = list(world.tables), list(meta["tables"])
     former = [] if world.config is None else list(world.config.substances)  # the order of the file
     if not any(
@@ -297,16 +297,16 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
     for part_name, mine, theirs in pairs:
         if mine != theirs:
             raise CheckpointError(
-                f"{where}: was saved with the {part_name} {_words(theirs)}, and this world has {_words(mine)}"
+                f"{where}: was saved with the {part_name} {_words(theirs)}, but this world has {_words(mine)}"
             )
     if world.dt != meta["clock"]["dt"]:
         raise CheckpointError(
-            f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s"
+            f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, but this world has {world.dt:g} s"
         )
     systems = [s for s in meta["systems"] if s != "Recorder"]
     if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
         raise CheckpointError(
-            f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}"
+            f"{where}: was saved with the systems {_words(systems)}, but this world has {_words(mine)}"
         )
     for name, table in world.tables.items():
         made = {
@@ -318,8 +318,7 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
             if made.get(component) != theirs.get(component):
                 raise CheckpointError(
                     f"{where}: {component} of {name} was saved with the columns "
-                    f"{theirs.get(component)}, "
-                    f"and this world has {made.get(component)}"
+                    f"{theirs.get(component)}, but this world has {made.get(component)}"
                 )
     kept: dict[str, list[str]] = {
         owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())
@@ -327,8 +326,8 @@ def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: 
     for owner in {**kept, **meta["stateful"]}:
         if kept.get(owner) != meta["stateful"].get(owner):
             raise CheckpointError(
-                f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
-                f"and this world has {_words(kept.get(owner, []))}"
+                f"{where}: of {owner} it contains {_words(meta['stateful'].get(owner, []))}, but this world "
+                f"has {_words(kept.get(owner, []))}"
             )
 
 
@@ -336,11 +335,11 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-# --- what has a state of its own ----------------------------------------------------------------------------
+# --- objects with their own state ---------------------------------------------------------------------------
 
 
 def stateful(world: SpatialWorld) -> dict[str, Any]:
-    """Return everything that has state() and load(), by a name that follows from how the world is built."""
+    """Return every object with state() and load(), by a name that depends only on how the world is built."""
     kept = {
         f"table/{t.name}/trait/{key}": part
         for t in world.tables.values()
@@ -358,11 +357,11 @@ def stateful(world: SpatialWorld) -> dict[str, Any]:
 
 
 def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
-    """Let a part take its state; raises CheckpointError that names it where it cannot."""
+    """Load the state of a part; raise CheckpointError with its name if this fails."""
     try:
         part.load(take(arrays, owner))
     except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
-        raise CheckpointError(f"{where}: {owner} cannot take what it holds: {error}") from error
+        raise CheckpointError(f"{where}: {owner} cannot load its state: {error}") from error
 
 
 def _has(part: Any) -> bool:
@@ -374,7 +373,7 @@ def _has(part: Any) -> bool:
 
 
 def _instances(world: SpatialWorld) -> list[str]:
-    """Return the names of systems in the configuration that were handed in as instances
-    and have no state() to say what they were."""
+    """Return the names of configured systems that were passed as instances and have no state() to describe
+    them."""
     listed = () if world.config is None else world.config.systems
     return [function_name(s) for s in listed if not isinstance(s, str | type | Use) and not _has(s)]

@@ -1,4 +1,4 @@
-"""Genomes as the text that records hold, and what a manifest says of their genes."""
+"""Genomes as text for records, and the description of their genes for a manifest."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -13,25 +13,25 @@ if TYPE_CHECKING:
 
 
 def texts_of(table: "Table", rows: np.ndarray, letters: np.ndarray) -> np.ndarray:
-    """Return the genomes of rows i64[k] as text: bytes[k], or str[k] where a letter is none of ASCII; ""
-    without a genome. `letters` are `letters_of(table)`."""
+    """Return the genomes of rows i64[k] as text: bytes[k], or str[k] if a letter is not ASCII; "" without
+    a genome. `letters` are `letters_of(table)`."""
     if not has_text(table):
         return np.zeros(rows.size, "S1")
     loci = table[Genome].loci[rows]
     if (joined := getattr(getattr(table.species.heredity, "layout", None), "joined", None)) is not None:
-        loci = joined(loci)  # strings of variable length without what is behind their ends
+        loci = joined(loci)  # strings of variable length, without the unused ends
     text = letters[loci]
     return text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
 
 
 def has_text(table: "Table") -> bool:
-    """Return whether the members of a table have genomes that may be written as text."""
+    """Return whether the genomes of a table's members can be written as text."""
     return Genome in table and table[Genome].loci.shape[1] > 0
 
 
 def letters_of(table: "Table") -> np.ndarray:
-    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII;
-    "?" where there is none. Strings of variable length end with "", and have a separator."""
+    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII; "?" for an
+    undefined number. Strings of variable length end with "", and have a separator."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     alphabet: Any = getattr(layout, "alphabet", DNA)
     letters = getattr(alphabet, "letters", alphabet)
@@ -45,12 +45,11 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
 
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
-    either `values`, one for each codon in their order, or the `range` that its codons are numbers of, or the
-    number of `weights` of a network; `dominance` with two strings, and `whole` where values are whole
-    numbers. `derived` traits, where there are any, have a `formula` of genes and the limits `low` and `high`.
-    Where strings vary in length it has a `promoter`, which the letters follow, instead of a place,
-    what `doubled` copies make and the value of those `without` one; the genome has `longest` and the
-    `separator` of two strings.
+    either `values`, one for each codon in order, or the `range` of its codons as numbers, or the number of
+    `weights` of a network; `dominance` with two strings, and `whole` if values are integers. `derived`
+    traits, if any, have a `formula` of genes and the limits `low` and `high`. If strings vary in length, a
+    gene has a `promoter` before its letters instead of a position, the rule `doubled` for several copies, and
+    the value `without` a copy; the genome has `longest` and the `separator` of two strings.
     """
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:
@@ -87,13 +86,13 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
 
 
 def _bounds(trait: "Trait") -> dict[str, Any]:
-    """Return what a derived trait may be, as JSON."""
+    """Return the limits of a derived trait as JSON."""
     whole = {"whole": True} if trait.kind in ("whole", "sign") else {}
     return {"trait": trait.name, "low": trait.low, "high": trait.high, "default": trait.default, **whole}
 
 
 def _meaning(code: Any) -> dict[str, Any]:
-    """Return what the codons of a gene mean."""
+    """Return the meaning of a gene's codons."""
     gene, whole = code.gene, {"whole": True} if code.dtype is np.int32 else {}
     if gene.values is not None:
         return {"values": [float(v) for v in gene.values], **whole}

@@ -27,7 +27,7 @@ NO_LAND = Land(np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zero
 
 
 class Tracks(NamedTuple):
-    """What was written: how many places of how many individuals, in which coordinate system ("": metres from
+    """The written tracks: number of places, number of individuals, and coordinate system ("": meters from
     the corner of the world)."""
 
     places: int
@@ -38,16 +38,14 @@ class Tracks(NamedTuple):
 def write_tracks(
     run: str | Path, file: str | Path, species: str | None = None, lines: bool = False
 ) -> Tracks:
-    """Write where organisms were at each snapshot of a run: a row with species, uid, tick,
-    time [s], elevation [m] and a point for each, or with `lines` a row for each organism that was seen twice.
+    """Write the positions of organisms at each snapshot of a run: a row with species, uid, tick, time [s],
+    elevation [m] and a point for each, or with `lines` a row for each organism with at least two positions.
 
-    Raises ConfigError for what cannot be written, RecordingError for a run that cannot be read, OSError.
+    Raises ConfigError if the format or the request is invalid, RecordingError for an unreadable run, OSError.
     """
     run, file = Path(run), Path(file)
     if file.suffix.lower() not in ENDINGS:
-        raise _refused(
-            "FILE", "no format that can be written", str(file), f"a file ending in {listed(ENDINGS)}"
-        )
+        raise _refused("FILE", "unsupported format", str(file), f"a file ending in {listed(ENDINGS)}")
     manifest = read_manifest(run)
     known = list(manifest.get("species") or ())
     if species is not None and species not in known:
@@ -55,9 +53,9 @@ def write_tracks(
             "--species", "no such species in this run", species, listed(known), nearest(species, known)
         )
     if lines and manifest["config"]["space"]["edges"] == "torus":
-        raise _refused("--lines", "cannot be drawn around a torus", "", "points, or a world between walls")
+        raise _refused("--lines", "are not possible on a torus", "", "points, or a world with walls")
     if lines and file.suffix.lower() == ".csv":
-        raise _refused("--lines", "have no place in a CSV file", str(file), "a .gpkg or a .parquet")
+        raise _refused("--lines", "cannot be written to a CSV file", str(file), "a .gpkg or a .parquet")
     table = _places(run, species, float(manifest.get("dt", 1.0)))
     land = kept_land(run) if "land" in manifest and (run / KEPT).is_file() else NO_LAND
     x, y = land.coordinates(*(table[axis].to_numpy().astype(np.float64) for axis in "xy"))
@@ -79,9 +77,9 @@ def write_tracks(
 
 
 def _places(run: Path, species: str | None, dt: float) -> pa.Table:
-    """Species, uid, tick, time, x and y, in the order of uids and ticks."""
+    """Return species, uid, tick, time, x and y, in the order of uids and ticks."""
     table = read_parts(run / "snapshots", ["tick", "species", "uid", "x", "y"])
-    table = table if table.num_columns else NOWHERE  # nothing lived in any snapshot
+    table = table if table.num_columns else NOWHERE  # no snapshot has any organism
     names = table["species"].cast(pa.string())
     table = table.set_column(table.column_names.index("species"), "species", names)
     if species is not None:
@@ -102,7 +100,7 @@ def _elevations(run: Path, manifest: dict[str, Any], table: pa.Table) -> np.ndar
 
 
 def _points(x: np.ndarray, y: np.ndarray) -> pa.Array:
-    """Points as well-known binary."""
+    """Return points as well-known binary."""
     made = np.zeros(x.size, POINT)
     made["order"], made["kind"], made["x"], made["y"] = 1, 1, x, y
     ends = np.arange(x.size + 1, dtype=np.int64) * POINT.itemsize
@@ -112,7 +110,7 @@ def _points(x: np.ndarray, y: np.ndarray) -> pa.Array:
 
 
 def _lines(table: pa.Table, x: np.ndarray, y: np.ndarray) -> tuple[pa.Table, pa.Array]:
-    """A row for each organism that was seen twice, and its way as well-known binary."""
+    """Return a row for each organism with at least two positions, and its path as well-known binary."""
     uid, tick = table["uid"].to_numpy(), table["tick"].to_numpy()
     first = np.flatnonzero(np.append(True, uid[1:] != uid[:-1])) if uid.size else np.zeros(0, np.int64)
     last = np.append(first[1:], uid.size) if uid.size else first
@@ -151,7 +149,7 @@ def _geoparquet(
     lines: bool,
     file: Path,
 ) -> None:
-    """GeoParquet 1.1; degrees on WGS 84 are its default coordinate system."""
+    """Write GeoParquet 1.1, whose default coordinate system is degrees on WGS 84."""
     import pyarrow.parquet as pq
 
     about: dict[str, Any] = {"encoding": "WKB", "geometry_types": ["LineString" if lines else "Point"]}
@@ -187,11 +185,11 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
             "FILE",
             "needs pyogrio, which is not installed",
             str(file),
-            f"{INSTALL}; or a .parquet or .csv, which need nothing",
+            f"{INSTALL}; or write .parquet or .csv, which need no extra library",
         ) from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
-    made = BytesIO()  # GDAL leaves files of its own where it is stopped
+    made = BytesIO()  # GDAL leaves temporary files if it is interrupted
     raw.write(
         made,
         np.array(geometry.to_pylist(), object),

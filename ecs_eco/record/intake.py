@@ -1,4 +1,4 @@
-"""What each species gained by eating each other, in each tick: columns of the series, and their sums."""
+"""Energy gained by each species from each food in each tick: columns of the series, and their sums."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ if TYPE_CHECKING:
 
 
 class Intake:
-    """What all of a species gained from each food, in each tick of a block: f64[ticks, species, foods]
-    [energy].
+    """Energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
 
-    It is part of what they took in; what is left came from light, from parents, or from reactions. `total`
-    is the sum over all ticks, and `flows` that of the ledger, f64[species, columns], written by `add_up`: a
-    recording that goes on from a checkpoint begins both at 0.
+    It is part of the energy taken in; the rest came from light, from parents, or from reactions. `total` is
+    the sum over all ticks, and `flows` the sum of the ledger, f64[species, columns], written by `add_up`: a
+    recording that continues from a checkpoint starts both at 0.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
@@ -35,7 +34,7 @@ class Intake:
         self.flows = np.zeros((len(names), columns))
 
     def gained(self, at: int) -> np.ndarray:
-        """Return what was gained in the tick that has just passed, f64[species, foods], written down now."""
+        """Return the energy gained in the tick that has just passed, f64[species, foods], and store it."""
         row = self.values[at]
         for s, k, food, table in self._places:
             row[s, k] = table.species.eaten.get(food, 0.0)

@@ -1,4 +1,4 @@
-"""The ground that a run has, in its folder: relief, ground and real land, for figures and for going on."""
+"""The land of a run, kept in its folder for figures and for resuming: relief, ground and real elevations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KEPT = "terrain.npz"  # as in ecs_eco.config.land.land, which needs numpy
 
 
 def keep_land(world: SpatialWorld, folder: Path) -> str | None:
-    """Write the ground of a world into the folder of its run; return the hash of its real land, if any."""
+    """Write a world's land into the folder of its run; return the hash of its real elevations, if any."""
     terrain, land = world.terrain, getattr(world.config, "_land", None)
     if terrain is None or getattr(world.config, "terrain", None) is None:
         return None
@@ -35,15 +35,14 @@ def keep_land(world: SpatialWorld, folder: Path) -> str | None:
 
 
 def folder_of_land(config: Mapping[str, Any], run: Path, otherwise: Path) -> Path:
-    """The folder in which a world finds its land, by its configuration: that of its run, if it kept it
-    there."""
+    """Return the folder in which a world finds its land: the run's folder if the land is kept there."""
     real = (config.get("terrain") or {}).get("raster")
     return run if real and (run / KEPT).is_file() else otherwise
 
 
 def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:
-    """Give a configuration from a checkpoint its source, its folder, and the land that it was saved with, if
-    any; raises CheckpointError where that is another now."""
+    """Set the source, folder and land of a configuration from a checkpoint; raise CheckpointError if the
+    land has changed."""
     config._source = where
     config._folder = folder_of_land(meta["config"], Path(where).parent.parent, Path(meta["folder"]))
     if config.terrain is None or config.terrain.raster is None:
@@ -53,7 +52,7 @@ def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:
     try:
         land = read_land(config.terrain, config.space.size, config.folder)
     except ConfigError as error:
-        raise CheckpointError(f"{where}: its land cannot be had: {error}") from None
+        raise CheckpointError(f"{where}: its land is unavailable: {error}") from None
     if meta.get("land") != land.sha256:
         raise CheckpointError(f"{where}: the land in {config.folder} has changed since it was saved")
     config._land = land

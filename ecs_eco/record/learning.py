@@ -1,5 +1,4 @@
-"""What a recording holds of learning and of what is done: each update of a policy, and how often each action
-is carried out."""
+"""Records of learning and actions: each update of a policy, and how often each action is taken."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ UPDATE = (
     "gradient_norm",
     "learning_rate",
 )
-"""What an update says of itself: f32, NaN where undefined; named as in `Learner.update`."""
+"""Statistics of an update: f32, NaN if undefined; named as in `Learner.update`."""
 LEARNING = {
     "tick": np.int64,
     "species": np.int8,
@@ -41,8 +40,8 @@ ACTIONS = {"tick": np.int64, "species": np.int8, "action": np.int16, "n": np.int
 
 @njit
 def count_actions(rows, alive, born, tick, decision, start, size, neutral, done):
-    """Count in done i64[actions] what those did who decided in this tick, and return their number: of each
-    group the first action that is on, else the neutral one."""
+    """Count in done i64[actions] the actions of organisms that decided in this tick, and return the number
+    of these organisms: per group the first action that is on, else the neutral action."""
     n = 0
     for row in rows:
         if not alive[row] or born[row] >= tick:
@@ -50,7 +49,7 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
         n += 1
         for g in range(len(start)):
             place = neutral[g]
-            for k in range(size[g] - 1, -1, -1):  # without branches: what is done cannot be foreseen
+            for k in range(size[g] - 1, -1, -1):  # without branches, because actions are unpredictable
                 place = k if decision[row, start[g] + k] > 0 else place
             if place >= 0:
                 done[start[g] + place] += 1
@@ -58,10 +57,10 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
 
 
 class LearningPages:
-    """The updates of policies, a row each (of individuals: a row per tick in which some learn, with their
-    means), and every `EVERY` ticks a row for each action, until they are passed on.
+    """Updates of policies, a row each (of individual learners, a row per tick with updates, with their
+    means), and a row for each action every `EVERY` ticks, until they are passed on.
 
-    Numbers as actions are in no group, and not counted.
+    Continuous actions are in no group and are not counted.
     """
 
     def __init__(self, world: SpatialWorld, names: Sequence[str]) -> None:
@@ -70,12 +69,12 @@ class LearningPages:
             name: s for s, name in enumerate(names) if world.tables[name].species.nerves is not None
         }
         self.actions = list(dict.fromkeys(a for name in self.thinking for a in named(world.tables[name])))
-        # those that stay in memory
+        # blocks that stay in memory
         self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"learning": [], "actions": []}
         self.rows: dict[str, list[tuple[Any, ...]]] = {"learning": [], "actions": []}
 
     def turn(self, world: SpatialWorld) -> None:
-        """Note what this tick has of learning and of actions."""
+        """Record this tick's updates and actions."""
         for name, s in self.thinking.items():
             table = world.tables[name]
             reports = table.species.nerves.reports
@@ -104,7 +103,7 @@ class LearningPages:
 
     @property
     def words(self) -> dict[str, list[str]]:
-        """What the numbers stand for in columns: column → words."""
+        """Return the words that numbers in columns stand for: column → words."""
         return {"species": self.names, "action": self.actions}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
@@ -127,20 +126,20 @@ class LearningPages:
         return {name: column for part in parts for name, column in part.items()}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go on from a `state()`."""
+        """Continue from a `state()`."""
         for kind in self.rows:
             block = under(state, f"{kind}/")
             self.rows[kind], self.blocks[kind] = [], [block] if block else []
 
 
 def named(table: Table) -> list[str]:
-    """Return the actions of a table that are carried out or not, "speed.run"."""
+    """Return the discrete actions of a table, such as "speed.run"."""
     nerves = table.species.nerves
     return [f"{group}.{action}" for group, action in nerves.actions if group not in nerves.ranges.groups]
 
 
 def counted(table: Table, tick: int) -> tuple[int, dict[str, int]]:
-    """Return how many decided in this tick and live, and how many of them did each action."""
+    """Return how many living organisms decided in this tick, and how many of them took each action."""
     nerves = table.species.nerves
     groups = [g for g in nerves.columns if g not in nerves.ranges.groups]
     start, size = (np.array([nerves.columns[g][i] for g in groups], np.int64) for i in range(2))

@@ -1,6 +1,6 @@
-"""What the manifest of a run holds: the keys that are read, and their types.
+"""The model of a run's manifest: the keys that are read, and their types.
 
-Keys that an older version did not write may be missing; other keys are left as they are.
+Keys that an older version did not write may be missing; other keys are ignored.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ecs_eco.inputs.section import Section
 
 def _is_name(text: str) -> str:
     if text in ("", ".", "..") or "/" in text or "\\" in text or not text.isprintable():
-        raise ValueError("is no name: it is empty, or has a separator or a control character")
+        raise ValueError("is not a name: it is empty, or has a separator or a control character")
     return text
 
 
@@ -29,14 +29,14 @@ class _Part(Section):
 
 
 class Space(_Part):
-    """Of the world's configuration: its space."""
+    """The space in the world's configuration."""
 
     size: Annotated[list[float], Field(min_length=2, max_length=3)] = [1.0, 1.0]
     edges: str = "torus"
 
 
 class Species(_Part):
-    """Of the world's configuration: one species."""
+    """A species in the world's configuration."""
 
     count: int = 0
     color: str | None = None
@@ -49,7 +49,7 @@ class Species(_Part):
 
 
 class Config(_Part):
-    """The configuration of a world, as readers of a run need it."""
+    """The configuration of a world, as needed to read a run."""
 
     name: str = ""
     title: str = ""
@@ -62,7 +62,7 @@ class Config(_Part):
 
 
 class Forked(_Part):
-    """The run that a run was forked from."""
+    """The parent run of a fork."""
 
     source: str = Field("", alias="from")
     id: str = ""

@@ -1,4 +1,4 @@
-"""The ledger of matter in a recording: a row per tick, holder and substance."""
+"""The matter ledger of a recording: a row per tick, holder and substance."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 LEDGER = ("stock_before", *FLOWS, "stock_after")
-"""The columns of the ledger of matter [mol]; flows are positive into what holds the substance."""
+"""The columns of the matter ledger [mol]; flows are positive into the holder of the substance."""
 
 
 def imbalance(ledger: Mapping[str, Any]) -> Any:
-    """Return the imbalance of the ledger of matter [mol], 0 if it closes; takes anything with its columns."""
+    """Return the imbalance of the matter ledger [mol], 0 if it closes, from any object with its columns."""
     flows = [*FLOWS, *(flow for flow in MIGRATION if flow in ledger)]
     return ledger["stock_before"] + sum(ledger[flow] for flow in flows) - ledger["stock_after"]
 
 
 class MatterPages:
-    """The pages of the ledger of a world that keeps books, until they are passed on."""
+    """The rows of a world's matter ledger until they are passed on."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.books: Books = world.matter
         self.books.turn(stocks(world, self.books))
         self.substances = list(world.substances)
         self.names = ("stock_before", *self.books.ways, "stock_after")
-        self.blocks: list[dict[str, np.ndarray]] = []  # pages that stay in memory
+        self.blocks: list[dict[str, np.ndarray]] = []  # blocks that stay in memory
         self.ticks: list[int] = []
         self.pages: list[np.ndarray] = []  # f64[holders, substances, columns]
 
     def turn(self, world: SpatialWorld) -> None:
-        """Close the page of this tick, and open the next."""
+        """Finish this tick's page and start the next."""
         books, after = self.books, stocks(world, self.books)
         page = np.concatenate([books.stock[:, :, None], books.flows, after[:, :, None]], 2)
         self.ticks.append(world.tick)
@@ -56,7 +56,7 @@ class MatterPages:
 
     @property
     def words(self) -> dict[str, list[str]]:
-        """What the numbers stand for in columns: column → words."""
+        """Return the words that numbers in columns stand for: column → words."""
         return {"holder": self.books.names, "substance": self.substances}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
@@ -77,7 +77,7 @@ class MatterPages:
         return out | joined(self.blocks, "series/")
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go on from a `state()`."""
+        """Continue from a `state()`."""
         self.ticks, self.pages = [], []
         if "stock" in state:
             self.books.stock[...], self.books.flows[...] = state["stock"], state["flows"]

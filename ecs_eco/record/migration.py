@@ -1,5 +1,5 @@
-"""What a recording of an island has of migrants: their numbers, the energy that they brought and took along,
-and each arrival and departure."""
+"""The record of an island's migrants: their numbers, the energy that they carry, and each arrival and
+departure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ISLAND_LEDGER_ROW = np.dtype([*LEDGER_ROW.descr, *((name, np.float64) for name i
 
 
 class Migrations:
-    """Notes migrants in the pages and events of a recorder, in the tick before which they move."""
+    """Records migrants in the pages and events of a recorder, in the tick before they move."""
 
     def __init__(self, recorder: Any, world: SpatialWorld) -> None:
         self.recorder, self.world = recorder, world
@@ -28,13 +28,13 @@ class Migrations:
         world.on_arrival.append(self.came)
 
     def left(self, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-        """Note those that leave for islands `to` i64[k], before their rows i64[k] are free."""
+        """Record emigrants to islands `to` i64[k], before their rows i64[k] are freed."""
         if self.recorder.details is not None:
             self.recorder.details.died(table, rows, self.world)
         self._note("departures", "emigrants", "exported", table, rows, to)
 
     def came(self, table: Table, rows: np.ndarray, origin: np.ndarray) -> None:
-        """Note those that came from islands `origin` i64[k]: rows i64[k]."""
+        """Record immigrants from islands `origin` i64[k]: rows i64[k]."""
         if self.recorder.details is not None:
             self.recorder.details.born(table, rows)
         none = np.zeros(rows.size, np.uint64)

@@ -1,4 +1,4 @@
-"""States of recordings whose species or tables were in a different order."""
+"""Recorder states whose species or tables are in a different order."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class InOrderOf:
-    """Loads the state of a recorder of these species, in a world of these tables, into a world's recorder."""
+    """Loads the state of a recorder with these species and tables into a world's recorder."""
 
     world: SpatialWorld
     species: Sequence[str]
     tables: Sequence[str]
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the state, in the order of the world's recorder."""
+        """Load the state, reordered for the world's recorder."""
         self.world.recorder.load(self._reordered(state))
 
     def _reordered(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -50,7 +50,7 @@ class InOrderOf:
         return out
 
     def _matter(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the pages of matter, whose holders are tables in their order, then fields."""
+        """Return the pages of matter, whose holders are tables in order, then fields."""
         holders: list[Any] = list(self.world.matter.holders)
         known = sorted(
             holders,
@@ -64,5 +64,5 @@ class InOrderOf:
 
 
 def _places(names: Sequence[Any], among: Sequence[Any]) -> np.ndarray:
-    """Return the index of each name among others: i64[names]."""
+    """Return the index of each name in other names: i64[names]."""
     return np.array([list(among).index(name) for name in names], np.int64)

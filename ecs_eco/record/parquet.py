@@ -1,4 +1,5 @@
-"""Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
+"""Conversion of columns to Arrow and Parquet: floats split by byte, ids and ticks as differences, all
+compressed with zstd."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -22,11 +23,11 @@ def to_arrow(
     words: Mapping[str, Sequence[str]],
     missing: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> pa.Table:
-    """Return a table; a column named in `words` holds indices into its list of words
-    and becomes a dictionary column.
+    """Return a table; a column named in `words` contains indices into its list of words and becomes a
+    dictionary column.
 
-    Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty. Numbers are null where
-    `missing`, bool[rows] by column, is true.
+    Text (bytes of ASCII, or str) becomes a column of strings, null if empty. Numbers are null if `missing`,
+    bool[rows] by column, is true.
     """
     arrays = {}
     for name, array in columns.items():
@@ -40,11 +41,11 @@ def to_arrow(
     return pa.table(arrays)
 
 
-# `pa.array` and `to_numpy` would load pandas to ask whether it made what they get
+# `pa.array` and `to_numpy` would import pandas to check for pandas objects
 
 
 def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
-    """Return texts as an Arrow array of strings; `null`: null where they are empty."""
+    """Return texts as an Arrow array of strings; with `null`, empty texts are null."""
     letters = [text.encode() if isinstance(text, str) else text for text in texts]
     ends = np.cumsum([0, *map(len, letters)])
     if ends[-1] >= 1 << 31:
@@ -59,7 +60,7 @@ def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
 
 
 def _numbers(array: np.ndarray, missing: np.ndarray | None = None) -> pa.Array:
-    """Return numbers as an Arrow array, null where `missing`."""
+    """Return numbers as an Arrow array, null if `missing`."""
     if array.ndim != 1 or array.dtype.kind not in "biuf" or not array.dtype.isnative:
         return pa.array(np.ascontiguousarray(array))
     bits = np.packbits(array, bitorder="little") if array.dtype.kind == "b" else np.ascontiguousarray(array)
@@ -70,7 +71,7 @@ def _numbers(array: np.ndarray, missing: np.ndarray | None = None) -> pa.Array:
 
 
 def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
-    """Return the numbers of a column, 0 where there is none."""
+    """Return the numbers of a column, with 0 for nulls."""
     if column.null_count or not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
         return np.asarray(column.fill_null(0).to_numpy())
     parts = [np.from_dlpack(chunk) for chunk in column.chunks if len(chunk)]
@@ -78,7 +79,7 @@ def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """Return the words that a column of texts without gaps holds, and the place of each row's among them."""
+    """Return the different words of a text column without nulls, and the index of each row's word."""
     column = column.cast(pa.string()).combine_chunks().dictionary_encode()
     if isinstance(column, pa.ChunkedArray):
         column = column.combine_chunks()
@@ -88,7 +89,7 @@ def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
 
 
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
-    """Write one Parquet part with its mark and seal, completely or not at all; return the seal."""
+    """Write one Parquet part with its mark and seal atomically; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [
         f.name
@@ -113,7 +114,7 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     ) as writer:
         writer.write_table(table)
         metadata = {} if mark is None else {belonging.KEY: mark.text()}
-        # the seal last: it is searched from the end
+        # the seal last, because it is searched from the end
         writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})
     part, own = seal.sealed(memory.getvalue().to_pybytes())
     files.write(path, part)
@@ -123,16 +124,16 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
 def _repeats(texts: pa.ChunkedArray) -> bool:
     """Return whether dictionary encoding is the shorter way to write these texts."""
     distinct = pc.count_distinct(texts).as_py()
-    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # of one text
+    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # bytes of one text
     return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
 
 
 def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
-    """Open a part after checking its seal (`needed`: it must have one);
-    raises RecordingError that says what is wrong.
+    """Open a part after checking its seal (`needed`: it must have one); raise RecordingError with the
+    problem.
 
-    Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`): a
-    thread of Arrow that frees a Python object while the interpreter ends would abort the process.
+    Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`):
+    if a thread of Arrow frees a Python object while the interpreter exits, the process aborts.
     """
     try:
         files.require_regular(path)
@@ -145,14 +146,14 @@ def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
 
 
 def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = False) -> pa.Table:
-    """Return a part as a table; raises RecordingError that says what is wrong with it."""
+    """Return a part as a table; raise RecordingError with the problem."""
     file = open_part(path, needed)
     with _named(path):
         return file.read(columns=columns, use_threads=False)
 
 
 def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[str]) -> pa.Table:
-    """Return columns of one row group of an open part; raises RecordingError where it cannot be read."""
+    """Return columns of one row group of an open part; raise RecordingError if it cannot be read."""
     with _named(path):
         return file.read_row_group(number, columns=columns, use_threads=False)
 
@@ -160,8 +161,7 @@ def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[
 def each_batch(
     path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17
 ) -> Iterator[pa.Table]:
-    """Yield columns of a part, so many rows at a time, as tables;
-    raises RecordingError that says what is wrong with it."""
+    """Yield columns of a part as tables of so many rows; raise RecordingError with the problem."""
     file = open_part(path, needed)
     with _named(path):
         for batch in file.iter_batches(rows, columns=columns, use_threads=False):
@@ -169,7 +169,7 @@ def each_batch(
 
 
 def read_metadata(path: Path) -> pq.FileMetaData:
-    """Return a part's footer; raises RecordingError where it cannot be read."""
+    """Return a part's footer; raise RecordingError if it cannot be read."""
     with _named(path):
         files.require_regular(path)
         return pq.read_metadata(path)
@@ -177,7 +177,7 @@ def read_metadata(path: Path) -> pq.FileMetaData:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Within, what cannot be read is a RecordingError that names the file."""
+    """Turn read errors in the context into a RecordingError with the file's name."""
     try:
         yield
     except (pa.ArrowException, OSError, ValueError) as error:

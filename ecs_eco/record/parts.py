@@ -1,4 +1,4 @@
-"""The record of a part of a world: what of it may be added to the records of other parts."""
+"""The record of one part of a divided world, and how the parts' records are summed."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ if TYPE_CHECKING:
 
 
 def page_end(recorder: Recorder) -> int:
-    """Return how many rows of the series are in use, that of the tick that is not over among them."""
+    """Return how many rows of the series are in use, including the row of the current tick."""
     return min(recorder._at + 1, recorder.block)
 
 
 def sums(recorder: Recorder) -> tuple[np.ndarray, ...]:
-    """Return what may be added up over parts: counts, causes of death, sums of energy, of happiness and of
-    what was gained from each food, [block, species, …] each."""
+    """Return the additive quantities: counts, causes of death, sums of energy and happiness, and energy
+    gained from each food, [block, species, …] each."""
     counts = recorder._counts.view(np.int32).reshape(recorder.block, len(recorder.names), -1)
     return counts, recorder._died, recorder._sums, recorder._moods, recorder.intake.values
 
 
 def stocks(recorder: Recorder) -> tuple[np.ndarray, ...]:
-    """Return what may be added up over parts and goes on from tick to tick: [species, …] each."""
+    """Return the additive quantities that continue from tick to tick: [species, …] each."""
     return recorder._stock, recorder.intake.total, recorder.intake.flows
 
 
 def renew_means(recorder: Recorder, n: int) -> None:
-    """Let the means of the first n rows follow from the sums."""
+    """Compute the means of the first n rows from the sums."""
     living = np.maximum(recorder._counts["n"][:n], 1)
     recorder._means["energy_mean"][:n] = recorder._ledger["stock_after"][:n] / living
     recorder._means["happiness_mean"][:n] = recorder._moods[:n] / living
 
 
 def forget(recorder: Recorder) -> None:
-    """Let a recorder forget all that it has not passed on: another process has it."""
+    """Clear everything that a recorder has not passed on, because another process has it."""
     for array in (*sums(recorder), *stocks(recorder)):
         array[...] = 0
     recorder._events = {kind: [] for kind in EVENTS}

@@ -1,4 +1,4 @@
-"""The user's own plain components on esper's entities, and how parts of a world stand in a checkpoint."""
+"""Custom plain components on esper's entities, and the arrays of a world's parts in a checkpoint."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
-    """Add the arrays of a part's state; raises CheckpointError for what is no array of numbers."""
+    """Add the arrays of a part's state; raise CheckpointError for anything but arrays of numbers."""
     for key, value in state.items():
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":
@@ -29,23 +29,23 @@ def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
 
 
 def take(arrays: Arrays, owner: str) -> Arrays:
-    """Return the arrays of a part, by their names in it."""
+    """Return the arrays of a part by their names in it."""
     return {
         key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")
     }
 
 
 def of_code(where: str, error: CodeError) -> CodeError:
-    """Return the refusal of code with the name of the checkpoint that names it."""
+    """Return the code error with the name of the checkpoint that lists the code."""
     return CodeError(
         error.problems,
-        error.title if where in error.title else f"{where}: {error.title or 'names code that it may not'}",
+        error.title if where in error.title else f"{where}: {error.title or 'lists forbidden code'}",
     )
 
 
 def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
-    """Put the user's plain components, which have state() and a class method restore(state),
-    into `arrays`; return their owners."""
+    """Put custom plain components, which have state() and a class method restore(state), into `arrays`;
+    return their owners."""
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
@@ -60,8 +60,8 @@ def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 
 
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
-    """Return (uid, component) of all components on esper's entities that are no columns,
-    in the order of uids and of names."""
+    """Return (uid, component) of all components on esper's entities that are not columns, in the order of
+    uids and names."""
     plain = [
         one for table in world.tables.values() for one in world.context.registry.plain(table, table.rows())
     ]
@@ -85,6 +85,6 @@ def load_plain(
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
                 raise CheckpointError(
-                    f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}"
+                    f"{where}: organism {uid} has a component {name}, and {module} does not have: {error}"
                 ) from None
             esper.add_component(world.entity(int(uid)), kind.restore(take(arrays, f"plain/{i}")))

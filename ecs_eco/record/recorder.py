@@ -1,5 +1,5 @@
-"""The recorder: a row per tick and species, with the energy ledger and the causes of death;
-every birth and death on demand."""
+"""The recorder: a row per tick and species, with the energy ledger and the causes of death, and on request
+every birth and death."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 REFUSED = (COUNTS_ROW.names or ()).index("refused")
-MOST_SPECIES = 128  # their numbers are written as i8
+MOST_SPECIES = 128  # their numbers are stored as i8
 
 
 class Recorder(System):
@@ -99,20 +99,20 @@ class Recorder(System):
         island = is_island(world)
         self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
-        self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # the same, by COUNTS_ROW
+        self._numbers = self._counts.view(np.int32).reshape(block, s, -1)  # a view, by COUNTS_ROW
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
         self._moods, self._high = np.zeros((block, s)), np.zeros(s, np.int64)  # sums of happiness
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
-        self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # the same, by LEDGER
+        self._sums = self._ledger.view(np.float64).reshape(block, s, -1)  # a view, by LEDGER
         tables = [world.tables[name] for name in self.names]
         self._held = Addresses(lambda: [held_by(table) for table in tables])
         self._noted = Addresses(lambda: [noted_of(table) for table in tables])
         self._died, self._stock = np.zeros((block, s, 256), np.int32), np.array([stock_of(t) for t in tables])
-        self._both = self._means.view(np.float32).reshape(block, s, -1)  # the same, of energy and happiness
-        self._at, self._last = 0, -1  # the row to write next; the last tick that is over
+        self._both = self._means.view(np.float32).reshape(block, s, -1)  # a view, of energy and happiness
+        self._at, self._last = 0, -1  # the row to write next; the last finished tick
         self._blocks: list[dict[str, np.ndarray]] = []
         self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
-        self.fields = Fields(world, self.names)  # those that single events have besides
+        self.fields = Fields(world, self.names)  # additional columns of single events
         self.columns = {kind: (*names, *self.fields.names) for kind, names in EVENTS.items()}
         self._events = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
@@ -133,7 +133,7 @@ class Recorder(System):
         world.add_system(self)
 
     def start(self, world: "SpatialWorld") -> None:
-        """Note the founders."""
+        """Record the founders."""
         for table, s in self._in_turn() if self.keeps else ():
             rows = table.by_uid()
             none = np.zeros(rows.size, np.uint64)
@@ -141,17 +141,20 @@ class Recorder(System):
             self._events["births"].append((*self._where(table, s, rows, table.born[rows]), *more))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
-        """Return tables with members, in the order in which births and deaths come, and their species."""
+        """Return the tables with members, in the order in which births and deaths are recorded, and their
+        species."""
         return [(t, self.place[name]) for name, t in self.world.tables.items() if t.n and name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        """Record newborns: rows i64[k], uids of their parents u64[k]."""
         if self.details is not None:
             self.details.born(table, rows)
         s = self.place.get(table.name)
         if s is None:
             return
-        wide = self.keeps and (has_text(table) or bool(self.fields.names))  # more than kernels note
+        wide = self.keeps and (
+            has_text(table) or bool(self.fields.names)
+        )  # columns that kernels do not record
         self._numbers[self._at, s, 1] += rows.size
         note_births(
             table,
@@ -169,7 +172,8 @@ class Recorder(System):
             self._events["births"].append((*self._where(table, s, rows), *more))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
-        """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
+        """Record dying organisms before their rows are freed: their flows of this tick, and their
+        remaining energy."""
         if self.details is not None:
             self.details.died(table, rows, self.world)
         s = self.place.get(table.name)
@@ -196,7 +200,7 @@ class Recorder(System):
 
     @property
     def _events(self) -> dict[str, list[tuple[np.ndarray, ...]]]:
-        """The single events of each kind that wait to be passed on, columns as in EVENTS."""
+        """Return the pending events of each kind, with the columns of EVENTS."""
         for kind, rows in self._rows.items():
             if rows.n:
                 self._groups[kind] += rows.taken(kind, self._last)
@@ -207,8 +211,8 @@ class Recorder(System):
         self._groups, self._rows = groups, {"births": Rows(), "deaths": Rows()}
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
-        """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII;
-        "" without a genome."""
+        """Return the genomes of rows as text: bytes[k], or str[k] if a letter is not ASCII; "" without a
+        genome."""
         if table.name not in self._letters:
             self._letters[table.name] = letters_of(table)
         return texts_of(table, rows, self._letters[table.name])
@@ -250,7 +254,7 @@ class Recorder(System):
             self.intake.total,
             self.intake.flows,
             work=rows // 15,
-        )  # a fifth of the time of others, and mostly of one species
+        )  # a row costs a fifth of the usual work
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -273,7 +277,7 @@ class Recorder(System):
                 self._events["snapshots"].append((*self._where(table, s, rows), *more))
 
     def flush(self) -> None:
-        """Pass on what was recorded of all complete ticks to the sink, or into memory.
+        """Pass on the records of all finished ticks to the sink, or keep them in memory.
 
         Returns
         -------
@@ -290,7 +294,7 @@ class Recorder(System):
             for pages in self._pages.values():
                 pages.flush(self.sink)
             for array in (self._counts, self._means, self._ledger, self._moods, self._died):
-                # the page of a tick that is not over
+                # the page of an unfinished tick
                 begun = array[self._at].copy() if self._at < self.block else 0
                 array[...] = 0
                 array[0] = begun
@@ -323,7 +327,7 @@ class Recorder(System):
         return out | (joined(self._blocks, "series/") if self.sink is None else {})
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from a `state()`."""
+        """Continue from a `state()`."""
         self._stock[:], self._last, self._at = state["stock"], int(state["last"]), 0
         for name in PAGES:
             array = getattr(self, f"_{name}")
@@ -346,7 +350,7 @@ class Recorder(System):
         self._blocks = [series] if series else []
 
     def events(self, kind: str) -> dict[str, np.ndarray]:
-        """Return births or deaths that were kept in memory, in the order in which they happened.
+        """Return the births or deaths in memory, in order.
 
         Parameters
         ----------
@@ -356,7 +360,7 @@ class Recorder(System):
         -------
         dict of str to array
             A row per event. `species` is an index into `names`, `cause` from 1 on an index into
-            `world.causes`; a recorded field is 0 where a species lacks it.
+            `world.causes`; a recorded field is 0 if a species lacks it.
 
         Raises
         ------
@@ -375,7 +379,7 @@ class Recorder(System):
         """
         if self.sink is not None or not self.keeps:
             raise RuntimeError(
-                "this recorder keeps no events in memory; make it with Recorder(world, keep_events=True)"
+                "this recorder does not keep events in memory; create it with Recorder(world, keep_events=True)"
             )
         empty = [tuple(np.zeros(0, np.int64) for _ in self.columns[kind])]
         columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
@@ -396,7 +400,7 @@ class Recorder(System):
         }
 
     def series(self) -> Any:
-        """Return all ticks that are in memory.
+        """Return all ticks in memory.
 
         Returns
         -------
@@ -414,7 +418,7 @@ class Recorder(System):
         return as_table(blocks or [self._columns(0)], {"species": self.names})
 
     def matter_series(self) -> Any:
-        """Return the ledger of matter of all ticks in memory.
+        """Return the matter ledger of all ticks in memory.
 
         Returns
         -------
@@ -427,7 +431,7 @@ class Recorder(System):
             If no body has substances.
         """
         if self.matter is None:
-            raise RuntimeError("this world keeps no books of matter: no body in it has substances")
+            raise RuntimeError("this world has no matter ledger: no body in it has substances")
         return self.matter.series()
 
     def learning_series(self) -> Any:
@@ -451,14 +455,14 @@ class Recorder(System):
         return self.learning.series("actions")
 
     def words(self, kind: str) -> dict[str, list[str]]:
-        """Return what the numbers stand for in columns of a kind of block: column → words."""
+        """Return the words that numbers in columns of a kind of block stand for: column → words."""
         if kind in MIGRATION and self.migrations is not None:
             return self.learning.words | self.migrations.words
         return self._pages[kind].words if kind in self._pages else self.learning.words
 
 
 def stock_of(table: "Table") -> float:
-    """Return the energy that all of a species hold together, 0 where it has no metabolism."""
+    """Return the total energy of a species, 0 if it has no metabolism."""
     return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
 
 
@@ -466,8 +470,8 @@ PAGES = ("counts", "means", "ledger", "died")
 
 
 def _as_plain(rows: np.ndarray) -> np.ndarray:
-    """Return a copy of rows with named columns as an array with a last axis of columns;
-    other arrays as a plain copy."""
+    """Return a copy of structured rows as an array whose last axis is the columns; plain copies of other
+    arrays."""
     return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
 
 

@@ -1,4 +1,4 @@
-"""What reporters say in each tick: columns of the series beside the numbers of the species."""
+"""Values of reporters in each tick: additional columns of the series."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 class Reports:
-    """What the reporters of a world say in each tick of a block, f64[ticks, species, reporters].
+    """The values of a world's reporters in each tick of a block, f64[ticks, species, reporters].
 
-    A number of the world stands in the row of each species, NaN in those that a reporter says nothing of.
+    A value of the whole world is repeated in the row of each species; species without a value have NaN.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int) -> None:
         self.names, self.place = list(world.reporters), {name: i for i, name in enumerate(names)}
         for name, what in world.reporters.items():
             _check_fields(world, name, what, names)
-        self.latest: dict[str, float | dict[str, float]] = {}  # of the last tick
+        self.latest: dict[str, float | dict[str, float]] = {}  # the last tick's values
         self.values = np.full((block, len(names), len(self.names)), np.nan)
 
     def note(self, world: SpatialWorld, at: int) -> None:
-        """Ask all reporters, in the tick that has just passed."""
+        """Evaluate all reporters for the tick that has just passed."""
         scope = Scope(world.tables)
         for i, (name, what) in enumerate(world.reporters.items()):
             said, row = said_by(world, name, what, self.place, scope), self.values[at, :, i]
@@ -53,9 +53,9 @@ class Reports:
 def said_by(
     world: SpatialWorld, name: str, what: Any, species: Mapping[str, int], scope: Scope | None = None
 ) -> float | dict[str, float]:
-    """Return what a reporter says now: a number of the world, or of some species; NaN for None.
+    """Return the present value of a reporter: a number of the world, or of some species; NaN for None.
 
-    Raises ValueError for anything else; an error within a function says in which reporter it was.
+    Raises ValueError for anything else; an error within a function names the reporter.
     """
     if isinstance(what, ReporterFormula):
         return what(Scope(world.tables) if scope is None else scope, species)
@@ -82,13 +82,13 @@ def _number(name: str, said: Any) -> float:
 
 
 def add_reporter(world: SpatialWorld, name: str, what: Any) -> None:
-    """Let a world measure something from now on; see `World.add_reporter`."""
-    if fault := fault_of_name(name, world.tables) or ("is there already" if name in world.reporters else ""):
+    """Add a measurement to a world; see `World.add_reporter`."""
+    if fault := fault_of_name(name, world.tables) or ("already exists" if name in world.reporters else ""):
         raise ValueError(f"reporter {name!r}: {fault}")
     recorder = world.recorder
     if recorder is not None and recorder.sink is not None:
         raise RuntimeError(
-            f"reporter {name!r}: this world is recorded into a folder already; write it into "
+            f"reporter {name!r}: this world is already being recorded into a folder; add it to "
             f'the world file: reporters = {{ "{name}" = … }}'
         )
     if isinstance(what, str):
@@ -103,7 +103,7 @@ def add_reporter(world: SpatialWorld, name: str, what: Any) -> None:
 
 
 def _compiled(world: SpatialWorld, name: str, text: str) -> ReporterFormula:
-    """Return a formula over the components of the tables that there are."""
+    """Return a formula over the components of the existing tables."""
     fields = {c.__name__: c.fields for table in world.tables.values() for c in table.columns}
     try:
         return compile_reporter(text, world.tables, fields)
@@ -114,7 +114,7 @@ def _compiled(world: SpatialWorld, name: str, text: str) -> ReporterFormula:
 
 
 def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str]) -> None:
-    """Raise ConfigError where nobody has what a formula reads, before the first tick."""
+    """Raise ConfigError before the first tick if no species has the fields that a formula reads."""
     for of, component, field in sorted(getattr(what, "fields", ()), key=str):
         among = species if of is None else [of]
         if not any(_has(world.tables[s], component, field) for s in among):
@@ -130,7 +130,7 @@ def _has(table: Any, component: str, field: str) -> bool:
 
 
 def absent(column: str, n: int) -> np.ndarray:
-    """Return n values of a column of the series for ticks that have none."""
+    """Return n values of a column of the series for ticks without values."""
     if column.startswith(EATEN):
         return np.zeros(n)
     return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

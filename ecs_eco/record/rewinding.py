@@ -1,4 +1,4 @@
-"""Taking back what a recorder that keeps its series in memory has noted, as its world goes back in time."""
+"""Rewinding of a recorder that keeps its series in memory, when its world goes back in time."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from ecs_eco.record.parts import stocks
 from ecs_eco.record.recorder import PAGES, Recorder
 
 Mark = tuple[int, tuple[np.ndarray, ...], dict[str, np.ndarray]]
-"""Where a recording was: its last tick that is over, stocks and sums, and the page of the tick to come."""
+"""The position of a recording: its last finished tick, stocks and sums, and the page of the next tick."""
 
 
 def can_go_back(recorder: Recorder) -> bool:
-    """Whether a recording can be taken back: nothing of it is in files, and no single events are kept."""
+    """Return whether a recording can be rewound: it has written no files and keeps no single events."""
     return recorder.sink is None and not recorder.keeps and recorder.details is None
 
 
 def mark(recorder: Recorder) -> Mark:
-    """Return where a recording is, between two ticks."""
+    """Return the position of a recording between two ticks."""
     pages = {name: getattr(recorder, f"_{name}")[recorder._at].copy() for name in PAGES}
     return recorder._last, tuple(array.copy() for array in stocks(recorder)), pages
 

@@ -1,5 +1,5 @@
-"""What kernels note for a record: births and deaths, a row each, which become columns when these are asked
-for, and sums over the living of one species."""
+"""Records that kernels write: a row per birth and death, converted to columns on request, and sums over
+the living of one species."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ecs_eco.record.ledger import FLOWS, LEDGER
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-PLACE, ENERGY = 4, 7  # where they begin among the columns of `noted_of`
-SUMMED = 128  # so many numbers numpy adds up in one piece
+PLACE, ENERGY = 4, 7  # their first index in the columns of `noted_of`
+SUMMED = 128  # numbers that numpy adds in one block
 ENDOWED, FLOW, LOST, AFTER = (
     LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
 )
@@ -24,8 +24,8 @@ NOWHERE = 0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty
 
 
 class Rows:
-    """Births or deaths: longs u64[4, …] tick, uid and two more uids, floats f32[5, …] place, energy and age,
-    small u8[2, …] species and cause."""
+    """Births or deaths: longs u64[4, …] tick, uid and two more uids, floats f32[5, …] position, energy and
+    age, small u8[2, …] species and cause."""
 
     def __init__(self) -> None:
         self.n = 0
@@ -36,7 +36,7 @@ class Rows:
         )
 
     def more(self, k: int) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
-        """Return where the next k go, and the arrays that they go to."""
+        """Return the index of the next k rows, and the arrays to write them to."""
         first, self.n = self.n, self.n + k
         if self.n > self.small.shape[1]:
             self.longs, self.floats, self.small = (
@@ -46,8 +46,8 @@ class Rows:
         return first, self.longs, self.floats, self.small
 
     def taken(self, kind: str, last: int) -> list[tuple[np.ndarray, ...]]:
-        """Return the columns of "births" or "deaths", as EVENTS names them, those up to tick `last` first;
-        forget them."""
+        """Return the columns of "births" or "deaths", named as in EVENTS, up to tick `last` first, and
+        clear them."""
         ticks, groups = self.longs[0, : self.n].view(np.int64), []
         over = int(np.searchsorted(ticks, last, "right"))
         for some in (slice(0, over), slice(over, self.n)):
@@ -72,8 +72,8 @@ def note_births(
     page: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add what newborn in rows i64[k] are endowed with to page f64[species, columns] of the ledger; note them
-    `into` rows. `columns` are the addresses of `noted_of` the table."""
+    """Add the energy of newborns in rows i64[k] to page f64[species, columns] of the ledger; record them
+    in `into`. `columns` are the addresses of the table's `noted_of`."""
     if rows.size > SUMMED and Metabolism in table:
         page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
     born(
@@ -101,9 +101,9 @@ def note_deaths(
     died: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add what the dying in rows i64[k] lose to page f64[species, columns] of the ledger, and within a tick
-    their flows: between ticks these are there already. Count their causes in `died` i32[256]; note them
-    `into` rows. `columns` are the addresses of `noted_of` the table."""
+    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger, and
+    within a tick also their flows, which between ticks are already there. Count their causes in `died`
+    i32[256]; record them in `into`. `columns` are the addresses of the table's `noted_of`."""
     first = 0 if ticking else len(FLOWS)
     if rows.size > SUMMED and Metabolism in table:
         m = table[Metabolism]
@@ -124,7 +124,7 @@ def note_deaths(
 
 
 def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
-    """Return what `born` and `lose` read of a table: of rows, place, energy and flows as in FLOWS."""
+    """Return the columns of a table that `born` and `lose` read: position, energy and flows as in FLOWS."""
     columns: Any = table
     p, m = columns.get(Position), columns.get(Metabolism)
     place = (None,) * 3 if p is None else (p.x, p.y, p.z)
@@ -134,7 +134,7 @@ def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
 
 @njit
 def born(rows, parents, second, tick, s, high, columns, page, first, longs, floats, small):
-    """Add up what newborn are endowed with, and note each. `columns` are addresses of `noted_of`."""
+    """Add up the energy of newborns and record each. `columns` are addresses of `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
     for k in range(rows.size if small.shape[1] else 0):
@@ -145,7 +145,8 @@ def born(rows, parents, second, tick, s, high, columns, page, first, longs, floa
 
 @njit
 def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs, floats, small):
-    """Add up what the dying lose, count their causes, and note each. `columns` are addresses of `noted_of`."""
+    """Add up the losses of dying organisms, count their causes, and record each. `columns` are addresses
+    of `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         for flow in range(first_flow, 3):
             page[s, FLOW + flow] += total(column_at(columns[ENERGY + 1 + flow], np.float32, high), rows)
@@ -163,7 +164,7 @@ def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs,
 
 @njit
 def note(i, row, tick, s, high, columns, longs, floats, small):
-    """Write what births and deaths have in common: zeros where a table lacks the component."""
+    """Write the common values of births and deaths: zeros if a table lacks the component."""
     longs[0, i], longs[1, i], small[0, i] = tick, column_at(columns[0], np.uint64, high)[row], s
     for k in range(PLACE, ENERGY + 1):
         value = np.float32(0.0)
@@ -174,7 +175,7 @@ def note(i, row, tick, s, high, columns, longs, floats, small):
 
 @njit
 def total(values, rows):
-    """Return the sum of the values of at most SUMMED rows, in float64, in the order in which numpy adds."""
+    """Return the float64 sum of the values of at most SUMMED rows, in numpy's order of addition."""
     n, sum_ = rows.size, 0.0
     if n < 8:
         for k in range(n):
@@ -191,7 +192,7 @@ def total(values, rows):
 
 
 def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
-    """Return what `add_up` reads of a table: who lives, energy, flows as in FLOWS, and happiness."""
+    """Return the columns of a table that `add_up` reads: alive, energy, flows as in FLOWS, and happiness."""
     columns: Any = table
     m, nerves = columns.get(Metabolism), columns.get(Nervous)
     flows = (None,) * 4 if m is None else (m.energy, m.taken, m.burnt, m.given)
@@ -200,12 +201,13 @@ def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
 
 @njit
 def add_up(first, last, columns, high, living, stock, page, means, moods, gained, intake, flows):
-    """Write what the living of the species first … last − 1, of those with energy, hold and feel to the rows
-    of this tick: page f64[species, …] of the ledger, where what was endowed, lost, and flowed in the dead
-    stands already, means f32[species, …] of energy and happiness, and moods f64[species], the sums of
-    happiness. `columns` u64[species, …] are the addresses of `held_by`, of the first `high` rows; the number
-    of the living is living[species, 0]. `stock` f64[species] is what they held before, then what they hold.
-    `intake` and `flows` are the sums over all ticks of what was `gained` from foods and of the ledger."""
+    """Add up stocks, flows and happiness of the living of the species first … last − 1 that have energy,
+    into the rows of this tick: page f64[species, …] of the ledger, which already has the endowments,
+    losses and flows of the dead, means f32[species, …] of energy and happiness, and moods f64[species],
+    the sums of happiness. `columns` u64[species, …] are the addresses of `held_by`, of the first `high`
+    rows; the number of the living is living[species, 0]. `stock` f64[species] is the energy held before,
+    then after. `intake` and `flows` are the sums over all ticks of the energy `gained` from foods and of
+    the ledger."""
     for s in range(first, last):
         if columns[s, 1] != 0:
             add_up_energy(s, columns[s], high[s], living, stock, page, means, moods)
@@ -217,7 +219,7 @@ def add_up(first, last, columns, high, living, stock, page, means, moods, gained
 
 @njit
 def add_up_energy(s, of, n, living, stock, page, means, moods):
-    """`add_up` for the columns of one species with energy."""
+    """Do the work of `add_up` for the columns of one species with energy."""
     alive, energy = column_at(of[0], np.bool_, n), column_at(of[1], np.float32, n)
     taken, burnt = column_at(of[2], np.float32, n), column_at(of[3], np.float32, n)
     given, happiness = column_at(of[4], np.float32, n), column_at(of[5], np.float32, n)

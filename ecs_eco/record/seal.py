@@ -1,8 +1,7 @@
-"""Seals: a SHA-256 of the content in each file of a recording,
-so that damaged files are not taken for results.
+"""Seals: a SHA-256 of the content in each file of a recording, to detect damaged files.
 
-In a Parquet part it is an entry of the footer, computed with zeros in its place; in the manifest the key
-`seal`, computed without it. Files without a seal can be read unless their manifest says that they had one.
+In a Parquet part it is an entry of the footer, computed with the entry zeroed; in a manifest it is the key
+`seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ from ecs_eco.record.manifest import Run
 
 KEY = "ecs-eco.seal"
 BLANK = "0" * 64
-WORD = "seal"  # of the manifest
+WORD = "seal"  # in the manifest
 
 
 def sealed(part: bytes) -> tuple[bytes, str]:
-    """Return a Parquet file that has BLANK under KEY in its footer with its seal there, and the seal."""
+    """Return a Parquet file that has BLANK under KEY in its footer with the seal filled in, and the seal."""
     at = _place(memoryview(part))
     assert at is not None
     assert part[at : at + 64] == BLANK.encode()
@@ -41,12 +40,12 @@ def check(path: Path, part: memoryview, needed: bool) -> None:
         if needed:
             raise RecordingError(f"{path}: is damaged: its seal is missing")
     elif bytes(part[at : at + 64]) != _digest(part, at).encode():
-        raise RecordingError(f"{path}: is damaged: its {len(part)} bytes are not those that were written")
+        raise RecordingError(f"{path}: is damaged: its {len(part)} bytes differ from the written bytes")
 
 
 def _place(part: memoryview) -> int | None:
-    """Return where the 64 digits of the seal are; they stand after the key,
-    a byte for the type and one for the length."""
+    """Return the position of the 64 digits of the seal, which follow the key, a byte for the type and a
+    byte for the length."""
     start = max(0, len(part) - (1 << 20))  # the footer is at the end
     at = bytes(part[start:]).rfind(KEY.encode())
     place = start + at + len(KEY) + 2
@@ -61,32 +60,32 @@ def _digest(part: memoryview, at: int) -> str:
 
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any], name: str = "manifest.json") -> None:
-    """Write the manifest of a run with its seal, completely, or leave the one before."""
+    """Write the manifest of a run with its seal, atomically."""
     content = {key: value for key, value in manifest.items() if key != WORD}
     write_json(folder / name, content | {WORD: _of(content)})
 
 
 def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
-    """Return the manifest of a run; FileNotFoundError where there is none,
-    RecordingError where it is damaged or was changed."""
+    """Return the manifest of a run; raise FileNotFoundError if there is none, RecordingError if it is
+    damaged or was changed."""
     file = folder / name
     if not file.is_file():
         fault = f"has no {name}" if folder.is_dir() else "no such folder"
         raise FileNotFoundError(
-            f"{folder} is no run folder: {fault} (a folder written by `ecs-eco run --out`)"
+            f"{folder} is not a run folder: {fault} (a folder written by `ecs-eco run --out`)"
         )
     try:
         manifest = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise RecordingError(f"{file}: is damaged: {error}") from None
     if not isinstance(manifest, dict):
-        raise RecordingError(f"{file}: is no manifest of a run")
+        raise RecordingError(f"{file}: is not the manifest of a run")
     content = {key: value for key, value in manifest.items() if key != WORD}
-    # every manifest of a version with seals has this key
+    # all manifests with seals have this key
     if WORD not in manifest and "snapshot_every" in manifest:
         raise RecordingError(f"{file}: is damaged: its seal is missing")
     if WORD in manifest and manifest[WORD] != _of(content):
-        raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")
+        raise RecordingError(f"{file}: is damaged or was changed: its seal does not match")
     if name == "manifest.json":
         validate(file, content, Run)
     if "species" in manifest.get("config", {}):
@@ -95,8 +94,8 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
 
 
 def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
-    """Return the content of a sealed file without its seal, after checking it by a model; raises as
-    `read_manifest` does, and RecordingError where the seal is missing."""
+    """Return the content of a sealed file without its seal, after checking it with a model; raise the
+    errors of `read_manifest`, and RecordingError if the seal is missing."""
     content = read_manifest(folder, name)
     if content.pop(WORD, None) is None:
         raise RecordingError(f"{folder / name}: is damaged: its seal is missing")
@@ -105,7 +104,7 @@ def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, An
 
 
 def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> None:
-    """Raise RecordingError that names the file and the first key that is not as its model says."""
+    """Raise RecordingError with the file and the first key that does not fit the model."""
     try:
         model.model_validate_json(json.dumps(content))
     except ValidationError as error:
@@ -113,12 +112,12 @@ def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> 
         place = ".".join(str(part) for part in first["loc"])
         what = first["msg"].removeprefix("Value error, ")
         raise RecordingError(
-            f"{file}: {place or 'content'}: {what}; the file is damaged, or of another version of ecs-eco"
+            f"{file}: {place or 'content'}: {what}; the file is damaged, or from another version of ecs-eco"
         ) from None
 
 
 def has_seals(folder: Path) -> bool:
-    """Whether the parts of a run must have seals: where its manifest has one."""
+    """Return whether the parts of a run must have seals, that is, whether its manifest has one."""
     return (folder / "manifest.json").is_file() and WORD in read_manifest(folder)
 
 

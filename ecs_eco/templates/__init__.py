@@ -1,7 +1,7 @@
 """Starter worlds and packages, which `ecs-eco new` writes.
 
-Their texts are the files in the folders here. Names of code files end in `.template`, so that tools do not
-treat them as code of this package. Shipped worlds, which have results, belong to `ecs_eco.worlds`.
+Their texts are the files in these folders. Names of code files end in `.template`, so that tools do not treat
+them as code of this package. Shipped worlds, which have results, belong to `ecs_eco.worlds`.
 """
 
 from ecs_eco.templates.from_raster import world_from_raster

@@ -18,8 +18,8 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 
 TEMPLATE = Path(__file__).parent / "land" / "land.toml"
-MOST_CELLS = 600  # along a side; a larger raster is cropped to its middle
-SITES = 15_000  # of grass
+MOST_CELLS = 600  # along each side; the middle of a larger raster is used
+SITES = 15_000  # number of grass tufts
 CLASS = (
     "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # factor of grass growth\n"
     "pace = {pace}                        # factor of walking speed\n"
@@ -50,7 +50,7 @@ def world_from_raster(
                 p.moved(key=(), source="RASTER" if p.key == ("raster",) else f"--{p.key[0]}")
                 for p in error.problems
             ],
-            "no world from this raster",
+            "unusable raster",
         ) from None
     name = _name(raster)
     path = Path(f"{name}.toml") if out is None else Path(out)
@@ -61,7 +61,7 @@ def world_from_raster(
     there = raster if own else os.path.relpath(raster, path.parent)
     if there.startswith(".."):
         near = str(Path(raster).with_name(path.name))
-        what = "is neither in the folder of the raster nor in one above it"
+        what = "is neither in the raster's folder nor in a folder above it"
         raise ConfigError([Problem((), what, str(path), near, source="FILE")])
     keys = {"raster": Path(there).as_posix(), "file": path.as_posix()}
     text = TEMPLATE.read_text(encoding="utf-8").format(**keys, **_values(held, per, side, name, band, crs))

@@ -1,5 +1,5 @@
-"""From a world file to a World: tables with their species' values, nervous systems,
-and the list of systems in order."""
+"""World building from a world file: tables with their species' values, nervous systems, and the ordered
+list of systems."""
 
 from __future__ import annotations
 
@@ -84,7 +84,8 @@ def build(
     controls: Sequence[str] = (),
     trust: bool = False,
 ) -> Any:
-    """Return a new world of class `cls`; arguments and errors as of `ecs_eco.World.from_config`."""
+    """Return a new world of class `cls`; arguments and errors are the same as for
+    `ecs_eco.World.from_config`."""
     if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
         config = load(config, systems=systems, reporters=reporters, features=features, trust=trust)
     config._code.require(config._source)
@@ -127,22 +128,22 @@ def build(
 
 
 def _require_one(config: WorldConfig, training: bool) -> None:
-    """Raise ConfigError for islands, which are several worlds; policies are trained in one."""
+    """Raise ConfigError for islands, which are several worlds; training uses one world."""
     if config.archipelago is not None and config.archipelago.here is None and not training:
         raise ConfigError(
             [
                 Problem(
                     ("archipelago",),
-                    "several worlds where one is to be made",
+                    "defines several worlds",
                     ", ".join(config.archipelago.names),
-                    "islands run by `ecs-eco run` or ecs_eco.lab.Archipelago",
+                    "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago",
                 )
             ]
         )
 
 
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give a world its substances, fields and ground, and the uids of its island."""
+    """Add a world's substances, fields and ground, and the uids of its island."""
     if config.archipelago is not None:
         _require_one(config, world.origin["training"])
         world.next_uid = config.archipelago.first_uid
@@ -157,7 +158,7 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
-    """Make the tables of a world, objects first, each by name; they are still empty."""
+    """Return the tables of a world by name, objects first, still empty."""
     for name, kind in sorted(config.objects.items()):
         _object_table(world, name, kind)
     for name, species in sorted(config.species.items()):
@@ -170,26 +171,25 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def _systems_of_features(world: SpatialWorld, config: WorldConfig) -> list[Any]:
-    """Make and return the systems of the users' own features, without those that no table asks for."""
+    """Return the systems of custom features, except systems that no table requests."""
     systems = dict.fromkeys(system for feature in own_features(config) for system in feature.systems)
     tables = world.tables.values()
     return [s() for s in systems if s.asked_for is None or any(map(s.asked_for, tables))]
 
 
 def _own_systems(world: SpatialWorld, config: WorldConfig) -> list[Any]:
-    """Make and return the systems that the world names; a class is called, with the parameters that stand
-    there."""
+    """Return the systems that the world names; classes are instantiated with the given parameters."""
     named = [config.function(system) for system in config.systems]
     world.own_systems = [made() if isinstance(made, type) else made for made in named]
     return world.own_systems
 
 
 def _landmarks(world: SpatialWorld, terrain: TerrainConfig) -> None:
-    """Make an inanimate object of every mountain, rock and lake: a table for each kind,
-    named after it if the name is free.
+    """Create an inanimate object for every mountain, rock and lake: a table for each kind, named after it if
+    the name is free.
 
-    The ground itself stops walkers and sight; these objects only give places, for `each`,
-    viewers and user systems.
+    The ground itself blocks walkers and sight; these objects only provide positions for `each`, viewers and
+    user systems.
     """
     for kind in ("mountains", "rocks", "lakes"):
         places = getattr(terrain, kind)
@@ -221,7 +221,7 @@ def _object_table(world: SpatialWorld, name: str, kind: ObjectType) -> None:
 
 
 def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
-    """Give the objects that the dead of a species become the substances of its bodies."""
+    """Give the remains of a species' dead the substances of its bodies."""
     if remains is not None:
         into = world.tables[remains]
         for component in (Physical, Chemistry, Shape):
@@ -241,7 +241,7 @@ def _species_table(world: SpatialWorld, name: str, species: Species) -> None:
         capacity=max(64, int(species.count * 1.5)),
         dims={"substances": len(world.substances), "actions": len(actions)},
     )
-    matter(table, species, world.substances)  # its columns come before those of nerves
+    matter(table, species, world.substances)  # its columns precede the columns of the nervous system
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
@@ -275,7 +275,7 @@ def _networks(
     number: int,
     training: bool,
 ) -> np.ndarray | None:
-    """Build the policy networks of one species; return the weights that all founders share, if any."""
+    """Create the policy networks of one species; return the weights that all founders share, if any."""
     nerves = table.species.nerves
     if nerves is None or species.policy.kind == "none" or not nerves.choices:
         return None
@@ -305,9 +305,9 @@ def _networks(
             [
                 Problem(
                     ("species", table.name, "policy", "learn"),
-                    "nothing rewards it",
+                    "has no reward",
                     True,
-                    "a species that learns declares `happiness`; or learn = false",
+                    "a learning species with `happiness`; or learn = false",
                 )
             ]
         )
@@ -327,15 +327,15 @@ def _networks(
 
 
 def _motor(table: Table, continuous: int) -> None:
-    """Give a table the component of so many continuous actions, if any: after that of what is learnt alone,
-    whose horizon it has."""
+    """Give a table the component for so many continuous actions, if any, after the component of learning,
+    which sets its horizon."""
     if continuous:
         table.dims = {"horizon": 0} | table.dims | {"continuous": continuous}
         table.add_component(Motor)
 
 
 def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
-    """Request the first organisms and objects; or nothing, not even landmarks."""
+    """Request the first organisms and objects; or none, not even landmarks."""
     if populate:
         kinds: dict[str, ObjectType | Species] = {**config.objects, **config.species}
         for name, kind in kinds.items():
@@ -346,7 +346,7 @@ def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
 
 
 def _request(world: SpatialWorld, table: Table, kind: ObjectType | Species) -> None:
-    """Request the first of one kind: at the places given, the rest at random."""
+    """Request the first entities of one kind: at the given positions, the rest at random."""
     if isinstance(kind, ObjectType):
         for values in placed(kind, world.space):
             table.request(np.zeros(values[Position, "x"].size, np.uint64), values)

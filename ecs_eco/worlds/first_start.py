@@ -1,9 +1,9 @@
-"""The first start: two processes compile the kernels of a world, one from its first kernel on, the other from
-its last.
+"""The first start of a world: two processes compile its kernels, one from the start of the list, the other
+from its end.
 
-Which kernels a world calls, with which types, is known before it lives only where somebody has written it
-down: `tools/make_kernels.py` does, for the shipped worlds. A line of the list that no longer holds costs
-nothing but that kernel's share, and a kernel that is not listed is compiled when it is called.
+The kernels that a world calls, with their types, are known in advance only if they are listed;
+`tools/make_kernels.py` lists them for the shipped worlds. An outdated line of the list only loses that
+kernel's saving, and a kernel that is not listed is compiled when it is called.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LIST, MARK = Path(__file__).with_name("kernels.txt"), ".warm"
 
 @dataclass
 class Compiled:
-    """How many kernels were compiled for a run, by how many processes."""
+    """The number of kernels compiled for a run, and the number of processes that compiled them."""
 
     number: int = 0
     processes: int = 1
@@ -43,8 +43,8 @@ class Compiled:
 
 
 def listed(world: str) -> list[tuple[str, str]]:
-    """Return (function, types) of the kernels that a world calls, in the order of first calls; those of most
-    shipped worlds where it is none of these."""
+    """Return (function, types) of the kernels that a world calls, in the order of first calls; for other
+    worlds, the kernels of most shipped worlds."""
     head, *lines = LIST.read_text(encoding="utf-8").splitlines()
     names = head.removeprefix("# worlds: ").split(", ")
     out = []
@@ -57,10 +57,10 @@ def listed(world: str) -> list[tuple[str, str]]:
 
 
 def kernel_of(function: str) -> Any:
-    """Return a kernel by `module:name`; raises ImportError or AttributeError where there is none."""
+    """Return a kernel by `module:name`; raise ImportError or AttributeError if it does not exist."""
     module, _, name = function.partition(":")
     one = getattr(import_module(module), name)
-    return getattr(one, "on_fields", one)  # what Python's calls of a kernel on views come to
+    return getattr(one, "on_fields", one)  # type that Python's calls of a kernel with views have
 
 
 def compile_listed(
@@ -70,9 +70,10 @@ def compile_listed(
     backwards: bool = False,
     progress: Callable[[int, int], Any] | None = None,
 ) -> None:
-    """Compile what the list says of these worlds and no other process has done or is doing.
+    """Compile the listed kernels of these worlds, except kernels that another process has compiled or is
+    compiling.
 
-    Where several processes do so, each begins with a `share` of its own, 0 … `of` - 1.
+    If several processes do this, each begins with its own `share`, 0 … `of` - 1.
     """
     jit.FOLDER.shared = True
     lines = list(dict.fromkeys(line for world in worlds for line in listed(world)))
@@ -81,7 +82,7 @@ def compile_listed(
     for done, (function, types) in enumerate(lines):
         if progress is not None:
             progress(done, len(lines))
-        with suppress(Exception):  # one that has changed is compiled when it is called
+        with suppress(Exception):  # a kernel that has changed is compiled when it is called
             kernel, signature = kernel_of(function), signatures.read(types)
             if not kernel.known(signature):
                 kernel.compile(signature)
@@ -90,7 +91,7 @@ def compile_listed(
 
 
 def warm(worlds: Sequence[str], processes: int, progress: Callable[[int, int], Any] | None = None) -> None:
-    """Compile what the list says of these worlds, in so many processes."""
+    """Compile the listed kernels of these worlds, in so many processes."""
     others = [_start(["share", str(share), str(processes), *worlds]) for share in range(1, processes)]
     try:
         compile_listed(worlds, 0, processes, progress=progress)
@@ -103,12 +104,12 @@ def warm(worlds: Sequence[str], processes: int, progress: Callable[[int, int], A
 
 
 def known_to_list(world: str) -> str:
-    """Return the name that the list has for a world: its own for a shipped one, else "others"."""
+    """Return the name of a world in the list: its own for a shipped world, else "others"."""
     return world if world in shipped() else "others"
 
 
 def _mark(world: str) -> Path:
-    """The file that says that what is listed of a world was compiled."""
+    """Return the file that marks the listed kernels of a world as compiled."""
     return jit.FOLDER.path / f"{world}{MARK}"
 
 
@@ -123,15 +124,15 @@ def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
 
 @contextmanager
 def two_processes(world: str) -> Iterator[Compiled]:
-    """Within, a second process compiles too, where this is the first start of a world and there is a second
-    core; says afterwards how many kernels were compiled."""
+    """Compile kernels in a second process during the context, if this is the first start of a world and
+    there is a second core; afterwards store how many kernels were compiled."""
     path, helper, collecting = jit.FOLDER.path, None, gc.isenabled()
     out, there, own = Compiled(), len(list(path.glob("*.nbc"))), jit.FOLDER.compiled
     try:
         if not _mark(world).exists() and cores() > 1 and not plain() and jit.FOLDER.writable():
             jit.FOLDER.shared, out.processes = True, 2
             helper = _start(["backwards", world])
-            gc.disable()  # until all is `loaded`: most of what compiling makes stays
+            gc.disable()  # until all is `loaded`: most objects of the compiler are permanent
         yield out
     finally:
         out.number = jit.FOLDER.compiled - own
@@ -150,8 +151,8 @@ def cores() -> int:
 
 
 def help_on(arguments: Sequence[str]) -> None:
-    """Compile in this process, which another has started for that: `backwards WORLD`,
-    or `share NUMBER OF WORLD…`."""
+    """Compile in this process, which another process started for this: `backwards WORLD`, or `share NUMBER
+    OF WORLD…`."""
     with uncollected():
         if arguments[0] == "backwards":
             compile_listed(arguments[1:], backwards=True)

@@ -1,5 +1,5 @@
-"""What policies a world begins with: fresh networks, weights in files, torch modules that were handed over;
-and how they are had again."""
+"""The initial policies of a world: fresh networks, weights in files, torch modules passed by the user; and
+how to obtain them again."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ if TYPE_CHECKING:
     from ecs_eco.learning.settings import PPO
     from ecs_eco.space.world import SpatialWorld
 
-MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
+MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest allowed network needs
 POLICIES = ("trained", "random", "untrained")
 Policies: TypeAlias = "str | Path | Mapping[str, str | Path | torch.nn.Module]"
-"""Where policies come from: one of POLICIES, a folder, or by species one of these or a module."""
+"""The source of policies: one of POLICIES, a folder, or by species one of these or a module."""
 Learn: TypeAlias = bool | Mapping[str, bool] | None
-"""Which species learn: all, none, or by species; None: as the world file says."""
+"""Whether species learn: all, none, or by species; None: as in the world file."""
 Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of each group, hidden layers
 
 
 def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int) -> Any:
-    """Return a fresh network of a species, or say what is wrong with the module that it names."""
+    """Return a fresh network of a species, or report the problem with the module that it names."""
     with _refusals_of(name, policy, shape):
         return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
 
@@ -49,7 +49,7 @@ def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Sha
 def fresh_individuals(
     config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, ppo: PPO, seed: int
 ) -> Any:
-    """Return the networks of individuals, or say what is wrong with the module that their species names."""
+    """Return the networks of individuals, or report the problem with the module that their species names."""
     with _refusals_of(name, policy, shape):
         return individuals_of(
             config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device
@@ -58,7 +58,7 @@ def fresh_individuals(
 
 @contextmanager
 def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None]:
-    """Within, what cannot be a species' network is refused with its place in the world file."""
+    """Raise errors of the context as ConfigError with the network's position in the world file."""
     try:
         yield
     except (ValueError, AttributeError, ImportError) as error:
@@ -78,7 +78,7 @@ def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None
 
 
 def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
-    """Return who decides for a species that has no network: a function, or nobody yet."""
+    """Return the decision-maker of a species without a network: a function, or an empty placeholder."""
     if policy.kind == "function":
         return Function(world.config.function(policy.function), policy.function)
     expect(world)
@@ -86,7 +86,7 @@ def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
 
 
 def take_weights(brain: PolicyNetwork, module: torch.nn.Module, name: str) -> None:
-    """Give a brain the weights of a module that was handed over."""
+    """Load the weights of a torch module passed by the user into a brain."""
     from ecs_eco.learning.module_brain import as_brain
 
     try:
@@ -102,9 +102,9 @@ def take_weights(brain: PolicyNetwork, module: torch.nn.Module, name: str) -> No
 
 
 def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: str) -> None:
-    """Load trained weights of a species; raises ConfigError that says what is wrong with the file.
+    """Load trained weights of a species; raise ConfigError with the problem of the file.
 
-    Of a file without names only the shapes are checked.
+    For a file without names, only the shapes are checked.
     """
     try:
         arrays, names = weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS))
@@ -118,7 +118,7 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
 
 
 def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
-    """Return the names that a file of weights has of its species, as `ecs_eco.learning.weights` keeps them."""
+    """Return the names in a file of weights, as `ecs_eco.learning.weights` stores them."""
     species = config.species[name]
     gaits = {} if species.locomotion is None else dict(species.locomotion.speed)
     return {
@@ -130,13 +130,14 @@ def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
 
 
 def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
-    """Write the names of a species into a file of weights, whose weights stay as they are: for a file that
-    has none, or whose species was renamed since. Raises ValueError, OSError."""
+    """Write the names of a species into a file of weights without changing the weights: for a file without
+    names, or if the species was renamed. Raises ValueError, OSError."""
     return weights.save(path, weights.load(path), names_of(config, name))
 
 
 def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
-    """Raise ValueError for weights of a species that senses or chooses in other names, or in another order."""
+    """Raise ValueError for weights of a species whose sensors or options have other names or another
+    order."""
     for word in ("channels", "options", "gaits"):
         file = _in_order(theirs, word)
         here = _in_order(mine, word, file)
@@ -154,8 +155,8 @@ def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
 
 
 def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) -> list[str]:
-    """Return names in the order that matters to a policy: gaits from slow to fast, those as fast as each
-    other as in `first`; options with their groups."""
+    """Return names in the order that matters to a policy: gaits from slow to fast, equally fast gaits as
+    in `first`; options with their groups."""
     if word == "options":
         return [f"{group}.{option}" for group, options in names[word].items() for option in options]
     if word == "gaits":
@@ -165,9 +166,9 @@ def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) ->
 
 
 def require_policies(config: WorldConfig, policies: Policies) -> None:
-    """Raise ConfigError unless these are sources of policies: texts, folders,
-    or a dict of these and of torch modules."""
-    # a module is made of it: where nobody has loaded torch, nobody hands one over
+    """Raise ConfigError unless these are sources of policies: texts, folders, or a dict of these and of
+    torch modules."""
+    # if torch is not imported, no value can be a torch module
     torch = sys.modules.get("torch")
     kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))
     by_species(
@@ -180,7 +181,7 @@ def require_policies(config: WorldConfig, policies: Policies) -> None:
 
 
 def sources_in_words(config: WorldConfig, policies: Policies) -> dict[str, str]:
-    """Return where the policy of each species comes from, as a checkpoint holds it; a module has no words."""
+    """Return the source of each species' policy as text for a checkpoint; a module has none."""
     sources = {name: source_of(policies, name) for name in config.species}
     return {
         name: str(source) if isinstance(source, str | Path) else "untrained"
@@ -189,14 +190,14 @@ def sources_in_words(config: WorldConfig, policies: Policies) -> dict[str, str]:
 
 
 def source_of(policies: Policies, name: str) -> str | Path | torch.nn.Module:
-    """Return where the policy of one species comes from."""
+    """Return the source of one species' policy."""
     return policies.get(name) or "trained" if isinstance(policies, Mapping) else policies
 
 
 def weights_files(config: WorldConfig, policies: Policies) -> dict[str, Path]:
-    """Return the files that a world's policies start from, by species; `policies` as in `build`.
+    """Return the files of a world's initial policies, by species; `policies` as in `build`.
 
-    Raises ConfigError for a missing one.
+    Raises ConfigError for a missing file.
     """
     files = {}
     for name, species in config.species.items():
@@ -209,7 +210,7 @@ def weights_files(config: WorldConfig, policies: Policies) -> dict[str, Path]:
 
 
 def weights_file(config: WorldConfig, name: str, source: str | Path) -> Path | None:
-    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
+    """Return the file of a species' initial policy, None for a fresh network; raise ConfigError."""
     if source == "trained":
         file = config.species[name].policy.file
         return config.file(file) if file else None
@@ -238,10 +239,10 @@ def weights_file(config: WorldConfig, name: str, source: str | Path) -> Path | N
 
 
 def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
-    """Return a copy of a species' policy as a torch module in evaluation mode,
-    or of the organism `uid` where each has its own.
+    """Return a copy of a species' policy as a torch module in evaluation mode, or of the organism `uid` if
+    each organism has its own.
 
-    Raises UnknownName, and ConfigError where there is no network, or several and no `uid`.
+    Raises UnknownName, and ConfigError if there is no network, or several and no `uid`.
     """
     from ecs_eco.learning.module_brain import as_module
 
@@ -254,7 +255,9 @@ def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
     if nerves.individuals is None:
         return as_module(nerves.brain)
     if uid is None:
-        what = f"each {species} has a policy of its own"
-        raise ConfigError([Problem((species,), what, allowed="a uid beside the species", source="policy")])
+        what = f"each {species} has its own policy"
+        raise ConfigError(
+            [Problem((species,), what, allowed="a uid in addition to the species", source="policy")]
+        )
     _, row = world.locate(uid)
     return nerves.individuals.module(table[Policy].weights[np.array([row])][0])

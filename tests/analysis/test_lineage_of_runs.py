@@ -120,7 +120,7 @@ def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_pa
     assert any(b["parent"] for b in births.values())
     alive = len(births) - len(died)
     assert (
-        f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: "
+        f"ram\n  without parents: 40\n  born to parents: {len(births) - 40}\n  alive at tick 59: "
         f"{alive}\n" in result.output
     )
     assert "moss" not in result.output

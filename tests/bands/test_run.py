@@ -35,7 +35,7 @@ together(lead, build, 20, state=sys.argv[2] == "divided")
 def test_a_run_in_bands_leaves_the_folder_that_one_process_would_leave(mpirun, tmp_path):
     ended = mpirun(2, MAIN, "run", "reflexes", "--bands", "--ticks", "12", "--out", "two", *FEW)
     assert ended.returncode == 0, ended.stdout + ended.stderr
-    assert "2 processes, the same world in all" in ended.stdout
+    assert "2 processes, each with the whole world" in ended.stdout
     of_two = json.loads((tmp_path / "two" / "manifest.json").read_text())
     of_one = run_to_folder({**of_two["config"]}, of_two["seed"], 12, tmp_path / "one", report=False)
     assert of_two["finished"]

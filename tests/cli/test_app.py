@@ -271,7 +271,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     output = interrupt(here / "out", "run", "predator-prey")
     manifest = json.loads((here / "out" / "manifest.json").read_text())
     assert manifest["finished"] is False
-    assert f"Stopped at tick {manifest['done']} of 100000000; what was recorded" in output
+    assert f"Stopped at tick {manifest['done']} of 100000000; the recording until then" in output
     last = load_series(here / "out").ticks[-1]
     assert last > 0
     assert manifest["done"] - last in (0, 1)  # the tick that was interrupted may have been recorded already
@@ -280,7 +280,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
 @pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
     output = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
-    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in output
+    assert "Stopped after 0 of 6 runs; finished recordings are in " in output
     manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
     assert len(manifests) == 2
     assert max(m["done"] for m in manifests) > 0

@@ -27,7 +27,7 @@ def invoke(*words, code=0):
 
 def test_show_counts_kernels_of_this_version_and_of_others(folder):
     shown = invoke("show")
-    assert f"{folder}\n  2 kernels, 1.0 MB\n  all that is listed of lamb\n" in shown
+    assert f"{folder}\n  2 kernels, 1.0 MB\n  all listed kernels of lamb\n" in shown
     assert f"{folder.with_name('kernels-1')}, of another version" in shown
     assert "1 kernels, 0.5 MB" in shown
 
@@ -47,7 +47,7 @@ def test_clear_removes_what_is_ours_and_nothing_else(folder):
 def test_warm_compiles_what_is_listed_of_the_worlds_that_are_named(folder, monkeypatch):
     asked = []
     monkeypatch.setattr(first_start, "warm", lambda worlds, processes, bar: asked.append((worlds, processes)))
-    assert "0 kernels compiled, 2 are in" in invoke("warm", "lamb", "--workers", "3", "--quiet")
+    assert "0 kernels compiled, 2 in total in" in invoke("warm", "lamb", "--workers", "3", "--quiet")
     invoke("warm", "--workers", "1")
     assert asked[0] == (["lamb"], 3)
     assert asked[1] == (sorted(first_start.shipped()), 1)

@@ -73,7 +73,7 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     output = invoke(*words, "--seeds", "2", "--out", "out")
     after = written(here / "out")
     assert before.items() <= after.items()
-    assert "5 of 10 runs are there already." in output
+    assert "5 of 10 runs are already done." in output
     policies = {
         (p.parent.parent.name, json.loads(p.read_text())["seed"])
         for p in (here / "out").rglob("training.json")
@@ -126,7 +126,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
         (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
-        (["--training-seeds", "0"], "a whole number from 1"),
+        (["--training-seeds", "0"], "an integer from 1"),
         (["--training-seeds", "2", "--policies", "random"], "--policies, or --training-seeds"),
         (["--policies", "nowhere"], "no such folder"),
     ],
@@ -175,7 +175,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch:
     output = invoke(*SET, "--workers", "1", "--seeds", "2", "--out", "out", code=1)
     assert "world, seed 1: FileExistsError: old" in output
     assert "random-policy, seed 1: FileExistsError: old" in output
-    assert "2 of 4 runs failed; what the others recorded is in out." in output
+    assert "2 of 4 runs failed; the other recordings are in out." in output
 
 
 @pytest.mark.slow

@@ -68,5 +68,9 @@ def test_a_package_without_pages_says_where_they_are(site, monkeypatch):
     monkeypatch.setattr(docs, "SOURCES", site[0] / "nowhere")
     done = CliRunner().invoke(app, ["docs"])
     assert done.exit_code != 0
-    for words in ("built without its pages", "the folder docs of its sources", "tools/build_site.py"):
+    for words in (
+        "built without its documentation",
+        "the folder docs of the source code",
+        "tools/build_site.py",
+    ):
         assert words in " ".join(done.output.split())

@@ -49,7 +49,7 @@ def test_it_says_what_results_depend_on():
 def test_results_as_released_are_exit_code_0(doctor):
     code, output = doctor(release={target().key: {NAME: "a" * 64}})
     assert code == 0
-    assert "and those of the release" in output
+    assert "and agree with the release" in output
     assert "aaaaaaaaaaaa" in output
 
 
@@ -58,13 +58,13 @@ def test_an_unknown_target_is_said_and_exit_code_0(doctor):
     assert code == 0
     assert "Unknown target" in output
     assert target().key in output
-    assert "same for one thread, for two, and from a checkpoint." in output
+    assert "same with one thread, with two, and from a checkpoint." in output
 
 
 def test_other_results_than_those_of_the_release_are_exit_code_1(doctor):
     code, output = doctor(release={target().key: {NAME: "b" * 64}})
     assert code == 1
-    assert f"Results differ from those of the release on such a machine: {NAME}" in output
+    assert f"Results differ from the results of the release on this kind of machine: {NAME}" in output
 
 
 @pytest.mark.parametrize("other", ["two_threads", "resumed"])
@@ -72,7 +72,7 @@ def test_results_that_depend_on_threads_or_checkpoints_are_exit_code_1(doctor, o
     for release in (None, {target().key: {NAME: "a" * 64}}):
         code, output = doctor(**{other: "c" * 64}, release=release)
         assert code == 1
-        assert f"change results here: {NAME}" in output
+        assert f"depend on threads or checkpoints: {NAME}" in output
 
 
 def test_a_cache_that_is_not_used_is_said_with_the_reason(monkeypatch, tmp_path):

@@ -52,13 +52,13 @@ def run(tmp_path: Path, meadow: Path) -> Path:
 @pytest.mark.parametrize(
     ("out", "what"),
     [
-        ("", "'' is not possible"),
+        ("", "'' is not valid"),
         (".", "is not empty"),
         ("/", "is not empty"),
         ("..", "is not empty"),
         ("meadow.toml", "is a file"),
         ("loop", "cannot be written"),
-        ("\udcff", "is not possible"),
+        ("\udcff", "is not valid"),
     ],
     ids=["nothing", "here", "root", "above", "file", "loop", "name"],
 )
@@ -117,10 +117,7 @@ def read_only(run: Path) -> Iterator[Path]:
 def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: str, read_only: Path) -> None:
     output = refused(command, str(read_only))
     assert f'DIR: "{read_only}"'[:60] in output
-    assert (
-        "cannot be written: Permission denied; expected: a folder that can be written: name one with --out"
-        in output
-    )
+    assert "cannot be written: Permission denied; expected: a writable folder: name one with --out" in output
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def invoke(*arguments: str, code: int = 0) -> str:
 def test_a_plan_is_run_looked_at_and_collected(here: Path) -> None:
     out = invoke("plan.toml", "--workers", "1", "--out", "out")
     assert "4 jobs are done in" in out
-    assert "4 of 4 jobs are done already" in invoke("plan.toml", "--workers", "1", "--out", "out")
+    assert "4 of 4 jobs are already done" in invoke("plan.toml", "--workers", "1", "--out", "out")
     assert "24 of 24" in invoke("status", "out").replace("\n", " ")
     assert "all species persist in 4 of 4 runs of 6 ticks, at 2 points" in invoke("collect", "out")
     assert (here / "out" / "runs.parquet").is_file()
@@ -50,7 +50,7 @@ def test_failed_jobs_are_told_with_how_to_try_them_again(here: Path, monkeypatch
         patched.setattr(running, "run_job", lambda folder, number, allowed: 1 / 0)
         out = invoke("plan.toml", "--workers", "1", "--out", "out", code=1)
     assert "job 0 (count 10; seed 1) and 3 more: ZeroDivisionError" in out
-    assert "Try these again: ecs-eco sweep resume" in out
+    assert "Retry the failed jobs: ecs-eco sweep resume" in out
     assert "4 jobs are done" in invoke("resume", "out", "--workers", "1")
 
 
@@ -69,7 +69,7 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
         (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "an option of SLURM", "--on slurm with it"]),
         (["no.toml"], ["PLAN", "no.toml"]),
-        (["status", "."], ["is no folder of a sweep"]),
+        (["status", "."], ["is not a folder of a sweep"]),
         (["plan.toml", "--out", "."], ["is not empty"]),
     ],
 )

@@ -53,4 +53,4 @@ def test_what_is_no_run_is_refused(folder: str, tmp_path: Path, monkeypatch: pyt
 
 def test_a_file_is_no_folder_to_write_to(run: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    assert "is no folder" in invoke(str(run), "--out", str(tmp_path / "file"), code=2)
+    assert "is not a folder" in invoke(str(run), "--out", str(tmp_path / "file"), code=2)

@@ -210,5 +210,5 @@ def test_the_summary_says_that_plants_have_sites_of_their_own():
         )
         for names in (["moss"], ["moss", "fern"])
     ]
-    assert "spreads over 20 × 10 sites of its own\n" in told[0]
-    assert told[1].count("sites of its own; other plants may stand on the same ground") == 2
+    assert "spreads over 20 × 10 sites\n" in told[0]
+    assert told[1].count("sites; other plants can occupy the same ground") == 2

@@ -92,7 +92,7 @@ def test_a_class_of_a_notebook_that_changed_is_refused_by_name(session, tmp_path
     session.run(cell)
     with pytest.raises(CheckpointError, match=f"__main__:{name} has changed: .*trust=True"):
         World.restore(path)
-    with pytest.warns(UserWarning, match=f"__main__:{name} has changed, and is used as it is now"):
+    with pytest.warns(UserWarning, match=f"__main__:{name} has changed; the present version is used"):
         World.restore(path, trust=True)
 
 
@@ -100,5 +100,5 @@ def test_a_recording_of_a_notebook_names_the_classes_that_are_missing_elsewhere(
     run_to_folder(session.world().config, ticks=2, out=tmp_path / "run", report=False)
     assert repeat(tmp_path / "run")["same"]
     del session.main.Grow
-    with pytest.raises(Exception, match="needs code that is not here: __main__:Grow"):
+    with pytest.raises(Exception, match="needs code that is missing here: __main__:Grow"):
         repeat(tmp_path / "run")

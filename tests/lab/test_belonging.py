@@ -49,7 +49,7 @@ def _island(mine: Path, other: Path) -> str:
 
 def _manifest(mine: Path, other: Path) -> str:
     shutil.copy(other / FILE, mine / FILE)
-    return r"manifest\.json: is not of the island"
+    return r"manifest\.json: does not belong to the island"
 
 
 def _link(mine: Path, other: Path) -> str:
@@ -112,7 +112,7 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
             {"archipelago": {"islands": {"../victim": {}, "b": {}}, "migration_interval": 4}},
             r"config\.archipelago",
         ),
-        ("seed", 3, "hash: is not the hash of the plan"),
+        ("seed", 3, "hash: does not match the plan"),
         ("extra", 1, "extra: "),
     ],
 )

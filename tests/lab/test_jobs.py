@@ -91,7 +91,7 @@ def test_what_is_done_of_another_job_is_refused(tmp_path: Path) -> None:
     (sweep.job_folder(0) / "run").rename(sweep.job_folder(2))
     with pytest.raises(ConfigError, match=r"no such job; expected: a number from 0 to 3"):
         run_job(sweep.folder, 4)
-    with pytest.raises(RecordingError, match="is no folder of a sweep"):
+    with pytest.raises(RecordingError, match="is not a folder of a sweep"):
         run_job(tmp_path, 0)
 
 
@@ -168,7 +168,9 @@ def test_a_flipped_bit_and_a_wrong_type_in_a_result_are_refused_by_name(tmp_path
     whole = file.read_text()
     file.write_text(whole.replace('"mean": 1', '"mean": 9'))
     assert file.read_text() != whole
-    with pytest.raises(RecordingError, match=r"done\.json: is damaged.*seal does not fit; remove this file"):
+    with pytest.raises(
+        RecordingError, match=r"done\.json: is damaged.*seal does not match; remove this file"
+    ):
         read_done(sweep, 0)
     for change, key in (
         ({"seconds": "long"}, "seconds"),

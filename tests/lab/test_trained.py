@@ -69,7 +69,7 @@ def test_a_finished_training_that_is_damaged_is_refused_and_kept(config, tmp_pat
     folder = train_or_find(tmp_path / "seed-1", config, 1)
     whole = (folder / "training.json").read_text()
     changed = whole.replace('"seed": 1', '"seed": 3')
-    for text, said in ((changed, "its seal does not fit"), ("[", "is damaged")):
+    for text, said in ((changed, "its seal does not match"), ("[", "is damaged")):
         (folder / "training.json").write_text(text)
         with pytest.raises(RecordingError, match=said):
             train_or_find(folder, config, 1)

@@ -222,13 +222,13 @@ def test_a_world_built_in_python_is_described_from_its_tables_and_systems() -> N
     assert "| extent | 60 × 60 m |" in text
     assert "| time step | 0.5 s |" in text
     assert "seed of the random numbers is 4" in text
-    assert "`Infect`: Infect everyone within 2 m of an ill person; the ill become immune after 60 s." in text
+    assert "`Infect`: Infect people within 2 m of an ill person; ill people become immune after 60 s." in text
 
 
 def test_an_archipelago_is_described_with_its_migration() -> None:
     text = describe(EXAMPLES / "islands.toml").markdown()
     assert "Migration" in headings(text, 3)
-    assert "| `archipelago.every` | ticks |" in text
+    assert "| `archipelago.migration_interval` | ticks |" in text
 
 
 def test_the_purpose_is_the_description_else_the_readme_else_the_comment_at_the_head(tmp_path: Path) -> None:

@@ -53,9 +53,9 @@ def _clock(key, value):
 
 
 CASES = {
-    "equal rows": (_put("table/moss/row", 1), "'table/moss/row' does not ascend"),
-    "descending rows": (_put("table/moss/row", [2, 1, 0]), "'table/moss/row' does not ascend"),
-    "a row below 0": (_put("table/moss/row", [-1, 1, 2]), "'table/moss/row' does not ascend"),
+    "equal rows": (_put("table/moss/row", 1), "'table/moss/row' is not an increasing list"),
+    "descending rows": (_put("table/moss/row", [2, 1, 0]), "'table/moss/row' is not an increasing list"),
+    "a row below 0": (_put("table/moss/row", [-1, 1, 2]), "'table/moss/row' is not an increasing list"),
     "a row beyond the capacity": (
         _put("table/moss/row", 2**40, 2),
         "capacity of 64, and its last row is 1099511627776",
@@ -68,8 +68,8 @@ CASES = {
         lambda meta, arrays: meta["tables"]["moss"].__setitem__("capacity", "x"),
         "capacity of 'x'",
     ),
-    "equal uids": (_put("table/moss/uid", 2), "uid 2 lives twice"),
-    "a uid of two tables": (_put("table/deer/uid", 3, 0), "uid 3 lives twice"),
+    "equal uids": (_put("table/moss/uid", 2), "uid 2 occurs twice"),
+    "a uid of two tables": (_put("table/deer/uid", 3, 0), "uid 3 occurs twice"),
     "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' holds 0; expected: 1 to 5"),
     "a uid to come": (
         _clock("next_uid", 3),
@@ -105,11 +105,14 @@ CASES = {
     ),
     "another type": (
         _replace("table/moss/Position.x", np.zeros(3)),
-        r"'table/moss/Position\.x' is float64\[3\]; this world needs float32\[3\]",
+        r"'table/moss/Position\.x' is float64\[3\]; expected for this world: float32\[3\]",
     ),
-    "another shape": (_replace("table/moss/Position.x", np.zeros((3, 1), F)), r"needs float32\[3\]"),
-    "one too few": (_replace("table/moss/Position.x", np.zeros(2, F)), r"needs float32\[3\]"),
-    "rows in two dimensions": (_replace("table/moss/row", np.zeros((3, 1), np.int64)), r"needs int64\[3\]"),
+    "another shape": (_replace("table/moss/Position.x", np.zeros((3, 1), F)), r"this world: float32\[3\]"),
+    "one too few": (_replace("table/moss/Position.x", np.zeros(2, F)), r"this world: float32\[3\]"),
+    "rows in two dimensions": (
+        _replace("table/moss/row", np.zeros((3, 1), np.int64)),
+        r"this world: int64\[3\]",
+    ),
     "a part less": (lambda meta, arrays: arrays.pop("table/deer/killer"), "'table/deer/killer' is missing"),
     "newborn outside": (
         _put("table/moss/births/0/Position.x", np.inf, 0),
@@ -117,11 +120,11 @@ CASES = {
     ),
     "newborn of another number": (
         _replace("table/moss/births/0/Position.x", np.zeros(3, F)),
-        r"births/0/Position\.x' is float32\[3\]; this world needs .*\[2\]",
+        r"births/0/Position\.x' is float32\[3\]; expected for this world: .*\[2\]",
     ),
     "newborn with what their kind lacks": (
         lambda meta, arrays: meta["tables"]["moss"]["births"][0]["values"].append("Biology.sex"),
-        r"newborn of 'moss' have 'Biology\.sex'",
+        r"newborns of 'moss' have 'Biology\.sex'",
     ),
     "a field of another shape": (
         _replace("field/musk", np.zeros((1, 2, 2), F)),
@@ -157,7 +160,7 @@ def test_a_part_that_cannot_take_its_state_is_named(tmp_path):
     path = _changed(world, tmp_path / "odd.safetensors", _put(part, 10**6))
     with pytest.raises(
         CheckpointError,
-        match=r"odd\.safetensors: table/.*nerves cannot take what it holds: "
+        match=r"odd\.safetensors: table/.*nerves cannot load its state: "
         r"last of the rollout",
     ):
         world.load(path)
@@ -168,8 +171,8 @@ def test_a_part_that_cannot_take_its_state_is_named(tmp_path):
     [
         (np.array(-1), "holds -1; expected: 0 to"),
         (np.array(2**63 - 1), "holds 9223372036854775807; expected: 0 to"),
-        (np.array(np.nan), r"is float64\[\]; expected: one whole number"),
-        (np.zeros(2, int), r"is int64\[2\]; expected: one whole number"),
+        (np.array(np.nan), r"is float64\[\]; expected: one integer"),
+        (np.zeros(2, int), r"is int64\[2\]; expected: one integer"),
     ],
 )
 def test_the_steps_of_a_learner_are_a_number_that_can_be_counted_on(value, message, tmp_path):

@@ -47,7 +47,7 @@ def test_a_file_that_is_another_is_refused(tmp_path):
     from safetensors.numpy import save_file
 
     save_file({"x": np.zeros(3)}, tmp_path / "weights.safetensors")
-    with pytest.raises(CheckpointError, match="no checkpoint of ecs-eco"):
+    with pytest.raises(CheckpointError, match="is not a checkpoint of ecs-eco"):
         checkpoint.read(tmp_path / "weights.safetensors")
     with pytest.raises(CheckpointError, match="no such file"):
         World.restore(tmp_path / "nowhere.safetensors")

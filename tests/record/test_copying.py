@@ -75,7 +75,7 @@ def test_a_world_made_by_hand_is_copied_by_making_another(tmp_path):
     world = make()
     world.spawn("ant", n=3)
     world.run(2)
-    with pytest.raises(CheckpointError, match="copy of the world 'world': it was made by hand"):
+    with pytest.raises(CheckpointError, match="copy of the world 'world': it was built by hand"):
         world.copy()
     other = make()
     other.load(world.save(tmp_path / "w.safetensors"))
@@ -94,7 +94,7 @@ def test_a_system_of_ones_own_is_made_anew_for_a_copy():
     assert named.copy().run(2).digest() == named.run(2).digest()
     handed = World.from_config("reflexes", seed=1, policies="untrained", systems=[Starve()]).run(2)
     with pytest.raises(
-        CheckpointError, match=r"Starve was handed in as an instance.*world.copy\(systems=\[…\]\)"
+        CheckpointError, match=r"Starve was passed as an instance.*world.copy\(systems=\[…\]\)"
     ):
         handed.copy()
     assert handed.copy(systems=[Starve()]).run(2).digest() == handed.run(2).digest()

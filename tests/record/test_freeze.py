@@ -221,7 +221,7 @@ def test_pre_training_goes_on_too(menagerie, tmp_path):
 def test_systems_with_a_state_keep_it_and_instances_are_handed_in_again(menagerie, tmp_path):
     world = World.from_config(menagerie(), policies="random", systems=[Counter(5), Nothing(3)]).run(4)
     path = world.save(tmp_path / "w.safetensors")
-    with pytest.raises(CheckpointError, match=r"Nothing was handed in as an instance.*systems="):
+    with pytest.raises(CheckpointError, match=r"Nothing was passed as an instance.*systems="):
         World.restore(path)
     other = World.restore(path, systems=[Nothing(3), Counter()]).run(2)
     assert next(s for s in other.systems if isinstance(s, Counter)).n == 11
@@ -239,7 +239,7 @@ def test_a_world_made_by_hand_is_made_again_and_loaded(tmp_path):
     world.spawn("sheep", Position(x=3.0), Wool(length=0.5), n=4)
     world.run(3)
     path = world.save(tmp_path / "hand.safetensors")
-    with pytest.raises(CheckpointError, match=r"made by hand.*world\.load"):
+    with pytest.raises(CheckpointError, match=r"built by hand.*world\.load"):
         World.restore(path)
     other, mine = make()
     other.load(path)
@@ -265,7 +265,7 @@ def test_a_world_that_is_made_otherwise_is_left_as_it_was(tmp_path):
         assert other.digest() == before
     other = World((50.0, 50.0), seed=4, dt=0.5)
     other.add_table("sheep", Position, Wool)
-    with pytest.raises(CheckpointError, match=r"dt = 1\.0 s, and this world has 0\.5 s"):
+    with pytest.raises(CheckpointError, match=r"dt = 1\.0 s, but this world has 0\.5 s"):
         other.load(path)
 
 

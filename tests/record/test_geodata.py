@@ -101,12 +101,9 @@ def test_a_world_without_land_is_written_in_metres(run):
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
-        (
-            {"file": "t.shp"},
-            "no format that can be written; expected: a file ending in .gpkg, .parquet, .csv",
-        ),
+        ({"file": "t.shp"}, "unsupported format; expected: a file ending in .gpkg, .parquet, .csv"),
         ({"species": "axe"}, "no such species in this run"),
-        ({"lines": True}, "cannot be drawn around a torus"),
+        ({"lines": True}, "are not possible on a torus"),
     ],
 )
 def test_what_cannot_be_written_is_refused(run, words, fault):

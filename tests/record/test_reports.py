@@ -236,7 +236,7 @@ def test_a_reporter_is_an_objective_of_a_search():
 
 def test_a_reporter_may_not_join_a_run_that_is_recorded_already(tmp_path: Path):
     def prepare(world):
-        with pytest.raises(RuntimeError, match="write it into the world file"):
+        with pytest.raises(RuntimeError, match="add it to the world file"):
             world.add_reporter("late", "count()")
 
     run_to_folder(GARDEN, 1, 2, tmp_path / "run", report=False, prepare=prepare)

@@ -73,7 +73,7 @@ def test_in_the_place_of_a_part(run, put):
 @pytest.mark.timeout(60)
 def test_in_the_place_of_a_manifest(run, put):
     put(run / "manifest.json")
-    with pytest.raises(FileNotFoundError, match=r"is no run folder: has no manifest\.json"):
+    with pytest.raises(FileNotFoundError, match=r"is not a run folder: has no manifest\.json"):
         read_manifest(run)
 
 

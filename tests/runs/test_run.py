@@ -142,7 +142,7 @@ def test_a_damaged_older_part_is_refused_and_nothing_is_recorded_after_it(menage
     data[len(data) // 3] ^= 4
     part.write_bytes(data)
     before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.*") if path.is_file()}
-    with pytest.raises(RecordingError, match=rf"{kind}/part-00000.parquet: is damaged.*A fork does"):
+    with pytest.raises(RecordingError, match=rf"{kind}/part-00000.parquet: is damaged.*Fork it"):
         resume(tmp_path / "run", until=20, report=False)
     assert before == {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.*") if path.is_file()}
     assert fork(tmp_path / "run", tmp_path / "fork", until=12, report=False)["done"] == 12

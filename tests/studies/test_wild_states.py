@@ -44,7 +44,7 @@ def test_no_kernel_leaves_its_arrays_in_wild_states(world):
         (ValueError("moss, uid 2: Position.x is nan; expected: 0 to 9 m"), "columns", "refused"),
         (ValueError("negative dimensions"), "within a tick", "stopped with an error"),
         (CheckpointError("something is wrong"), "checkpoint", "refused without a place"),
-        (CheckpointError("/tmp/odd.safetensors: uid 2 lives twice"), "checkpoint", "refused"),
+        (CheckpointError("/tmp/odd.safetensors: uid 2 occurs twice"), "checkpoint", "refused"),
     ],
 )
 def test_what_became_of_a_state_is_told_by_its_error(error, way, kind):

@@ -144,7 +144,7 @@ def test_what_is_written_has_no_slips_and_lines_of_at_most_110_columns(how, tmp_
     [
         ("9lives", [], "not a valid name"),
         ("isle", ["--from", "medow"], "unknown starter world"),
-        ("isle", ["--from", "blank", "--package"], "does not go with --package"),
+        ("isle", ["--from", "blank", "--package"], "cannot be used with --package"),
         ("json", ["--package"], "a module or a keyword has this name"),
         ("class", ["--package"], "a module or a keyword has this name"),
         ("full", [], "the folder is not empty"),

@@ -165,7 +165,7 @@ def test_a_world_made_by_hand_can_be_watched():
     assert struct.unpack_from("<I", page.frames[0], 28) == (3,)
     assert page.got("params") == [{"kind": "params", "list": [], "knobs": []}]
     (answer,) = Live(world).handle({"kind": "act", "what": {"kind": "cull", "species": "mite", "count": 1}})
-    assert "no system that intervenes" in answer["text"]
+    assert "has no system Intervene" in answer["text"]
 
 
 def test_roads_and_the_areas_in_which_land_is_used_are_told_as_they_come_and_go():

@@ -70,7 +70,7 @@ def test_the_process_of_an_island_takes_no_modules_of_the_folder_that_it_runs_in
     said = []
     Opened(tmp_path)._ask("nowhere", 1, lambda address, why: said.append(why))
     assert "nowhere" in said[0]
-    assert "is no run folder" in said[0]  # it came as far as that
+    assert "is not a run folder" in said[0]  # it came as far as that
     assert not (tmp_path / "mark").exists()
 
 

@@ -162,7 +162,7 @@ def test_what_is_clicked_is_recorded_and_comes_out_the_same_again(recorded):
     assert manifest["done"] == tick + 22
     result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
     assert result.exit_code == 0, result.output
-    assert "the same end" in result.output
+    assert "the same result" in result.output
     assert manifest["digest"][:12] in result.output
 
 

@@ -200,7 +200,7 @@ def test_without_ffmpeg_a_gif_is_offered(folder, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     done = _film(folder, tmp_path / "run.mp4")
     assert done.exit_code == 2
-    assert "ffmpeg is not installed; expected: a name that ends in .gif" in done.output
+    assert "ffmpeg is not installed; expected: a name ending in .gif" in done.output
     assert 'did you mean "run.gif"' in done.output
 
 
@@ -222,7 +222,7 @@ def test_a_film_of_a_long_run_lasts_a_minute():
     ("arguments", "words"),
     [
         (["--to", 99], "was not recorded; expected: 0 to 19"),
-        (["--from", 9, "--to", 3], "lies before --from 9"),
+        (["--from", 9, "--to", 3], "is before --from 9"),
         (["--fps", 0], "expected: 1 to 240"),
         (["--size", "big"], "WIDTHxHEIGHT, each 320 to 7680"),
         (["--size", "99x999"], "each 320"),

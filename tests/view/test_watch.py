@@ -86,7 +86,7 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
     assert [tick for tick, _ in manifest["intervened"]] == [state["tick"]]
     result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
     assert result.exit_code == 0, result.output
-    assert "the same end" in result.output
+    assert "the same result" in result.output
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_the_map_of_an_archipelago_has_nothing_beside_it(tmp_path):
     (tmp_path / "archipelago.json").write_text("{}")
     result = CliRunner().invoke(app, ["watch", "predator-prey", str(tmp_path), "--no-browser"])
     assert result.exit_code == 2
-    assert "is an archipelago, whose map is shown alone" in result.output
+    assert "is an archipelago, whose map cannot be shown next to another world" in result.output
 
 
 def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):

@@ -132,7 +132,7 @@ def test_a_policy_of_an_individual_is_that_of_its_uid(meadow, network):
     logits, _ = nerves.think(table, world)
     theirs = world.policy("deer", uid)(torch.from_numpy(nerves.x[3:4].copy()))[0]
     np.testing.assert_allclose(theirs.detach().numpy(), logits[3:4], rtol=1e-3, atol=1e-5)
-    with pytest.raises(ConfigError, match="each deer has a policy of its own"):
+    with pytest.raises(ConfigError, match="each deer has its own policy"):
         world.policy("deer")
 
 

@@ -177,10 +177,10 @@ class _Checkpoints(_Judge):
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
                 return {"kind": "wrong load", "said": wrong or "resumed, it comes to another end"}
         words = {
-            "its head is damaged": "head",
+            "its header is damaged": "head",
             "the part": "part",
-            "is no whole checkpoint": "not whole",
-            "is no checkpoint": "not whole",
+            "is not a complete checkpoint": "not whole",
+            "is not a checkpoint": "not whole",
         }
         word = next((words[w] for w in words if w in message), "other")
         return {"kind": "refused", "problems": {f"checkpoint: {word}": 1}}
