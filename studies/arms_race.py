@@ -31,10 +31,8 @@ from studies.common.training_seeds import share_of_lives
 REGISTERED = registration("arms_race")
 Entries = list[dict[str, Any]]
 GENES = ("pace", "sight")
-SIGHT = {
-    "deer": ("wolf", 3),
-    "wolf": ("deer", 1),
-}  # for each species, the species that it watches: name and number of the sensor
+# for each species, the species that it watches: name and number of the sensor
+SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}
 
 
 # --- worlds -----------------------------------------------------------------------------------------------

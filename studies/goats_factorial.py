@@ -20,10 +20,8 @@ from studies.inheritance import change
 
 REGISTERED = registration("goats_factorial")
 NEWBORN = 10  # ticks of life before learning, every 32 ticks, begins
-ASKED = {
-    "touch_yellow": 1.0,
-    "energy": 0.6,
-}  # the observations shown to a newborn; all other channels are absent
+# the observations shown to a newborn; all other channels are absent
+ASKED = {"touch_yellow": 1.0, "energy": 0.6}
 WITH = [name for name, of in REGISTERED.arms.items() if of["genes"]]
 TRAITS = 3  # red, yellow and green; blue has no effect in any arm
 

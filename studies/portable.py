@@ -110,7 +110,8 @@ def summarise(entries: list[dict]) -> dict:
                     "same" if equal else "other",
                 ]
             )
-    controls = len(digests.get("native", {}))  # omitted in the short form: kernels would be compiled twice more
+    # omitted in the short form: kernels would be compiled twice more
+    controls = len(digests.get("native", {}))
     changing = [w for w, on in digests["portable"].items() if len(set(next(iter(on.values())))) < 3]
     verdicts = [
         verdict(

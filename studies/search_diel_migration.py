@@ -132,7 +132,8 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     mine = slice(day * each + world.recorder.names.index("copepod"), None, each)
     lives = table.n * days
     out = {kind: sum(series[f"died: {kind}"][mine]) / lives for kind in ("eaten by krill", "starved")}
-    shape = np.array(depths).reshape(days, 8).mean(0)  # the first sample is an eighth of a day after the start
+    # the first sample is an eighth of a day after the start
+    shape = np.array(depths).reshape(days, 8).mean(0)
     hour = (data["sun"]["start"] + (np.arange(8) + 1) / 8) % 1
     bright = abs(hour - 0.5) < 0.2
     return out | {

@@ -29,7 +29,8 @@ SMALL = {
     "species.deer.count": 44,
     "species.wolf.count": 5,
 }
-SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}  # detect a lost node within 5 s
+# detect a lost node within 5 s
+SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}
 ENGINES = ("bare", "local", "ray", "slurm")
 
 

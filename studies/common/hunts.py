@@ -11,10 +11,7 @@ MODULE = "studies.common.hunts"
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
 ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
-SPACING, FROM = (
-    40.0,
-    5.0,
-)  # [m] between pairs; initial distance of the wolf: the range of sight of wolves in the world
+SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf: the range of sight of wolves
 STORES = {"deer": 0.7, "wolf": 0.5}  # initial energy
 DEER = {"forward": 7, "left": 8, "near": 9}  # channels of a deer that sense wolves
 WOLF = {"forward": 1, "left": 2, "near": 3}  # channels of a wolf that sense deer

@@ -21,10 +21,8 @@ KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object that touch
 REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] a copepod alive after them has survived it
 PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and the distance [m] within which copepods are counted
-STAY, SPREAD = (
-    12,
-    2,
-)  # [ticks] that a plume stays in place, and the first of these, in which moves are not counted
+# [ticks] that a plume stays in place, and the first of these, in which moves are not counted
+STAY, SPREAD = 12, 2
 
 
 def life(world: Any, days: int) -> dict[str, Any]:
