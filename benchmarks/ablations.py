@@ -1,15 +1,16 @@
-"""Measure what each trick of `ecs_eco.compiled` gains: the same jobs with all tricks and with all but one, in turns.
+"""Measure the gain of each trick of `ecs_eco.compiled`: the same jobs with all tricks and with all but one,
+in turns.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
-Lines that run before the package is loaded switch off a trick, in processes with their own folder of kernels
-if the trick changes kernels. In each turn every variant does every job once, in another order. The table shows
-how many times as long a job takes without the trick: the median of turns and their range. Jobs: README's
-predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and on two; a later start of
-`ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process. Seconds are
-processor time, which other work on the machine disturbs less; for two threads they are wall-clock time. Tricks
-that concern threads only are the control of the jobs on one thread: how far their rows are from 1 is noise. The
-lines below the table name variants with different results.
+Code that runs before the package is loaded switches off a trick, in processes with a separate folder of
+kernels if the trick changes kernels. In each turn every variant does every job once, in a different order.
+The table shows how many times as long a job takes without the trick: the median of turns and their range.
+Jobs: README's predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and on two; a
+later start of `ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process.
+Seconds are processor time, which other work on the machine disturbs less; for two threads they are wall-clock
+time. Tricks that concern only threads are the control of the jobs on one thread: the distance of their rows
+from 1 is noise. The lines below the table name variants with different results.
 """
 
 import argparse
@@ -32,7 +33,7 @@ _bench.pin_threads()
 
 ROOT = Path(__file__).parents[1]
 ALL = "all tricks"
-PLAIN = "all that needs numba's private names"
+PLAIN = "all tricks that need numba's private names"
 FORM = "a form for calls from kernels, without machine code"
 PREFETCHING = "prefetching"
 TWO = "(with: two processes at the first start)"
@@ -135,9 +136,9 @@ SAME_KERNELS = (
     "threads that stay awake",
     "work divided only where that takes less time",
 )
-"""Tricks that change no kernel, and nothing of a first start."""
+"""Tricks that affect neither kernels nor a first start."""
 FIRST_START = TWO, FORM
-"""What only a first start tells: without the form, machine code from the disk cannot be linked into kernels."""
+"""Tricks that matter only at a first start: without the form, cached machine code cannot be linked into kernels."""
 ONE_PROCESS = """
 from ecs_eco.worlds import first_start
 first_start.cores = lambda: 1
@@ -145,7 +146,7 @@ first_start.cores = lambda: 1
 
 
 def process(trick: str, cache: Path, code: str, *arguments: str) -> tuple[str, float, float]:
-    """Run a job without a trick; return what it printed, and its seconds of the clock and the processor."""
+    """Run a job without a trick; return its output, and its wall-clock and processor seconds."""
     environment = os.environ | {
         "ECS_ECO_CACHE": str(cache),
         "PYTHONPATH": str(ROOT),
@@ -164,7 +165,7 @@ def process(trick: str, cache: Path, code: str, *arguments: str) -> tuple[str, f
 
 
 def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[float, float]:
-    """Return the seconds of a whole command, of the clock and of the processor."""
+    """Return the wall-clock and processor seconds of a whole command."""
     with tempfile.TemporaryDirectory(dir=folder) as out:
         run = ("run", "predator-prey", "--ticks", "100", "--seed", "1", "--quiet", "--no-report")
         return process(trick, cache, code, *run, "--out", f"{out}/run")[1:]
@@ -173,7 +174,7 @@ def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[flo
 def turn(
     trick: str, caches: Path, first: bool, learners: Sequence[str]
 ) -> tuple[dict[str, float], list[str]]:
-    """Do every job once without a trick; return seconds by job, and digests. Animals that learn alone, which
+    """Do every job once without a trick; return seconds by job, and digests. Individual learners, which
     take long to compile, are a job of the `learners`."""
     cache, out = caches / (ALL if trick in SAME_KERNELS else trick), {}
     if first and trick not in SAME_KERNELS:
@@ -189,7 +190,7 @@ def turn(
 
 
 def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
-    """Return a row for each trick: for each job, how many times as long it takes without."""
+    """Return a row for each trick: for each job, how many times as long it takes without the trick."""
     rows = []
     for trick, turns in took.items():
         row: dict[str, Any] = {"without": trick}
@@ -210,9 +211,7 @@ def main() -> None:
     """Measure all variants in turns."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--pairs", type=int, default=7, help="turns, after one that compiles")
-    parser.add_argument(
-        "--firsts", type=int, default=3, help="of these, those that also start for the first time"
-    )
+    parser.add_argument("--firsts", type=int, default=3, help="turns that also include a first start")
     parser.add_argument("--at-once", type=int, default=1, help="processes that compile in the first turn")
     parser.add_argument("--tricks", nargs="*", choices=[*TRICKS, TWO], default=[*TRICKS, TWO])
     options = parser.parse_args()
@@ -223,11 +222,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
 
         def each(some: Sequence[str], number: int, at_once: int = 1) -> None:
-            """Let a turn pass for some variants."""
+            """Run a turn for some variants."""
             with ThreadPoolExecutor(at_once) as pool:
                 done = pool.map(lambda one: turn(one, Path(folder), number < options.firsts, learners), some)
                 for variant, (seconds, digests) in zip(some, done, strict=True):
-                    if number == 0:  # some have compiled, which leaves a process warm in other ways, too
+                    if number == 0:  # some variants have compiled, which also warms a process in other ways
                         seconds = {job: seconds[job] for job in seconds if job.startswith("first")}
                     took[variant].append(seconds)
                     ends[variant] = digests

@@ -1,5 +1,5 @@
-"""Measure organism-steps per second of animals that sense, decide and act, with ledger, recorder and causes of
-death on.
+"""Measure organism-steps per second of animals that sense, decide and act, with ledger, recorder and causes
+of death on.
 
     python benchmarks/animals.py [--sizes 1000 10000 100000] [--learn] [--threads 1 2]
 
@@ -23,8 +23,8 @@ from ecs_eco.components import Position
 
 
 def in_reach(world: World, name: str, sample: int = 300) -> float:
-    """Return the mean number of bodies within the sensing radii of some animals of a species,
-    counted the slow way."""
+    """Return the mean number of bodies within the sensing radii of some animals of a species, counted by
+    brute force."""
     table = world.tables[name]
     rows = table.by_uid()[:: max(1, table.n // sample)]
     total = 0
@@ -41,7 +41,7 @@ def in_reach(world: World, name: str, sample: int = 300) -> float:
 
 
 def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
-    """Time a world of this size after warming up; with learning, over whole rollouts."""
+    """Time a world of this size after a warm-up; with learning, over whole rollouts."""
     world = World.from_config(
         _bench.savanna(animals), seed=1, policies="untrained", threads=threads, training=True, learn=learn
     )

@@ -51,7 +51,7 @@ for asked in sys.stdin:
 
 @contextmanager
 def beside(processes: int) -> Iterator[None]:
-    """Within, so many processes take a core each."""
+    """Start the given number of processes that keep a core each busy."""
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
     try:
         yield
@@ -72,13 +72,13 @@ def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
     )
     assert made.stdout is not None
-    made.stdout.readline()  # what it does until it is ready, it does alone
+    made.stdout.readline()  # the other process waits until this one is ready
     return made
 
 
 def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
-    """Let some ticks of a world pass; return nanoseconds an animal, of the wall clock and of the processor,
-    the most memory so far [GiB], and the digest in the end."""
+    """Run some ticks of a world; return nanoseconds per animal, of wall-clock and of processor time, the
+    peak memory so far [GiB], and the final digest."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("d\n" if last else "\n")
@@ -88,8 +88,9 @@ def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
 
 
 def measure(before: Path, animals: int, threads: int, others: int, learn: bool, turns: int) -> dict[str, Any]:
-    """Return the row of one world: this commit on so many threads, the other on `others`."""
-    # who waited is slow at first, on several threads most: their turns are long
+    """Return the row of one world: this commit on the given number of threads, the other commit on
+    `others`."""
+    # a process that waited is slow at first, especially on several threads: use long turns
     ticks = 64 if learn else max(1, (20_000 if max(threads, others) == 1 else 2_000_000) // animals)
     worlds = [start(before, [animals, others, learn, ticks]), start(ROOT, [animals, threads, learn, ticks])]
     took: list[list[list[Any]]] = [[], []]
@@ -123,7 +124,7 @@ def measure(before: Path, animals: int, threads: int, others: int, learn: bool, 
 
 
 def main() -> None:
-    """Measure the rows that are asked for."""
+    """Measure the requested rows."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--before", metavar="COMMIT", required=True)
     parser.add_argument(
@@ -132,9 +133,11 @@ def main() -> None:
         metavar="ANIMALS:THREADS:BEFORE:LEARN",
         default=["1000:1:1:0", "10000:1:1:0", "100000:1:1:0", "10000:1:1:1", "10000:2:2:0", "100000:2:2:0"],
     )
-    parser.add_argument("--folder", type=Path, help="a checkout of that commit, whose kernels are compiled")
+    parser.add_argument("--folder", type=Path, help="a checkout of that commit with compiled kernels")
     parser.add_argument("--turns", type=int, default=60)
-    parser.add_argument("--beside", type=int, default=0, help="processes that each take a core meanwhile")
+    parser.add_argument(
+        "--beside", type=int, default=0, help="processes that keep a core each busy during the measurement"
+    )
     parser.add_argument("--name", default="animals_pairs", help="of the result")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -1,24 +1,24 @@
 """Measure one world on several processes: speed-up, bytes, and the predictions of a model for more processes.
 
-    mpiexec is called by it: python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
+    python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
-Strong scaling: the same savanna in 1, 2, … processes. Weak: as many animals in each process as in the one.
-Both with whole worlds, which every process holds (`--bands`), and with divided state (`--divided`). All run
-in turns, and the best turn counts, for others may use the machine; processes that wait keep a core busy, so
-that with other work on it times on the clock and those of exchanges mean nothing. Work is counted in
-processor time, which they disturb less: that which bands share, and that which every process does alike; so
-exchanges and waiting are left out of both. All processes must come to the same digest, that of one process.
+The script calls mpiexec. Strong scaling: the same savanna in 1, 2, … processes. Weak scaling: as many animals
+in each process as in the single one. Both run with whole worlds in every process (`--bands`) and with divided
+state (`--divided`). All run in turns, and the best turn counts, because other work may share the machine.
+Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange times mean
+nothing. Work is therefore measured in processor time, separately for work that bands share and work that
+every process repeats, without exchanges and waiting. All processes must end with the digest of a single
+process.
 
-What the halo of a band costs is measured in the divided savanna itself, for several numbers of organisms in a
-band: ghosts that came, their bytes, and the processor time of packing them, bringing them to life and letting
-them go.
+The cost of a band's halo is measured in the divided savanna itself, for several numbers of organisms in a
+band: the number of ghosts, their bytes, and the processor time to pack, unpack and remove them.
 
 The model of whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P)
-/ bandwidth. That of divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls · latency · log2 P
-+ bytes of the halo / bandwidth, where ghosts and their bytes grow with the width of the map alone; told is
-the work that all do for births and the sites of plants, wherever they are. Both are straight lines through
-what was measured for several sizes. Costs per animal of what is shared are from the runs of one process,
-latency and bandwidth from messages between two.
+/ bandwidth. The model of divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls · latency ·
+log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the width of the map; told
+is the work that every process does for births and the sites of plants, wherever they are. Both are straight
+lines fitted to measurements at several sizes. Costs per animal of shared work are from runs of one process,
+latency and bandwidth from messages between two processes.
 """
 
 import argparse
@@ -36,11 +36,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-SIZES = 1250, 2500, 5000, 10_000, 20_000  # animals in a band, to measure its halo
+SIZES = 1250, 2500, 5000, 10_000, 20_000  # animals per band when its halo is measured
 
 
 def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
-    """Let a savanna pass some ticks in all processes that there are; return what process 0 spent."""
+    """Run some ticks of a savanna in all processes of this job; return the costs of process 0."""
     from mpi4py import MPI
 
     from ecs_eco import World
@@ -92,8 +92,8 @@ def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
 
 
 def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Add up the seconds of processor time of the work that bands share (sensing, networks, food, fields and
-    gradients), and of exchanges and waiting for them."""
+    """Sum the seconds of processor time of shared work (sensing, networks, food, fields and gradients),
+    and of exchanges and waiting for them."""
     from ecs_eco.systems.decide import Decide
     from ecs_eco.systems.diffuse import Diffuse
     from ecs_eco.systems.feed import Feed
@@ -108,8 +108,9 @@ def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
 
 
 def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Add up the seconds of processor time of what all processes do alike, of ghosts and of those who change
-    their process, and of exchanges and waiting for them; all else is done by each for its part."""
+    """Sum the seconds of processor time of work that all processes repeat, of ghosts and of animals that
+    change their process, and of exchanges and waiting for them; each process does all other work for its
+    part."""
     from ecs_eco.systems.respawn import Respawn
     from ecs_eco.systems.spread import Spread
 
@@ -129,7 +130,7 @@ def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
 
 
 def timed(thing: Any, name: str, spent: dict[str, float], word: str) -> None:
-    """Let a method add its processor time under a word, but for what other words get meanwhile."""
+    """Make a method add its processor time under a label, without the time that nested labels count."""
     inner = getattr(thing, name)
 
     def method(*arguments: Any) -> Any:
@@ -142,7 +143,7 @@ def timed(thing: Any, name: str, spent: dict[str, float], word: str) -> None:
 
 
 def messages() -> dict[str, float]:
-    """Return latency [s] and bandwidth [bytes/s] of Allgatherv between the processes there are."""
+    """Return latency [s] and bandwidth [bytes/s] of Allgatherv between the processes of this job."""
     import numpy as np
     from mpi4py import MPI
 
@@ -155,12 +156,12 @@ def messages() -> dict[str, float]:
             start = time.perf_counter()
             comm.Allgatherv(MPI.IN_PLACE, [buffer, counts, starts, MPI.BYTE])
             seconds.append(time.perf_counter() - start)
-        times[size] = min(seconds)  # others disturbed the rest
+        times[size] = min(seconds)  # other work disturbed the rest
     return {"latency": times[64], "bandwidth": 8_000_000 * (comm.size - 1) / times[8_000_000]}
 
 
 def launch(n: int, *arguments: str) -> dict[str, Any]:
-    """Run this file in n processes; return what process 0 says."""
+    """Run this file in n processes; return the output of process 0."""
     mpiexec = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
     done = subprocess.run(
         [mpiexec, "-n", str(n), sys.executable, __file__, "--part", *arguments],
@@ -209,7 +210,7 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what the halo of a band of a savanna in two processes costs."""
+    """Return the cost of the halo of a band of a savanna in two processes."""
     best = min(results, key=lambda r: r["halo"])
     return {
         "organisms in a band": best["held"],
@@ -225,7 +226,7 @@ def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
-    """Return beginning and slope of a straight line through some columns, the former at least 0."""
+    """Return the intercept (at least 0) and slope of a straight line through some columns."""
     if len(halos) == 1:
         return 0.0, halos[0][y] / halos[0][x]
     slope, start = statistics.linear_regression([h[x] for h in halos], [h[y] for h in halos])
@@ -235,10 +236,11 @@ def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
 def predicted(
     rows: dict[str, dict[str, Any]], wire: dict[str, float], halos: list[dict[str, Any]], n: int, p: int
 ) -> dict[str, Any]:
-    """Return the model's speed-up of a savanna of n animals in p processes, on the wire that was measured."""
+    """Return the model's speed-up of a savanna of n animals in p processes, with the measured network."""
     one, two, divided = rows["one"], rows["whole"], rows["divided"]
     shared, alike = one["shared, ns per animal"] * 1e-9, one["alike, ns per animal"] * 1e-9
-    each = two["bytes per animal and tick"] * 2  # of all, of which 1 − 1/P comes from others
+    # of all bytes, of which the share 1 − 1/P comes from other processes
+    each = two["bytes per animal and tick"] * 2
     calls = math.ceil(math.log2(p)) * wire["latency"]
     now = (
         n * (shared / p + alike)
@@ -272,12 +274,14 @@ def predicted(
 
 
 def main() -> None:
-    """Measure in turns, fit, and print what the model says."""
+    """Measure in turns, fit, and print the model's predictions."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=20_000)
     parser.add_argument("--processes", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("--short", action="store_true", help="a small world, for seconds; writes nothing")
+    parser.add_argument(
+        "--short", action="store_true", help="use a small world, for a few seconds; write no results"
+    )
     parser.add_argument("--part", nargs="+", default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.part:
@@ -297,7 +301,7 @@ def main() -> None:
         halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
         for n in (SIZES[:1] if options.short else SIZES)
     ]
-    wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # others disturbed the rest
+    wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # other work disturbed the rest
     wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
     conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 
@@ -308,7 +312,7 @@ def conclude(
     halos: list[dict[str, Any]],
     short: bool,
 ) -> None:
-    """Print the rows and what the model says; write both unless it is short."""
+    """Print the rows and the predictions; write both unless the run is short."""
     notes = {
         "latency of an exchange between two processes [s]": wire["latency"],
         "bandwidth between two processes [bytes/s]": wire["bandwidth"],

@@ -5,16 +5,16 @@
     python benchmarks/before_after.py systems --before COMMIT [--worlds NAME …]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12] [--firsts 3]
 
-`digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
-individual: a hash of where all organisms are, what they have and who they are. `times`: processes with
-kernels compiled before build a world and live for a few ticks, one while the others wait, in turns. Turns of
-the same number have the same seed, so all have the same organisms even where last bits of policies differ.
-The ratio is that of this commit's seconds to the other's. A second process of the other commit is the
-control: what its ratio is beside 1 comes from how processes lie in memory. All are started anew after every
-few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `systems`: how long each
-system takes for a tick [µs]: the least time of each tick among worlds of the same seeds, which processes of
-either commit run in turns. Noise only adds, so this resolves what `times` cannot. `starts`: whole processes
-in turns, without and with their report, and with an empty cache. Results go to
+`digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off and with shared and
+individual policies: a hash of the positions, contents and identities of all organisms. `times`: processes
+with compiled kernels build a world and run a few ticks in turns; only one works at a time. Turns of the same
+number have the same seed, so all have the same organisms even if the last bits of policies differ. The ratio
+is this commit's seconds divided by the other's. A second process of the other commit is the control:
+deviations of its ratio from 1 come from the memory layout of processes. All processes are restarted after
+every few turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: the time of
+each system per tick [µs]: the shortest time of each tick among worlds with the same seeds, which processes of
+both commits run in turns. Noise only adds time, so this resolves differences that `times` cannot. `starts`:
+whole processes in turns, without and with their report, and with an empty cache. Results go to
 benchmarks/results/before_after_<what>.json.
 """
 
@@ -154,15 +154,15 @@ print(json.dumps({"modules": len(sys.modules), "of these": [name for name in hea
 
 
 def environment(place: Path) -> dict[str, str]:
-    """Return the environment of a process that has the package of a place, and finds its bytecode as that of
-    a user does."""
+    """Return the environment of a process that imports the package of a commit, with bytecode cached as
+    for a user."""
     return {k: v for k, v in os.environ.items() if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {
         "PYTHONPATH": str(place)
     }
 
 
 def call(place: Path, code: str, argument: Any) -> Any:
-    """Return what a piece of code prints, as JSON, in a process that has the package of a place."""
+    """Return the JSON output of some code in a process that imports the package of a commit."""
     command = [sys.executable, "-c", code, json.dumps(argument)]
     done = subprocess.run(
         command, cwd=place, env=environment(place), capture_output=True, text=True, check=False
@@ -173,7 +173,7 @@ def call(place: Path, code: str, argument: Any) -> Any:
 
 
 def digests(before: Path) -> dict[str, Any]:
-    """Return for each case whether both commits come to the same end."""
+    """Return for each case whether both commits end with the same digest."""
     cases = []
     for name, learn, changes in CASES:
         asked = [name, learn, changes, TICKS]
@@ -193,8 +193,8 @@ def digests(before: Path) -> dict[str, Any]:
 
 
 def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
-    """Return for each of these worlds the ratio of the two commits' seconds, now to before, and the
-    control's."""
+    """Return for each of these worlds this commit's seconds divided by the other's, and the ratio of the
+    control."""
     results = {}
     for name in worlds:
         world, changes, ticks = WORLDS[name]
@@ -202,7 +202,9 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
             took: list[list[list[float]]] = []  # by set, turn and process
             for _ in range(sets):
                 with living([before, before, ROOT], [world, changes, turn_ticks, one]) as turn:
-                    took.append([turn(number) for number in range(2 + TURNS)][2:])  # after two that compile
+                    took.append(
+                        [turn(number) for number in range(2 + TURNS)][2:]
+                    )  # after two turns that compile
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
             after = [statistics.median(t[2] / t[0] for t in turns) for turns in took]
             control = [statistics.median(t[1] / t[0] for t in turns) for turns in took]
@@ -219,8 +221,8 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 
 
 def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
-    """Return for each of these worlds the least time of each system for a tick [µs], and the ratio of whole
-    ticks."""
+    """Return for each of these worlds the shortest time of each system per tick [µs], and the ratio of
+    whole ticks."""
     results: dict[str, Any] = {}
     for name in worlds:
         world, changes, ticks = WORLDS[name]
@@ -260,8 +262,8 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 
 @contextmanager
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
-    """A process for each place; the function lets the next world of each live for a turn, in an order that
-    depends on the turn's number, and returns what they print: the seconds that they took."""
+    """Yield a function that runs the next world of each process for a turn, in an order that depends on
+    the turn's number, and returns their output: seconds."""
     worlds = [
         subprocess.Popen(
             [sys.executable, "-c", code, json.dumps(asked)],
@@ -295,14 +297,14 @@ def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callabl
 
 
 def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
-    """Return the same of whole processes: runs of 100 ticks with kernels compiled before, without and with
-    their report; first starts, into an empty cache; and what is loaded and compiled."""
+    """Return the same for whole processes: runs of 100 ticks with compiled kernels, without and with their
+    report; first starts with an empty cache; and the loaded modules and compiled kernels."""
     out: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         caches = {place: Path(folder) / name for place, name in ((before, "before"), (ROOT, "after"))}
         for place, cache in caches.items():
             word = "before" if place == before else "after"
-            compileall.compile_dir(place / "ecs_eco", quiet=2)  # as pip does when it installs
+            compileall.compile_dir(place / "ecs_eco", quiet=2)  # as pip does during installation
             begun = start(place, cache, True)[0]  # compiles
             out.setdefault("100 ticks, first start, with its report, once [s]", {})[word] = round(begun, 2)
             out.setdefault("loads", {})[word] = start(place, cache, False)[1]
@@ -321,8 +323,8 @@ def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
 
 
 def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]]:
-    """Return the seconds of a frozen run of 100 ticks as a process, with the kernels of a folder,
-    and what it loaded."""
+    """Return the seconds of a frozen run of 100 ticks as a process, with the kernels in a folder, and the
+    modules it loaded."""
     with tempfile.TemporaryDirectory() as folder:
         words = ["run", "predator-prey", "--ticks", "100", "--quiet", *([] if report else ["--no-report"])]
         command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
@@ -336,13 +338,13 @@ def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]
 
 
 def first(place: Path) -> float:
-    """Return the seconds of a run without its report that begins with an empty cache."""
+    """Return the seconds of a run without report that starts with an empty cache."""
     with tempfile.TemporaryDirectory() as folder:
         return start(place, Path(folder) / "cache", False)[0]
 
 
 def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[dict[str, Any], Any]:
-    """Return the median ratio of this commit's seconds to the other's, with its interval; and the median
+    """Return the median ratio of this commit's seconds to the other's, with its interval, and the median
     seconds of both."""
     ratios, seconds = [], []
     for number in range(pairs):
@@ -356,7 +358,7 @@ def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[
 
 
 def interval(ratios: list[float]) -> dict[str, float]:
-    """Return the median of ratios, and 95 % of a bootstrap's medians."""
+    """Return the median of ratios and its bootstrapped 95% interval."""
     draws = random.Random(1)
     medians = sorted(statistics.median(draws.choices(ratios, k=len(ratios))) for _ in range(2000))
     return {
@@ -367,7 +369,7 @@ def interval(ratios: list[float]) -> dict[str, float]:
 
 
 def main() -> int:
-    """Compare and keep; return 1 where results differ."""
+    """Compare and store; return 1 if results differ."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "systems", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")

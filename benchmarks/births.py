@@ -23,10 +23,10 @@ GOAL = {"at once": 50_000, "one by one": 5_000}
 
 
 def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
-    """Return the births in one second of wall time, with genomes of this many loci and n births in a call."""
+    """Return the births per second of wall time, with genomes of this many loci and n births per call."""
     layout = Layout([Gene(name="trait", letters=4, low=0.0, high=1.0)], loci=loci)
     toolbox = toolbox_of(OPERATORS, layout)
-    if not at_once:  # what is no function of DEAP itself has no twin
+    if not at_once:  # mutations without a DEAP function have no counterpart
         toolbox.register("mate", lambda a, b: tools.cxTwoPoint(a, b))
         toolbox.register("mutate", lambda a, indpb: tools.mutUniformInt(a, 0, 3, indpb), indpb=0.005)
     operators = Operators(toolbox, layout)

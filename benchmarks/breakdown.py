@@ -23,8 +23,7 @@ from ecs_eco.compiled.workers import Workers
 
 
 def timed(world: World) -> Counter[str]:
-    """Let every system and the networks' forward passes add up their time [s] in the counter
-    that is returned."""
+    """Make every system and the networks' forward passes add their time [s] to the returned counter."""
     spent: Counter[str] = Counter()
 
     def watch(owner: Any, method: str, name: str) -> None:
@@ -50,8 +49,8 @@ def timed(world: World) -> Counter[str]:
 
 
 def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
-    """Return how many times as fast two threads of nothing but networks are, each with half of the animals:
-    what the machine's processors can gain."""
+    """Return how many times as fast two threads run networks alone, each with half of the animals: the
+    possible gain on this machine's processors."""
     import threading
 
     from ecs_eco.learning import Brain
@@ -88,12 +87,12 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
 
 @njit
 def nothing(first: int, last: int, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> None:
-    """Take eight arrays, and leave them."""
+    """Take eight arrays and do nothing."""
 
 
 def handing_over(repeats: int = 2000) -> str:
-    """Return how long it takes to divide a kernel that does nothing between two threads, and to have its
-    end: median and nine tenths [µs]."""
+    """Return the time to divide an empty kernel between two threads and wait for its end: median and 90th
+    percentile [µs]."""
     workers, arrays, took = Workers(2), [np.zeros(100) for _ in range(8)], []
     for _ in range(repeats):
         start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Measure the time and size of a checkpoint, and what checkpoints and recording cost a run.
+"""Measure the time and size of a checkpoint, and the cost of checkpoints and recording in a run.
 
 python benchmarks/checkpoints.py [--animals 100000] [--pairs 5]
 """
@@ -23,7 +23,7 @@ from ecs_eco.record.folder import Folder
 
 
 def timed(work: Any) -> float:
-    """Return how long it takes [s]."""
+    """Return the duration of a call [s]."""
     os.sync()
     start = time.perf_counter()
     work()
@@ -49,7 +49,8 @@ def one(world: World, what: str, place: Path) -> dict[str, Any]:
 
 
 def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
-    """Checkpoints of a large world: learning off, and with an empty, a half-full and a full rollout."""
+    """Measure checkpoints of a large world: learning off, and with an empty, a half-full and a full
+    rollout."""
     config = _bench.savanna(animals, plants_per_animal=0.1)
     rows = [one(World.from_config(config, seed=1, policies="untrained", training=True).run(3), "off", place)]
     world = World.from_config(config, seed=1, policies="untrained", training=True, learn=True)
@@ -61,7 +62,8 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """The same run plain, with its recording on disk, and with checkpoints too, in turn; medians of ratios."""
+    """Run the same world plain, with its recording on disk, and with checkpoints as well, in turns; return
+    medians of ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:
         world = World.from_config("predator-prey", seed=3, record=not record)

@@ -28,11 +28,11 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.rl import parallel_env, slots
 
-Steps = Iterator[int]  # of how many agents, in each step
+Steps = Iterator[int]  # number of agents, in each step
 
 
 def world_of(agents: int) -> Any:
-    """Grass, deer and no wolves: numbers are held constant."""
+    """Return a world of grass and deer without wolves, in which population sizes are held constant."""
     side = 240.0 * (agents / 700) ** 0.5
     return load(
         "predator_prey",
@@ -47,7 +47,7 @@ def world_of(agents: int) -> Any:
 
 
 def within(config: Any) -> Steps:
-    """The world alone."""
+    """Step the world without an interface."""
     world = World.from_config(config, policies="random", training=True, record=False)
     while True:
         world.run(1)
@@ -55,7 +55,7 @@ def within(config: Any) -> Steps:
 
 
 def external(config: Any) -> Steps:
-    """Arrays in and out."""
+    """Step the world with arrays in and out."""
     world = World.from_config(config, policies="random", training=True, record=False)
     door, draw = world.external("deer"), np.random.default_rng(1)
     while True:
@@ -65,7 +65,7 @@ def external(config: Any) -> Steps:
 
 
 def vector(config: Any) -> Steps:
-    """A vector of slots."""
+    """Step a Gymnasium vector of slots."""
     n = config.species["deer"].count
     envs, draw = slots(config, "deer", n, policies="random", training=True), np.random.default_rng(1)
     envs.reset(seed=1)
@@ -75,7 +75,7 @@ def vector(config: Any) -> Steps:
 
 
 def dicts(config: Any) -> Steps:
-    """PettingZoo's dicts."""
+    """Step PettingZoo's dicts."""
     env, draw = parallel_env(config, "deer", policies="random", training=True), np.random.default_rng(1)
     env.reset(seed=1)
     while True:
@@ -85,7 +85,7 @@ def dicts(config: Any) -> Steps:
 
 
 def magent(agents: int) -> Steps:
-    """MAgent2's battle through PettingZoo, begun again where most are dead."""
+    """Step MAgent2's battle through PettingZoo, restarted when most agents are dead."""
     from magent2.environments import battle_v4
 
     env, draw = battle_v4.parallel_env(map_size=_map(agents), max_cycles=10**6), np.random.default_rng(1)
@@ -99,7 +99,8 @@ def magent(agents: int) -> Steps:
 
 
 def _map(agents: int) -> int:
-    """Side of the map on which about so many fight: it places both armies by the size of the map."""
+    """Return the side of the map for about this number of agents: the size of the map determines both
+    armies."""
     from magent2.environments import battle_v4
 
     for side in range(16, 200, 4):
@@ -107,11 +108,12 @@ def _map(agents: int) -> int:
         env.reset(seed=1)
         if len(env.agents) >= agents:
             return side
-    raise ValueError(f"--agents {agents}: no map of MAgent2's battle has so many")
+    raise ValueError(f"--agents {agents}: no map of MAgent2's battle has this number of agents")
 
 
 def speed(door: Steps, steps: int) -> float:
-    """Return agents' steps a second of this process's time, whatever else the machine does."""
+    """Return agent-steps per second of this process's processor time, which other work on the machine does
+    not affect."""
     start, done = time.process_time(), 0
     for _ in range(steps):
         done += next(door)
@@ -119,7 +121,7 @@ def speed(door: Steps, steps: int) -> float:
 
 
 def doors(agents: int) -> dict[str, Steps]:
-    """Return all doors, open and warm."""
+    """Return all interfaces, warmed up."""
     config = world_of(agents)
     makers: dict[str, Callable[[], Steps]] = {
         "within, by chance": lambda: within(config),
@@ -140,10 +142,10 @@ def doors(agents: int) -> dict[str, Steps]:
 
 
 def main() -> None:
-    """Time all doors in turn."""
+    """Time all interfaces in turn."""
     parser = argparse.ArgumentParser(description=str(__doc__).split("\n")[0])
     parser.add_argument("--agents", type=int, default=500)
-    parser.add_argument("--steps", type=int, default=200, help="of each door in a round")
+    parser.add_argument("--steps", type=int, default=200, help="steps of each interface in a round")
     parser.add_argument("--rounds", type=int, default=5)
     asked = parser.parse_args()
     opened = doors(asked.agents)

@@ -1,13 +1,13 @@
-"""Measure the cost of safety: input from outside is checked, every tick is finished, worlds of several threads take
-turns, and Ctrl-C waits.
+"""Measure the cost of safety checks: outside input is validated, every tick is completed, worlds with several
+threads take turns, and Ctrl-C waits for the end of a tick.
 
     python benchmarks/firm_ground.py [--turns 150]
 
-One world, in one process, lives a few ticks in turns of four kinds, in random order: `run` of all these ticks
-and `run(1)` of each, and the same with bare ticks, with nothing around the systems but that neighbours are
-looked up anew after a run, as somebody may have moved. Ratios are those of turns that follow each other, so
-neither what else the machine does nor how a process lies in memory counts; intervals of 95 % are a
-bootstrap's over these sets of turns. Whole commits are compared by before_after.py, less exactly.
+One world, in one process, runs a few ticks in turns of four kinds, in random order: one `run` of all these
+ticks or `run(1)` for each, and the same with bare ticks, which run only the systems (neighbors are searched
+again after a run, because they may have moved). Ratios compare consecutive turns, so they depend neither on
+other work on the machine nor on the memory layout of the process; 95% intervals are bootstrapped over these
+sets of turns. For whole commits, before_after.py makes this comparison less precisely.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from ecs_eco.config import load
 
 
 def bare(world: World, ticks: int) -> None:
-    """Let ticks pass as if nobody could write bad numbers to the world, or interrupt it."""
+    """Run ticks without checks of outside writes and without protection against interruption."""
     world._touch()
     world.context.show()
     for _ in range(ticks):
@@ -40,7 +40,7 @@ def bare(world: World, ticks: int) -> None:
 
 
 def each(one: Callable[[World, int], Any]) -> Callable[[World, int], None]:
-    """Return what lets ticks pass one by one."""
+    """Return a function that runs ticks one by one."""
 
     def work(world: World, ticks: int) -> None:
         for _ in range(ticks):
@@ -70,7 +70,7 @@ def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
 
 
 def main() -> None:
-    """Compare in three worlds and keep the result."""
+    """Compare in three worlds and store the result."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--turns", type=int, default=150)
     turns, rows = parser.parse_args().turns, []

@@ -1,10 +1,10 @@
-"""Measure the cost of genomes: the same world with and without genomes that no gene reads, tick by tick in turns.
+"""Measure the cost of genomes: the same world with and without genomes of unread genes, tick by tick in
+turns.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
-Animals share a policy, do not learn, mate and die of age; food is plentiful and births fill the places of the
-dead. Letters that no gene reads have no effect, so all worlds have the same animals, births and deaths; this is
-checked.
+Animals share a policy, do not learn, mate and die of age; food is plentiful and births replace the dead. The
+genes have no effect, so all worlds have the same animals, births and deaths; the script checks this.
 """
 
 import argparse
@@ -34,12 +34,13 @@ EYE = {"name": "eye", "trait": "sensors.plant.range", "letters": 4, "low": 1.0, 
 GENES = {
     "a marker": [{"name": "marker", "letters": 4, "low": 0.0, "high": 1.0}],
     "3 traits, neutral-drift": TRAITS,
-    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # senses of one's own are read another way
+    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # own senses are read by a different code path
 }
 
 
 def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the world of the benchmarks without hunting and with sexual reproduction; None: without genomes."""
+    """Return the world of the benchmarks without hunting and with sexual reproduction; None gives a world
+    without genomes."""
     config = _bench.savanna(animals)
     for name in ("grazer", "hunter"):
         species = config["species"][name]
@@ -67,7 +68,7 @@ def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
 
 
 def build(animals: int, genes: str | None) -> World:
-    """Return a world whose founders are of all ages, a little after its start."""
+    """Return a world whose founders are of all ages, shortly after its start."""
     controls = () if genes is None else ("neutral-drift",)
     config = meadow(animals, None if genes is None else GENES[genes])
     world = World.from_config(config, seed=1, policies="untrained", controls=controls)
@@ -78,7 +79,7 @@ def build(animals: int, genes: str | None) -> World:
 
 
 def numbers(world: World) -> tuple[int, int]:
-    """Return how many animals live and how many were born."""
+    """Return the numbers of living animals and of births."""
     series = world.series().to_pydict()
     mine = [i for i, s in enumerate(series["species"]) if s != "plant"]
     return (
@@ -94,12 +95,12 @@ def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
     before = numbers(worlds[None])[1]
     for pair in range(pairs):
         for way in list(worlds)[:: 1 if pair % 2 else -1]:
-            start = time.process_time()  # not the wall's: others may use the core
+            start = time.process_time()  # not wall-clock time: other work may share the core
             worlds[way].run(ticks)
             times[way].append((time.process_time() - start) / ticks)
     living, born = numbers(worlds[None])
     assert all(numbers(world) == (living, born) for world in worlds.values()), (
-        "genomes that say nothing changed the world"
+        "genomes without effect changed the world"
     )
     rows = []
     for way in GENES:

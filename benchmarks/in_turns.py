@@ -4,10 +4,10 @@
         [--cases learners wolves memory]
 
 `learners`: individual_ppo.py, 1,000 animals with a network each, on two threads. `wolves`: wolf_sheep.py
-without Mesa, at all its sizes. `memory`: memory.py, where esper has been asked for all numbers. Each process
-waits while the other works, and does the work of its own commit's script. `before` and `now` are the medians
-of all turns, `best` the least or most of them; the ratio is that of this commit's figure to the other's, turn
-by turn: median and quartiles.
+without Mesa, at all its sizes. `memory`: memory.py, after esper has been asked for all ids. One process waits
+while the other works, and each does the work of its own commit's script. `before` and `now` are the medians
+of all turns, `best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by
+turn: median and quartiles.
 """
 
 import argparse
@@ -72,7 +72,7 @@ with world:
     for _ in sys.stdin:
         print((resident() - begin) / 100_000, flush=True)
 """
-# case: what is measured, in which unit, whether more is better, by what code, and at most how often
+# case: quantity, unit, whether more is better, code, maximum number of turns
 CASES: dict[str, list[tuple[str, str, bool, str, int]]] = {
     "learners": [("1,000 individual learners, two threads", "ticks/s", True, LEARNERS, 99)],
     "wolves": [
@@ -141,7 +141,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--before", metavar="COMMIT", required=True)
-    parser.add_argument("--folder", type=Path, help="a checkout of that commit, whose kernels are compiled")
+    parser.add_argument("--folder", type=Path, help="a checkout of that commit with compiled kernels")
     parser.add_argument("--turns", type=int, default=9)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

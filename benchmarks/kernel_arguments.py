@@ -31,13 +31,14 @@ SHAPES = ((1, 6), (3, 6), (5, 6), (4, 10))  # how many views of how many arrays
 
 
 def written(source: str, **names: Any) -> Any:
-    """Return the function `read` of some source."""
+    """Return the function `read` defined by some source code."""
     exec(source, names)
     return names["read"]
 
 
 def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[[], Any]]]:
-    """Return what calls a kernel with `views` times `each` arrays, and what makes its arguments, by form."""
+    """Return, for each form of arguments, a call of a kernel with `views` times `each` arrays and a
+    function that creates its arguments."""
     fields, numbers = [f"a{k}" for k in range(each)], range(views)
     arrays = [np.arange(8, dtype=(np.float32, np.int64)[k % 2]) for k in range(views * each)]
     groups = [arrays[v * each : (v + 1) * each] for v in numbers]
@@ -76,7 +77,7 @@ def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[
 
 
 def least(work: Callable[[], Any]) -> float:
-    """Return how long one of many calls took [µs]."""
+    """Return the shortest duration of many calls [µs]."""
     return timeit.timeit(work, number=CALLS) / CALLS * 1e6
 
 

@@ -1,16 +1,16 @@
-"""Measure README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls of a tick.
+"""Measure README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls per
+tick.
 
     python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
     python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]
     python benchmarks/main_job.py --calls
 
-Processes of this commit, and of another where one is given, run in turns, each a world of its own with its
-record on disk: the seconds of `World.run`, of the wall clock and of the processor, without the start of the
-process. `Python calls a tick` counts the functions of Python and the kernels that are called in ticks 1,001
-to 1,070, without what belongs to `run` itself. `end` are the living
-in the end, which are others where digests are.
-`--train` measures in the same way how long policies of predator-prey learn from random weights.
-`--calls` measures what it costs to call a kernel, by the number of its arrays.
+Processes of this commit and, if given, of another run in turns, each with its own world recorded on disk. The
+table shows the wall-clock and processor seconds of `World.run`, without the start of the process. `Python
+calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, without the calls of
+`run` itself. `end` is the number of living organisms at the end, which differs if digests differ. `--train`
+measures in the same way how long policies of predator-prey learn from random weights. `--calls` measures the
+cost of a call of a kernel, by the number of its arrays.
 """
 
 import argparse
@@ -76,7 +76,7 @@ print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 
 
 def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
-    """Return a row for each place: seconds of n runs in turns, medians, and what they came to."""
+    """Return a row for each commit: seconds of n runs in turns, medians, and the final state."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):
@@ -110,7 +110,7 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
 
 
 def call_of(n: int) -> dict[str, Any]:
-    """Return what a call of a kernel with n arrays takes, that does nothing."""
+    """Return the duration of a call of an empty kernel with n arrays."""
     import numba
     import numpy as np
 
@@ -129,11 +129,11 @@ def call_of(n: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure this commit, beside another where one is given."""
+    """Measure this commit, next to another if one is given."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--calls", action="store_true", help="the cost of calling a kernel alone")
+    parser.add_argument("--calls", action="store_true", help="measure only the cost of calling a kernel")
     parser.add_argument("--before", metavar="COMMIT")
-    parser.add_argument("--train", action="store_true", help="learning from random weights")
+    parser.add_argument("--train", action="store_true", help="measure learning from random weights")
     parser.add_argument("--ticks", type=int)
     parser.add_argument("--pairs", type=int, default=3)
     given = parser.parse_args()

@@ -32,10 +32,10 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
-ANIMALS = 0.2  # of the organisms: these move from frame to frame, plants stand
-GOAL = 3.0  # [ms] for both together
-# The page keeps running means with a weight of 1/10 for the last:
-# what one frame took follows from two of them.
+ANIMALS = 0.2  # share of organisms that move from frame to frame; plants do not move
+GOAL = 3.0  # [ms] for decoding and rendering together
+# The page keeps running means with a weight of 1/10 for the last frame:
+# the duration of one frame follows from two of them.
 LISTEN = """() => {
   window.times = {decode: [], render: []};
   let [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
@@ -50,7 +50,7 @@ LISTEN = """() => {
 
 
 class Wander(System):
-    """Animals go straight on, around a torus: a tick that costs as good as nothing."""
+    """Animals that walk straight ahead on a torus: a tick with almost no cost."""
 
     needs = Position, Velocity
     phase = "move"
@@ -61,7 +61,7 @@ class Wander(System):
 
 
 def made(organisms: int) -> World:
-    """Return a world of plants that stand and animals that move."""
+    """Return a world of plants that stand still and animals that move."""
     side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
     world = World([side, side], seed=1)
     animals = round(organisms * ANIMALS)
@@ -82,7 +82,7 @@ def made(organisms: int) -> World:
 
 @contextmanager
 def watched(organisms: int) -> Iterator[Server]:
-    """The world, alive in a thread of its own at 20 ticks a second, and the server of its page."""
+    """Yield the page's server and its world, which runs in a separate thread at 20 ticks per second."""
     ready, started = threading.Event(), []
 
     def live() -> None:
@@ -98,7 +98,7 @@ def watched(organisms: int) -> Iterator[Server]:
     try:
         while not ready.wait(0.1):
             if not thread.is_alive():
-                raise RuntimeError("the world did not begin")
+                raise RuntimeError("the world did not start")
         yield started[1]
     finally:
         started[0].close()
@@ -106,7 +106,7 @@ def watched(organisms: int) -> Iterator[Server]:
 
 
 def measure(page: Any, colour: str, frames: int) -> dict[str, list[float]]:
-    """Return what decoding and drawing of each of some frames took [ms], coloured by something."""
+    """Return the durations of decoding and drawing some frames [ms], colored by a variable."""
     page.locator("#colour").select_option(colour)
     page.evaluate(LISTEN)
     until(page, f"Math.min(times.decode.length, times.render.length) >= {frames}", 1800)
@@ -114,7 +114,7 @@ def measure(page: Any, colour: str, frames: int) -> dict[str, list[float]]:
 
 
 def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Measure what a frame costs."""
+    """Measure the cost of a frame."""
     rows: list[dict[str, Any]] = []
     with watched(organisms) as server, launched() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
@@ -144,8 +144,8 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
 
 
 def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Watch predator-prey, an animal selected, at 20 ticks a second; read what page and server hold
-    [MB], at equal distances."""
+    """Watch predator-prey with an animal selected at 20 ticks per second; return the memory of page and
+    server [MB] at regular intervals."""
     rows: list[dict[str, Any]] = []
     with served("watch", "predator-prey", "--seed", "1") as run, launched() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 640})
@@ -174,7 +174,7 @@ def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[
 
 
 def main() -> None:
-    """Measure, and keep the figures."""
+    """Measure, and store the results."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=50_000)
     parser.add_argument("--frames", type=int, default=150)

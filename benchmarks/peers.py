@@ -1,14 +1,14 @@
-"""Compare frameworks: organism-steps per second of grazers that look for their nearest neighbor, move, eat and
-breed, in ecs-eco, in other frameworks and as a bare loop, in one run on one machine.
+"""Compare frameworks: organism-steps per second of grazers that look for their nearest neighbor, move, eat
+and breed, in ecs-eco, in other frameworks and as a bare loop, in one run on one machine.
 
     python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs-eco Mesa …] [--rounds 3] [--short]
     python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters that have the frameworks
 
-Each framework states the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that cannot
-express it run a task of their own, named in the table, to indicate the cost of a tick. Each runs in a process
-with one thread; they take turns, and the best round counts; set-up and the first tick are not timed. A process
-that has not ended after `--limit` seconds is given up. If the task is common, numbers of animals must agree with
-the bare loop.
+Each framework implements the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that
+cannot express it run a different task, named in the table, to indicate the cost of a tick. Each runs in a
+process with one thread; they take turns, and the best round counts; set-up and the first tick are not timed.
+A process is stopped after `--limit` seconds. If the task is common, numbers of animals must agree with the
+bare loop.
 """
 
 import argparse
@@ -27,7 +27,7 @@ import _bench
 _bench.pin_threads()
 
 ROOT = Path(__file__).parents[1]
-PEERS = {  # module, function, whether the task is the common one
+PEERS = {  # module, function, whether it is the common task
     "bare loop": ("peers_grazing", "bare", True),
     "ecs-eco": ("peers_grazing", "ecs_eco", True),
     "Mesa": ("peers_others", "mesa", True),
@@ -37,18 +37,19 @@ PEERS = {  # module, function, whether the task is the common one
     "MAgent2 battle, arrays": ("peers_others", "magent2_arrays", False),
     "PettingZoo pursuit": ("peers_others", "pursuit", False),
 }
-PATIENCE, TIMED = 3.0, 200  # [s] of a round, most ticks of it
-WARM = 60  # ticks in which animals are born and starve
-COMPARED = 20  # ticks after which numbers are compared
+PATIENCE, TIMED = 3.0, 200  # [s] of a round, maximum of its ticks
+WARM = 60  # ticks until births and starvation occur
+COMPARED = 20  # ticks after which numbers of animals are compared
 
 
 def one(peer: str, n: int, seed: int) -> dict[str, Any]:
-    """Run a peer in this process; return organism-steps a second, and how many live after COMPARED ticks."""
+    """Run a peer in this process; return organism-steps per second, and the number of living animals after
+    COMPARED ticks."""
     import importlib
 
     module, function, _ = PEERS[peer]
     make: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    if module == "peers_grazing":  # what is compiled is compiled on a small world
+    if module == "peers_grazing":  # compilation happens on a small world
         tick, _ = make(100, seed)
         for _ in range(WARM):
             tick()
@@ -68,7 +69,7 @@ def one(peer: str, n: int, seed: int) -> dict[str, Any]:
 
 
 def apart(peer: str, n: int, seed: int, interpreter: str, limit: float) -> dict[str, Any]:
-    """Run a peer in a process of its own; return what it measured, or why not."""
+    """Run a peer in a separate process; return its result, or the reason for its failure."""
     command = [interpreter, __file__, "--one", peer, str(n), str(seed)]
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     try:
@@ -142,22 +143,22 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure, print, keep."""
+    """Measure, print and store."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", nargs="+", type=int, default=[1000, 10_000, 100_000])
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--limit", type=float, default=600, metavar="S", help="of a process")
+    parser.add_argument("--limit", type=float, default=600, metavar="S", help="time limit of a process")
     parser.add_argument(
-        "--others", default=sys.executable, metavar="PYTHON", help="interpreter that has the other frameworks"
+        "--others", default=sys.executable, metavar="PYTHON", help="interpreter with the other frameworks"
     )
     parser.add_argument(
         "--frames",
         default=sys.executable,
         metavar="PYTHON",
-        help="interpreter that has mesa-frames, which wants an older numpy",
+        help="interpreter with mesa-frames, which needs an older numpy",
     )
-    parser.add_argument("--name", default="peers", help="of result and figure")
+    parser.add_argument("--name", default="peers", help="name of result and figure")
     parser.add_argument("--short", action="store_true", help="print only")
     parser.add_argument("--one", nargs=3, metavar=("PEER", "N", "SEED"), help=argparse.SUPPRESS)
     asked = parser.parse_args()

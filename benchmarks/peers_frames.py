@@ -1,6 +1,6 @@
 """The common task of `peers.py` in mesa-frames: agents are rows of a polars DataFrame, steps are expressions.
 
-Its spaces are grids of cells; neighbors within REACH on the plane are found by joining cells.
+Its spaces are grids of cells; a join of cells finds neighbors within REACH on the plane.
 """
 
 import math
@@ -25,7 +25,7 @@ from peers_grazing import (
 
 
 def mesa_frames(n: int, seed: int) -> Model:
-    """mesa-frames 0.1: an AgentSetPolars."""
+    """Run the task in mesa-frames 0.1 with an AgentSetPolars."""
     import warnings
 
     warnings.simplefilter("ignore")
@@ -49,7 +49,7 @@ def mesa_frames(n: int, seed: int) -> Model:
             )
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die: all at once, then grass."""
+            """Look, turn, walk, eat, divide or die, all grazers at once; then grow grass."""
             rng = self.model.random
             walked = turned(self.agents, size).with_columns(
                 x=(pl.col("x") + SPEED * pl.col("heading").cos()) % size,
@@ -87,7 +87,7 @@ def mesa_frames(n: int, seed: int) -> Model:
 
 
 def turned(agents: Any, size: float) -> Any:
-    """Return grazers turned away from the nearest other within REACH."""
+    """Return the grazers turned away from their nearest neighbor within REACH."""
     import polars as pl
 
     cells = int(size / REACH)
@@ -122,7 +122,7 @@ def turned(agents: Any, size: float) -> Any:
 
 
 def eaters(walked: Any, ripe: np.ndarray, sites: int) -> np.ndarray:
-    """Return who gets a tuft, bool[n]: the first on each ripe site within BITE; take it."""
+    """Return which grazers get a tuft, bool[n]: the first at each ripe site within BITE; remove the tufts."""
     x, y = walked["x"].to_numpy(), walked["y"].to_numpy()
     i, j = (np.minimum((a / SITE).astype(int), sites - 1) for a in (y, x))
     site = i * sites + j

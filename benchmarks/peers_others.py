@@ -1,5 +1,5 @@
-"""The common task of `peers.py` in other frameworks, each in the style of its own documentation; and the tasks of
-frameworks that cannot express it."""
+"""The common task of `peers.py` in other frameworks, each in the style of its own documentation; and
+different tasks for frameworks that cannot express it."""
 
 import math
 from typing import Any
@@ -23,13 +23,13 @@ from peers_grazing import (
 
 
 class Meadow:
-    """Tufts on their sites: an array, as grass is in these frameworks' own examples."""
+    """Tufts on their sites: an array, like grass in these frameworks' own examples."""
 
     def __init__(self, size: float, rng: np.random.Generator) -> None:
         self.ripe, self.rng = np.ones((int(size / SITE),) * 2, bool), rng
 
     def bite(self, x: float, y: float) -> bool:
-        """Return whether there is a tuft within BITE of a place, and take it."""
+        """Return whether there is a tuft within BITE of a position, and remove it."""
         i, j = int(y / SITE) % len(self.ripe), int(x / SITE) % len(self.ripe)
         near = (x - (j + 0.5) * SITE) ** 2 + (y - (i + 0.5) * SITE) ** 2 < BITE * BITE
         if near and self.ripe[i, j]:
@@ -38,18 +38,18 @@ class Meadow:
         return False
 
     def grow(self) -> None:
-        """Bear tufts on sites without one."""
+        """Grow tufts on empty sites."""
         self.ripe |= self.rng.random(self.ripe.shape) < REGROWTH
 
 
 def away(heading: float, offset: Any) -> float:
-    """Return the turn away from what lies at an offset."""
+    """Return the turn away from a neighbor at an offset."""
     left = math.cos(heading) * offset[1] - math.sin(heading) * offset[0]
     return -TURN if left > 0 else TURN
 
 
 def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool:
-    """Pay and eat where an agent stands; return whether it divides, which it has paid for then."""
+    """Pay, and eat at the agent's position; return whether it divides, for which it has then paid."""
     one.energy -= COST
     if meadow.bite(*place):
         one.energy = min(1.0, one.energy + GAIN)
@@ -59,7 +59,7 @@ def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool
 
 
 def mesa(n: int, seed: int) -> Model:
-    """Mesa 3.5: agents in its continuous space, `shuffle_do`."""
+    """Run the task in Mesa 3.5: agents in its continuous space, `shuffle_do`."""
     import warnings
 
     from mesa import Model as MesaModel
@@ -99,7 +99,7 @@ def mesa(n: int, seed: int) -> Model:
                 Grazer(self, self.rng.uniform(0, size, 2), 0.5)
 
         def step(self) -> None:
-            """All grazers in random order, then grass."""
+            """Step all grazers in random order, then grow grass."""
             self.agents.shuffle_do("step")
             self.meadow.grow()
 
@@ -108,7 +108,7 @@ def mesa(n: int, seed: int) -> Model:
 
 
 def nearest(space: Any, one: Any, size: float) -> Any:
-    """Return the offset to the nearest other in reach in AgentPy's space; None without one."""
+    """Return the offset to the nearest other agent within range in AgentPy's space, or None."""
     here = space.positions[one]
     offsets = [
         (space.positions[other] - here + size / 2) % size - size / 2 for other in space.neighbors(one, REACH)
@@ -117,7 +117,7 @@ def nearest(space: Any, one: Any, size: float) -> Any:
 
 
 def agentpy(n: int, seed: int) -> Model:
-    """AgentPy 0.1: agents in its continuous space, whose neighbours come from a k-d tree."""
+    """Run the task in AgentPy 0.1: agents in its continuous space, with neighbors from a k-d tree."""
     import agentpy as ap
 
     rng = np.random.default_rng(seed)
@@ -128,7 +128,7 @@ def agentpy(n: int, seed: int) -> Model:
         """One grazer."""
 
         def setup(self, energy: float = 0.5) -> None:
-            """Begin."""
+            """Set the energy."""
             self.energy, self.heading = energy, rng.uniform(0, 2 * math.pi)
 
         def step(self) -> None:
@@ -146,13 +146,13 @@ def agentpy(n: int, seed: int) -> Model:
         """The model."""
 
         def setup(self) -> None:
-            """Begin."""
+            """Create the agents and the grass."""
             self.space, self.born, self.dead = ap.Space(self, (size, size), torus=True), [], []
             self.grazers = ap.AgentList(self, n, Grazer)
             self.space.add_agents(self.grazers, positions=[rng.uniform(0, size, 2) for _ in range(n)])
 
         def step(self) -> None:
-            """All grazers, then births, deaths and grass."""
+            """Step all grazers, then births, deaths and grass."""
             self.grazers.step()
             for one in self.dead:
                 self.space.remove_agents(one)
@@ -169,11 +169,11 @@ def agentpy(n: int, seed: int) -> Model:
 
 
 def magent2(n: int, seed: int, arrays: bool = False) -> Model:
-    """MAgent2's battle with random actions, which has neither births nor energy: through PettingZoo's dicts,
-    or by its arrays."""
+    """Run MAgent2's battle with random actions, which has neither births nor energy, through PettingZoo's
+    dicts or its arrays."""
     from magent2.environments import battle_v4
 
-    width = max(12, round(math.sqrt(n / 0.04)))  # battle fills about so much of its map
+    width = max(12, round(math.sqrt(n / 0.04)))  # battle fills about this share of its map
     env = battle_v4.parallel_env(map_size=min(width, 1000), max_cycles=10**9)
     env.reset(seed=seed)
     rng = np.random.default_rng(seed)
@@ -195,12 +195,13 @@ def magent2(n: int, seed: int, arrays: bool = False) -> Model:
 
 
 def magent2_arrays(n: int, seed: int) -> Model:
-    """The same by its arrays."""
+    """Run the same battle through its arrays."""
     return magent2(n, seed, arrays=True)
 
 
 def pursuit(n: int, seed: int) -> Model:
-    """PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid that grows with them."""
+    """Run PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid that grows with
+    them."""
     from pettingzoo.sisl import pursuit_v5
 
     width = max(16, round(math.sqrt(n / 0.03)))

@@ -31,7 +31,7 @@ print(time.process_time() - start)
 
 
 def seconds(world: str, learn: bool, portable: bool) -> float:
-    """Return the processor time [s] of TICKS ticks in a process of its own, after kernels are compiled."""
+    """Return the processor time [s] of TICKS ticks in a separate process, after kernels are compiled."""
     words = [world, "learning" if learn else "not", *map(str, (SEED, HORIZON, WARM, TICKS))]
     done = subprocess.run(
         [sys.executable, "-c", CHILD, *words],

@@ -2,10 +2,10 @@
 
     python benchmarks/ppo.py [--sizes 1000 10000 100000] [--threads 1 2]
 
-24 observations, 64 and 64 tanh units that policy and value share, two groups of three actions, 3 epochs of
-minibatches of 8,192. The comparison is the same network and the same loss with torch's autograd and
-torch.optim.Adam. One thread is timed by processor time, which other work disturbs less; more threads by
-wall-clock time.
+The network has 24 observations, layers of 64 and 64 tanh units that policy and value share, and two groups of
+three actions; an update has 3 epochs of minibatches of 8,192. The comparison is the same network and the same
+loss with torch's autograd and torch.optim.Adam. One thread is timed by processor time, which other work
+disturbs less; more threads by wall-clock time.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def best_of(work: Callable[[], object], repeats: int, threads: int = 1) -> float
 
 
 def fill(learner: Learner, n: int, ticks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Store ticks of n rows that see and earn noise."""
+    """Store ticks of n rows with random observations and rewards."""
     rng, brain, rows = np.random.default_rng(0), learner.brain, np.arange(n)
     choice, log_probability = np.empty((n, len(GROUPS)), np.int16), np.empty(n, np.float32)
     for _ in range(ticks):
@@ -75,7 +75,7 @@ def plain(brain: Brain) -> torch.nn.Module:
 
 
 def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Learner) -> None:
-    """Learn from a rollout, whose advantages are known, by autograd."""
+    """Learn from a rollout with known advantages, by autograd."""
     rollout = learner.rollout
     seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
     then, old, gain = (
@@ -99,7 +99,7 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
 
 
 def measure(n: int, threads: int) -> dict[str, Any]:
-    """Time acting and learning of n rows, by hand and the plain way, in turn."""
+    """Time acting and learning of n rows, by hand-written code and by plain torch, in turn."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0, threads)
     brain, ticks = learner.brain, max(4, min(64, 640_000 // n))
     split = Workers(threads).split
@@ -142,7 +142,7 @@ def measure(n: int, threads: int) -> dict[str, Any]:
 
 
 def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
-    """Return where the time of one use of a transition goes [ns]."""
+    """Return the parts of the time of one use of a transition [ns]."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0)
     brain, rollout = learner.brain, learner.rollout
     batch = fill(learner, n, ticks)

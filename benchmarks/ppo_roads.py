@@ -2,9 +2,9 @@
 
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 
-An update of a shared 24-64-64-6 network from 10,000 animals' rollouts of 16 ticks, and a horizon of 1,000
-animals with a 24-32-8 network each, 32 ticks, without their thinking. One thread, timed by its processor. The
-ratio is that of this commit's time to that of the checkout, turn by turn.
+The jobs are an update of a shared 24-64-64-6 network from rollouts of 16 ticks of 10,000 animals, and a
+horizon of 32 ticks of 1,000 animals with a 24-32-8 network each, without inference. One thread is timed by
+processor time. The ratio is this commit's time divided by that of the checkout, turn by turn.
 """
 
 import argparse

@@ -20,7 +20,7 @@ _bench.pin_threads()
 
 
 def seconds(arguments: list[str], cache: Path) -> float:
-    """Run one command in a process of its own and return its wall time [s]."""
+    """Run one command in a separate process and return its wall time [s]."""
     environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users do not compile all sources at each start
     start = time.perf_counter()

@@ -2,8 +2,8 @@
 
     python benchmarks/sweep_overhead.py [--runs 20] [--ticks 1000] [--workers 2] [--on local] [--pairs 3]
 
-Both ways record into folders; a pair is done in alternating order, in workers that have their kernels.
-Bare runs are always done by local processes.
+Both kinds record into folders; the two runs of a pair alternate in order, in workers with compiled kernels.
+Bare runs always use local processes.
 """
 
 import argparse

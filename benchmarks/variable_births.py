@@ -4,7 +4,7 @@ inserted, deleted and changed letters; all at once, and one by one through funct
     python benchmarks/variable_births.py [--births 50000]
 
 Parents come from 30 generations of random mating, so that their strings differ in length and copies. Births
-of the same genes on strings of fixed length are measured beside them, turn by turn.
+with the same genes on strings of fixed length are measured in alternation with them.
 """
 
 import argparse
@@ -25,14 +25,15 @@ from ecs_eco.genomes import layout_of, operators_of
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.unequal import UnequalCrossover
 
-GOAL = 300_000  # births a second, at once
+GOAL = 300_000  # births per second, all at once
 RATES = {"insertion": 0.001, "deletion": 0.001, "duplication": 0.02, "loss": 0.002}
 MUTATE = {"operator": "mutUniformInt", "indpb": 0.001}
-LETTERS = 4  # of a codon, one for each gene
+LETTERS = 4  # probabilities per codon, one for each gene
 
 
 def section(letters: int, ploidy: int, variable: bool) -> GenomeSection:
-    """A genome of as many genes as fit into so many letters with promoters of 4 or 5 letters."""
+    """Return a genome with as many genes as fit into this number of letters, with promoters of 4 or 5
+    letters."""
     genes = [{"name": f"g{i}", "letters": LETTERS, "low": 0.0, "high": 1.0} for i in range(letters // 10)]
     if not variable:
         return GenomeSection(genes=genes, loci=letters, ploidy=ploidy, mutate=MUTATE)
@@ -52,7 +53,7 @@ def parents(operators: Any, n: int, seed: int) -> np.ndarray:
 
 
 def timed(operators: Any, mothers: np.ndarray, fathers: np.ndarray, keys: np.ndarray) -> float:
-    """Return the seconds of processor time that one call takes: others may use the core."""
+    """Return the processor seconds of one call, because other work may share the core."""
     start = time.process_time()
     operators.offspring(mothers, fathers, keys)
     return time.process_time() - start

@@ -1,4 +1,4 @@
-"""Measure what a viewer costs a run, how long a frame takes to encode, and what a page that stalls costs.
+"""Measure the cost of a viewer in a run, the time to encode a frame, and the cost of a page that stalls.
 
 python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
                             [--only cost|frames|stall|rewind]
@@ -29,7 +29,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
-PLANTS = 0.8  # for each animal: about as many as are left when they are eaten as fast as they grow
+PLANTS = 0.8  # per animal: about as many as remain when plants are eaten as fast as they grow
 
 
 def made(organisms: int, record: bool = True) -> World:
@@ -39,8 +39,8 @@ def made(organisms: int, record: bool = True) -> World:
 
 
 def read_all(port: int, credential: str) -> None:
-    """Be a page, in a process of its own: read and acknowledge every frame,
-    and say how many there were at the end."""
+    """Act as a page in a separate process: read and acknowledge every frame, and report their number at
+    the end."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
@@ -64,12 +64,14 @@ def read_all(port: int, credential: str) -> None:
 
 @contextmanager
 def page(server: Server) -> Any:
-    """Let a page watch from another process."""
+    """Open a page that watches from another process."""
     words = [sys.executable, __file__, "--page", str(server.port), server.credentials.credential]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     while not server.clients:
         if process.poll() is not None:
-            raise RuntimeError(f"the page is gone, status {process.returncode}: {process.stdout.read()}")
+            raise RuntimeError(
+                f"the page process ended with status {process.returncode}: {process.stdout.read()}"
+            )
         time.sleep(0.01)
     try:
         yield process
@@ -79,7 +81,7 @@ def page(server: Server) -> Any:
 
 
 def run(world: World, ticks: int) -> tuple[float, float]:
-    """Let it live for some ticks; return how long they took and how much work the whole process did meanwhile
+    """Run the world for some ticks; return the wall-clock time and the processor time of the whole process
     [s]."""
     wall, work = time.perf_counter(), time.process_time()
     world.run(ticks)
@@ -87,11 +89,11 @@ def run(world: World, ticks: int) -> tuple[float, float]:
 
 
 def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
-    """The same world twice, in turn for 0.4 s each: one alone,
-    one with a server and a page that reads all.
+    """Run the same world twice, alternating every 0.4 s: once alone, once with a server and a page that reads
+    all frames.
 
-    A loaded machine makes ratios larger than they are: frames come 20 times a second, whatever the world's
-    share of the core is meanwhile. The share of a core that the viewer itself takes does not depend on that.
+    A loaded machine exaggerates the ratios, because frames come 20 times per second whatever the world's
+    share of the core. The share of a core that the viewer itself takes does not depend on the load.
     """
     alone, seen = made(organisms), made(organisms)
     player, spent = Player(Live(seen), None), [0.0]
@@ -137,7 +139,7 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
 
 
 def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """The cost in processes that follow each other: where a process's memory lies shifts a ratio by 1 %."""
+    """Measure the cost in consecutive processes: the memory layout of a process shifts a ratio by 1%."""
     words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
     done = [
         json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
@@ -164,7 +166,7 @@ def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, An
 
 
 def encoding(sizes: list[int]) -> list[dict[str, Any]]:
-    """How long one frame takes, for each colour."""
+    """Measure the time to encode one frame, for each color."""
     rows = []
     for organisms in sizes:
         live = Live(made(organisms))
@@ -190,12 +192,12 @@ def encoding(sizes: list[int]) -> list[dict[str, Any]]:
 
 
 def resident() -> float:
-    """Return how much memory this process holds [MB]."""
+    """Return the memory of this process [MB]."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
 
 
 def deaf(server: Server) -> socket.socket:
-    """Open a page that never reads anything but the answer that it may come."""
+    """Open a page that reads nothing but the reply to its connection."""
     raw = socket.socket()
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.connect(("127.0.0.1", server.port))
@@ -213,7 +215,7 @@ def deaf(server: Server) -> socket.socket:
 
 
 def frozen(server: Server, until: threading.Event) -> None:
-    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges."""
+    """Act as a page whose browser answers pings while its script stalls: it reads, and never acknowledges."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
@@ -234,11 +236,11 @@ def frozen(server: Server, until: threading.Event) -> None:
 
 
 def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
-    """A world with no page, then with one that does not read and one that does not acknowledge:
-    its speed and the memory."""
+    """Run a world without a page, then with one that does not read and one that does not acknowledge;
+    measure its speed and memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
-    # what is remembered of lives has a bound, which is to be reached before
+    # the history of lives has a size limit; reach it first
     for kept in (live.journal.births, live.journal.deaths):
         kept.most = 100_000
     player = Player(live, None)
@@ -266,8 +268,8 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
 def standing(
     world: World, player: Player, server: Server, what: str, minutes: float, raw: list[socket.socket]
 ) -> dict[str, Any]:
-    """Let a world run with pages that stand still; one that is let go because it answers no pings comes
-    again."""
+    """Run a world with pages that stall; a page that is disconnected because it answers no pings
+    reconnects."""
     world.run(100)
     before, frames, begin, ticks, most, again = resident(), player.frames, time.perf_counter(), 0, 0.0, 0
     while (spent := time.perf_counter() - begin) < 60 * minutes:
@@ -293,7 +295,7 @@ def standing(
 
 
 def rewinds(times: int = 5) -> list[dict[str, Any]]:
-    """A living predator-prey goes back a thousand ticks from the checkpoints that it made on the way."""
+    """Rewind a live predator-prey by a thousand ticks from the checkpoints that it made."""
     live = Live(World.from_config("predator-prey", seed=1))
     took, digests = [], {}
 
@@ -326,7 +328,7 @@ def rewinds(times: int = 5) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure what was asked for."""
+    """Measure what the options select."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
     parser.add_argument("--pairs", type=int, default=40)

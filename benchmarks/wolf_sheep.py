@@ -2,9 +2,9 @@
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
-Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are those of
-the processor, so that other work on the machine counts less. Needs Python 3.12 and Mesa: pip install
-'ecs-eco[bench]'.
+Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are
+processor times, on which other work on the machine has less influence. The script needs Python 3.12 and Mesa:
+pip install 'ecs-eco[bench]'.
 """
 
 import argparse
@@ -31,9 +31,9 @@ COEXISTING = {
     "wolf_gain": 5.0,
     "regrowth": 10,
 }
-# by tick 60 nearly all are dead in Mesa's default
+# by tick 60 nearly all animals are dead in Mesa's default model
 REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
-SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and how many times as many seeds
+SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and the factor on the number of seeds
 WRONG = {
     "regrowth one tick early": ("regrowth", lambda v: v - 1),
     "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
@@ -43,14 +43,11 @@ COUNTED = ("sheep", "wolves", "grass")
 
 
 def mesa(width, ticks, seed, p):
-    """Return Mesa's counts, i64[ticks + 1, 3], and the seconds that the ticks took."""
+    """Return Mesa's counts, i64[ticks + 1, 3], and the seconds of the ticks."""
     try:
         from mesa.examples.advanced.wolf_sheep.model import WolfSheep, WolfSheepScenario
     except ImportError:
-        sys.exit(
-            "this benchmark runs Mesa 3.5 beside ecs-eco: pip install 'ecs-eco[bench]', "
-            "on Python 3.12 or newer"
-        )
+        sys.exit("this benchmark also runs Mesa 3.5: pip install 'ecs-eco[bench]', on Python 3.12 or newer")
     world = WolfSheep(
         WolfSheepScenario(
             height=width,
@@ -73,11 +70,12 @@ def mesa(width, ticks, seed, p):
 
 
 def ours(width, ticks, seed, p, enough=0.0):
-    """Return the counts of ecs-eco and the mean seconds of as many equal runs as take `enough` seconds."""
+    """Return the counts of ecs-eco and the mean seconds of equal runs, repeated until they take `enough`
+    seconds."""
     spent, runs = 0.0, 0
     while runs == 0 or spent < enough:
         world, collect = model.build(width, seed, p)
-        world.flush()  # the newborn of the start, as Mesa's are there when its clock starts
+        world.flush()  # initial animals as newborns, because Mesa's exist when its clock starts
         start = time.process_time()
         world.run(ticks)
         spent, runs = spent + time.process_time() - start, runs + 1
@@ -85,11 +83,11 @@ def ours(width, ticks, seed, p, enough=0.0):
 
 
 def compare(a, b, ticks):
-    """Return the smallest Holm-corrected KS p of counts [seeds, ticks + 1, 3],
-    and how far apart the means may be.
+    """Return the smallest Holm-corrected KS p of counts [seeds, ticks + 1, 3], and bounds on the differences
+    of means.
 
-    The latter are the farthest ends of the 90 % intervals (equivalence by two one-sided tests at .05), in
-    standard deviations between seeds, and in shares of Mesa's mean where that is 100 or more.
+    The bounds are the farthest ends of the 90% intervals (equivalence by two one-sided tests at 0.05), in
+    standard deviations between seeds, and in shares of Mesa's mean if that is 100 or more.
     """
     p, in_sd, in_share = [], [0.0], [0.0]
     for t in [t for t in (1, 2, 5, 10, 20, 40, 60) if t <= ticks]:
@@ -144,8 +142,8 @@ def case(regime, width, ticks, seeds):
 
 
 def profile(regime, width=20, ticks=60, repeats=40):
-    """Return what the parts of a tick take: of equal calls in equal runs the shortest counts,
-    less the clock's own time."""
+    """Return the time of each part of a tick: the shortest of equal calls in equal runs, minus the
+    overhead of the clock."""
     clock = time.perf_counter
     own = min(-(clock() - clock()) for _ in range(1000))
 
@@ -188,7 +186,7 @@ def main() -> None:
     """Measure all sizes in both regimes."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--short", action="store_true", help="20² alone, 3 seeds; writes no results")
+    parser.add_argument("--short", action="store_true", help="only 20² cells and 3 seeds; write no results")
     options = parser.parse_args()
     sizes, seeds = ({20: (10, 1)}, 3) if options.short else (SIZES, options.seeds)
     cases = [case(r, width, ticks, seeds * more) for width, (ticks, more) in sizes.items() for r in REGIMES]

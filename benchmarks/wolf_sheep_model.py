@@ -1,7 +1,8 @@
 """The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with custom components and systems.
 
-A tick: all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1, eats,
-and starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick on.
+In a tick, all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1 and
+eats. It starves below 0; otherwise it may give birth, which halves its energy. Newborns act from the next
+tick on.
 """
 
 import numpy as np
@@ -27,12 +28,12 @@ class Animal:  # a sheep or a wolf
 
 @component
 class Grass:  # of one cell
-    ripe: i32 = 0  # the tick from which on it can be eaten
+    ripe: i32 = 0  # the tick from which it can be eaten
 
 
 @njit
 def shuffled(alive, key, purpose):
-    """Return the living rows in random order (Fisher and Yates)."""
+    """Return the living rows in random order (Fisher–Yates)."""
     order, n = np.empty(alive.size + 1, np.uint32), 0
     for row in range(alive.size):
         order[n], n = row, n + alive[row]
@@ -44,9 +45,14 @@ def shuffled(alive, key, purpose):
 
 @njit
 def best(cell, width, rank, bits):
-    """Return which of the four cells around ranks highest, and its rank; of equals 16 random bits decide."""
+    """Return the highest-ranked of the four neighboring cells, and its rank; 16 random bits break ties."""
     cell, n, x, top = np.int64(cell), width * width, np.int64(np.uint32(cell) % np.uint32(width)), -1
-    up, down, left, right = cell - width, cell + width, cell - 1, cell + 1  # to be brought back to the torus
+    up, down, left, right = (
+        cell - width,
+        cell + width,
+        cell - 1,
+        cell + 1,
+    )  # offset that brings it back to the torus
     there = up
     for near in (
         up if up >= 0 else up + n,
@@ -61,7 +67,7 @@ def best(cell, width, rank, bits):
 
 @njit
 def take(after, head, chance):
-    """Take a random member out of the chain after[head], after[after[head]], … and return it."""
+    """Remove a random member from the chain after[head], after[after[head]], … and return it."""
     n, member = 0, after[head]
     while member >= 0:
         n, member = n + 1, after[member]
@@ -96,11 +102,11 @@ def live(
     wolf_gain,
     regrowth,
 ):
-    """Let all act once, mark the rows that gave birth, and return the number of ripe cells."""
+    """Run all actions once, mark the rows that gave birth, and return the number of ripe cells."""
     order, pack = shuffled(alive, key, SHEEP_ORDER), shuffled(w_alive, key, WOLF_ORDER)
     n, n_ripe, now, again = order.size, 0, np.int32(tick), np.int32(tick + regrowth + 1)
     after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] as i, its lamb as n + i
-    first, rank = after[2 * n :], np.empty(ripe.size, np.uint8)  # by cell: where its chain begins, and
+    first, rank = after[2 * n :], np.empty(ripe.size, np.uint8)  # by cell: the start of its chain, and
     for here in range(ripe.size):
         rank[here] = 2 + (ripe[here] <= now)  # for sheep: 2 no wolf, + 1 grass
         n_ripe += ripe[here] <= now
@@ -159,7 +165,7 @@ class Live(System):
 
 
 class Collect(System):
-    """Keeps the numbers of sheep, wolves and ripe cells after each tick."""
+    """Records the numbers of sheep, wolves and ripe cells after each tick."""
 
     phase = "record"
 
@@ -168,7 +174,8 @@ class Collect(System):
 
 
 def build(width, seed, parameters=DEFAULT):
-    """Return a world of width² cells, 100 sheep and 50 wolves per 400 of them, and what counts them."""
+    """Return a world of width² cells, with 100 sheep and 50 wolves per 400 cells, and its collector of
+    counts."""
     rng, n, p = np.random.default_rng(seed), width * width, parameters
     world, live, collect = World((width, width), seed=seed), Live(), Collect()
     for name, k, gain in (("sheep", n // 4, p["sheep_gain"]), ("wolf", n // 8, p["wolf_gain"])):

@@ -1,14 +1,16 @@
-"""Is the end of an archipelago the same, whoever computes it and whoever is killed meanwhile?
+"""Does an archipelago end the same way, whichever workers compute it and however often they are killed?
 
-Eight islands of reflexes (goats, and grass of three kinds) on a grid, one with a value of its own; goats
-learn by PPO, have individual policies and migrate. Each case runs the same archipelago in another way and
-keeps its digest, a hash of the digests of all islands:
-  plain      one worker, this process
-  workers    two workers
-  worker killed   two workers, one of which is killed with SIGKILL `kills` times, at random moments
-  all killed      the whole run, in a process group of its own, is killed with SIGKILL `kills` times
-  Ray        two workers of Ray, where it is installed
-One digest was expected of all, before any of them was run.
+The archipelago is a grid of eight islands whose goats act by reflex and eat three kinds of grass; one island
+overrides a value. The goats learn by PPO, have individual policies, and migrate. Each case runs the same
+archipelago in a different way and keeps its digest, a hash of the digests of all islands:
+
+  plain           one worker, in this process
+  workers         two workers
+  worker killed   two workers; one of them is killed with SIGKILL `kills` times, at random moments
+  all killed      the whole run, in a separate process group, is killed with SIGKILL `kills` times
+  Ray             two Ray workers, if Ray is installed
+
+Before the first run, we expected all cases to give the same digest.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ CODE = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the archipelago in one way; return its digest, seconds, barriers, and how many were killed."""
+    """Run the archipelago in the way that the case names; return its digest, seconds, barriers and number
+    of kills."""
     from ecs_eco.config import load
     from ecs_eco.lab import Archipelago
 
@@ -75,25 +78,25 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def plain(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Let this process run all islands."""
+    """Run all islands in this process."""
     made.run(report=False)
     return 0
 
 
 def workers(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Let two workers run them."""
+    """Run the islands with two workers."""
     made.run(workers=2, report=False)
     return 0
 
 
 def on_ray(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Let two workers of Ray run them."""
+    """Run the islands with two Ray workers."""
     made.run(workers=2, on="ray", report=False)
     return 0
 
 
 def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Let two workers run them, and kill one now and then."""
+    """Run the islands with two workers, and kill one of them at random moments."""
     from ecs_eco.lab.pool import Pool
 
     pool, done, over = Pool(2), [0], threading.Event()
@@ -118,7 +121,8 @@ def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> in
 
 
 def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run it in a process of its own, and kill that with all its workers, until it may go on."""
+    """Run the archipelago in a separate process group, and kill the whole group until the number of kills
+    is reached."""
     chance, kills = random.Random(case["seed"]), 0
     while True:
         process = subprocess.Popen([sys.executable, "-c", CODE, str(made.folder)], start_new_session=True)
@@ -143,7 +147,7 @@ WAY = dict(
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """One digest of all ways, and how many were killed."""
+    """Compare the digests of all cases and count the kills."""
     digests = {e["case"]["way"]: e["result"]["digest"] for e in cases}
     kills = sum(e["result"]["kills"] for e in cases)
     moved = min(e["result"]["emigrants at the end"] for e in cases)

@@ -1,12 +1,13 @@
-"""Is there an arms race of wolves and deer whose pace, range of sight and policies change?
+"""Do wolves and deer enter an arms race if their pace, their range of sight and their policies can change?
 
-Genes code for the pace of all gaits (its cost goes with the square) and for how far deer see wolves and
-wolves see deer; founders draw them at random. Policies are trained before and go on learning in life. At four
-times of a run the mean genes of deer and wolves, and their policies, are kept. Then hunters of each time meet
-prey of each time (Gandon et al. 2008) in the world of training, whose numbers are held constant: K[i, j] is
-the logarithm of kills per wolf and second of hunters of time i among prey of time j. In an arms race K rises
-with the hunters' time and falls with the prey's; the double-centred diagonal says whether hunters are best at
-prey of their own time. What is asked is in registered/arms_race.toml.
+Genes code for the pace of all gaits (whose cost grows with the square of the pace) and for how far deer see
+wolves and wolves see deer; founders draw them at random. Policies are trained beforehand and continue to
+learn in life. At four times during a run, the study stores the mean genes and the policies of deer and
+wolves. Then hunters from each time meet prey from each time (Gandon et al. 2008) in the training world, where
+population sizes are held constant: K[i, j] is the logarithm of kills per wolf and second of hunters from time
+i among prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's; the
+double-centered diagonal shows whether hunters do best against prey of their own time. The hypotheses are in
+registered/arms_race.toml.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ from studies.common.training_seeds import share_of_lives
 REGISTERED = registration("arms_race")
 Entries = list[dict[str, Any]]
 GENES = ("pace", "sight")
-SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}  # whom each looks out for: name and number of the sensor
+# for each species, the species that it watches: name and number of the sensor
+SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}
 
 
 # --- worlds -----------------------------------------------------------------------------------------------
@@ -54,7 +56,8 @@ def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
 
 
 def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str, Any] | None = None) -> Any:
-    """Return the world of an arm, or with the values of genes by species one of which all are like that."""
+    """Return the world of an arm; if gene values are given by species, all animals of a species have those
+    values."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", dict(config["world"])))
@@ -74,8 +77,8 @@ def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let one world of an arm live; return genes over time, and what hunters of each time do to prey of
-    each."""
+    """Run one world of an arm; return its genes over time and the kill rates of hunters from each time
+    among prey from each time."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -114,7 +117,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def kept(made: Any, folder: Path) -> dict[str, Any]:
-    """Return means and deviations of genes by species, and where the policies are kept."""
+    """Return means and deviations of genes by species, and the folder that holds the policies."""
     from ecs_eco.components import Genome
     from ecs_eco.learning.weights import save
 
@@ -172,20 +175,20 @@ def meetings(
 
 
 def slope(tests: list[list[float]], of: str, ticks: float) -> float:
-    """Return the change of K by 1,000 ticks of the time of the hunters, or of the prey (least squares)."""
+    """Return the change of K per 1,000 ticks of the hunters' time, or of the prey's (least squares)."""
     k = np.array(tests)
     y = k.mean(1 if of == "hunters" else 0)
     return float(1000 * np.polyfit(np.linspace(0, ticks, len(y)), y, 1)[0])
 
 
 def contemporary(tests: list[list[float]], ticks: float = 0.0) -> float:
-    """Return the mean of the diagonal of K less the means of its rows and columns."""
+    """Return the mean of the diagonal of K minus the means of its rows and columns."""
     k = np.array(tests)
     return float(np.diag(k - k.mean(0) - k.mean(1)[:, None] + k.mean()).mean())
 
 
 def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
-    """Return by training seed the mean over its runs with tests of a slope, or of `contemporary`."""
+    """Return, by training seed, the mean over its runs with tests of a slope, or of `contemporary`."""
 
     def value(tests: list[list[float]]) -> float:
         return contemporary(tests) if of == "contemporary" else slope(tests, of, ticks)
@@ -199,7 +202,7 @@ def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
 
 
 def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, float]:
-    """Return by training seed the mean over its runs that persist of how a gene's mean changed."""
+    """Return, by training seed, the mean change of a gene's mean over the runs that persist."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         own = [
@@ -213,12 +216,12 @@ def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, fl
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over training seeds that both have, and its 95 % interval (t)."""
+    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
     return mean_interval([one[k] - other[k] for k in one if k in other])
 
 
 def persisting(entries: Entries, arm: str) -> float:
-    """Return the share of runs in which all persist."""
+    """Return the share of runs in which all species persist."""
     return float(np.mean([r["persisted"] for of in by_training(entries, arm).values() for r in of]))
 
 
@@ -226,8 +229,8 @@ def persisting(entries: Entries, arm: str) -> float:
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Decide what was registered; K by arm, and a line for each arm."""
-    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form
+    """Decide the registered hypotheses; return them with K by arm and a line for each arm."""
+    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form lacks arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     ticks = REGISTERED.content["ticks"]
     both = [e["case"] | e["result"] for e in entries if e["case"]["arm"] == "both"]
@@ -279,7 +282,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def moved(entries: Entries) -> list[dict[str, Any]]:
-    """Lines that say how far learning moved the policies."""
+    """Return lines that report how far learning moved the policies."""
     out = []
     for arm in ("both", "learning"):
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]
@@ -297,7 +300,7 @@ def moved(entries: Entries) -> list[dict[str, Any]]:
 
 
 def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
-    """Return the mean of a gene at first and at last, over runs."""
+    """Return the mean of a gene at the start and at the end, over runs."""
     own = [
         [t[species][gene][0] for t in (r["genes"][0], r["genes"][-1])]
         for r in results
@@ -307,8 +310,8 @@ def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
 
 
 def kills(tests: list[list[list[float]]]) -> str:
-    """Return the table of kills per wolf and 1,000 s, geometric means over runs, a row for each time of the
-    hunters."""
+    """Return the table of kills per wolf and 1,000 s: geometric means over runs, with a row for each time
+    of the hunters."""
     return "; ".join(" ".join(f"{v:.1f}" for v in row) for row in 1000 * np.exp(np.mean(tests, 0)))
 
 

@@ -1,6 +1,6 @@
-"""How often do intervals found by approximate Bayesian computation hold the true numbers of a world?
+"""How often do intervals from approximate Bayesian computation contain a world's true parameters?
 
-The study recovery with forty worlds in place of ten, of other seeds; what is asked is in
+The study repeats `recovery` with forty worlds instead of ten and with new seeds; the hypotheses are in
 registered/calibration.toml.
 """
 
@@ -15,7 +15,7 @@ REGISTERED = registration("calibration")
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide what was registered; a table of the tries."""
+    """Decide the registered hypotheses; return them with a table of the trials."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     lines, rows = [], []

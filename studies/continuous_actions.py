@@ -1,14 +1,16 @@
-"""A continuous action is learned in as few steps as by Stable-Baselines3 (Pendulum-v1).
+"""PPO learns a continuous action in as few steps as Stable-Baselines3 (Pendulum-v1).
 
     python -m studies.continuous_actions [--short]
 
-Hypotheses, before the run that decides. Learnt: the mean return of the last 100 episodes is at least −250.
-Both have the same settings, the same kind of environments (rewards divided by 10, which changes no policy;
-returns are given undivided) and the same seeds in turn, in one thread.
-1. PPO as shipped learns it within 100,000 steps in at least 9 of 10 seeds.
-2. The median over seeds of the steps that it needs is at most that of Stable-Baselines3's PPO.
+These hypotheses were written before the deciding run. The task counts as learned if the mean return of the
+last 100 episodes is at least −250. Both programs have the same settings, the same environments (rewards are
+divided by 10, which changes no policy; returns are reported undivided) and the same seeds, in turn, in one
+thread.
+1. PPO as shipped learns the task within 100,000 steps for at least 9 of 10 seeds.
+2. Its median number of steps over seeds is at most that of Stable-Baselines3's PPO.
+
 The settings are those tuned for Stable-Baselines3 (rl-baselines3-zoo), without its state-dependent
-exploration; seed 100 was seen before. The cases of Stable-Baselines3 need stable-baselines3 installed.
+exploration; seed 100 was seen before. The cases of Stable-Baselines3 require stable-baselines3.
 """
 
 import os
@@ -36,7 +38,8 @@ SETTINGS = PPO(
 
 
 def environments(seed: int | None = None) -> Any:
-    """Return Pendulum-v1 with rewards divided by ten: for Stable-Baselines3, with this seed, or for ours."""
+    """Return Pendulum-v1 with rewards divided by ten: with this seed for Stable-Baselines3, or for our
+    PPO."""
     import gymnasium
 
     def scaled(env: Any) -> Any:
@@ -50,7 +53,7 @@ def environments(seed: int | None = None) -> Any:
 
 
 def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
-    """Train until it is learnt or `steps` are over."""
+    """Train until the task is learned or `steps` are over."""
     start = time.process_time()
     training = train(
         environments(),
@@ -66,7 +69,7 @@ def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
 
 
 def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
-    """The same with Stable-Baselines3."""
+    """Train the same task with Stable-Baselines3."""
     from stable_baselines3 import PPO as StableBaselinesPPO
 
     start = time.process_time()
@@ -95,7 +98,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Say how soon each arm learnt it, and how fast it went."""
+    """Report how soon each arm learned the task, and its speed."""
     rows, medians, verdicts = [], {}, []
     for arm in ARMS:
         runs = [c["result"] for c in cases if c["case"]["arm"] == arm]

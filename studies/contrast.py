@@ -1,9 +1,9 @@
-"""Does learning matter for the living of the world?
+"""Does learning affect how long the living world persists?
 
-Random against trained deer and wolves, under two laws of what running costs. Mass action alone can make
-populations cycle; only the contrast says what learned policies do. An arm is deer/wolf; the time that a world
-lives is the tick of its first extinction of deer or wolves, censored at the end of the run. Policies are
-trained anew under each law, from one training seed (the bundled one).
+The study compares random with trained deer and wolves, for two costs of running. Mass action alone can make
+populations cycle; only this contrast shows the effect of learned policies. An arm is named deer/wolf; a
+world's lifetime is the tick of its first extinction of deer or wolves, censored at the end of the run.
+Policies are trained separately for each cost, from one training seed (that of the bundled policies).
 """
 
 from typing import Any
@@ -24,7 +24,8 @@ SEEDS = tuple(range(3001, 3009))
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one arm under one law; return how long both lived, who died out, and of what animals died."""
+    """Run one arm at one cost; return how long both species survived, which went extinct, and the causes
+    of death."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 
@@ -61,13 +62,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def lifetimes(cases: list[dict[str, Any]], law: str, arm: str) -> tuple[list[float], list[bool]]:
-    """Durations and whether they ended in an extinction."""
+    """Return lifetimes and whether they ended in an extinction."""
     results = [e["result"] for e in cases if e["case"]["law"] == law and e["case"]["arm"] == arm]
     return [r["lived"] for r in results], [r["extinct"] is not None for r in results]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Survival curves by arm, and every arm against trained/trained."""
+    """Return survival curves by arm, and compare every arm with trained/trained."""
     from ecs_eco.analysis.survival import bootstrap_difference, kaplan_meier, log_rank, wilson
 
     rows, out, curves = [], [], {}

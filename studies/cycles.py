@@ -1,8 +1,9 @@
-"""Do grass, deer and wolves cycle, each following the other, when their policies were learned and are frozen?
+"""Do grass, deer and wolves cycle, each following the species it eats, when their policies were learned and
+are frozen?
 
-Bundled policies, those of training seed 1, on fresh world seeds; persistence.py has other training seeds, and
-learning in life. Peaks are tested against red noise: AR(1), as asked for, and the stricter one that relaxes
-at two rates.
+The study runs the bundled policies (training seed 1) on fresh world seeds; persistence.py covers other
+training seeds, and learning_in_life.py covers learning in life. Peaks are tested against red noise: AR(1), as
+specified, and a stricter model that relaxes at two rates.
 """
 
 from typing import Any
@@ -12,13 +13,13 @@ import numpy as np
 from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
-FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
-BLOCK = 40  # [ticks] of the means kept
+FRESH = tuple(range(1001, 1011))  # world seeds not used in any choice
+BLOCK = 40  # [ticks] per stored mean
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return who died out when, peaks, periods and lags, and the numbers."""
+    """Run one world; return which species went extinct and when, peaks, periods, lags, and the numbers."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 
@@ -37,13 +38,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def periods(result: dict[str, Any]) -> float:
-    """Periods that the run lasted, after its start was cut off."""
+    """Return the number of periods in the run, without its start."""
     c = result["cycles"]
     return c["ticks"] / c["period"] if c["period"] else 0.0
 
 
 def count(results: list[dict[str, Any]], species: str, null: str) -> int:
-    """Runs with a peak beyond a null at p < .05."""
+    """Return the number of runs with a peak beyond a null at p < 0.05."""
 
     def p(r: dict[str, Any]) -> float | None:
         c = r["cycles"]
@@ -53,8 +54,8 @@ def count(results: list[dict[str, Any]], species: str, null: str) -> int:
 
 
 def coupling(results: list[dict[str, Any]], pair: str) -> Any:
-    """Cross-seed surrogates of a pair over the runs in which all persist;
-    None where there are fewer than four."""
+    """Return the cross-seed surrogates of a pair over the runs in which all species persist; None for
+    fewer than four runs."""
     from ecs_eco.analysis.cycles import cross_seed_surrogates
 
     kept = [r for r in results if r["extinct"] is None and r["cycles"]["period"]]
@@ -65,7 +66,7 @@ def coupling(results: list[dict[str, Any]], pair: str) -> Any:
 
 
 def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
-    """One line of the table."""
+    """Return one row of the table."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
     lags = {
@@ -86,7 +87,7 @@ def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Judge the bundled policies."""
+    """Test the bundled policies."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
     main = [entry["result"] for entry in cases]

@@ -1,11 +1,11 @@
-"""Where does it pay a deer to run from a wolf, do deer learn to run there, and what becomes of the cycles?
+"""Where does running from a wolf benefit a deer, do deer learn to run there, and how do the cycles change?
 
-An approach by a wolf is scripted: it sees a deer 5 m away and runs at it, the deer walks or runs away from
-it as soon as it sees it. What running gains is mapped over its cost, the deer's range of sight and the speed
-of wolves. Then policies are trained, as the world does it, in the world as it is shipped and in one where
-running pays. A third arm puts deer that learnt where running is dear into the second world, with its
-wolves: the same numbers, and deer that walk. What is asked is in registered/deer_that_flee.toml. Worlds
-have half the area of the shipped one, in training, too.
+The approach of a wolf is scripted: it sees a deer 5 m away and runs at it; the deer walks or runs away as
+soon as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the
+speed of wolves. Then policies are trained by the world's own recipe, in the shipped world and in a world
+where running pays. A third arm moves deer that learned where running is expensive into the second world, with
+its wolves: the same parameters, but deer that walk. The hypotheses are in registered/deer_that_flee.toml.
+Worlds have half the area of the shipped one, in training as well.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Return survival and happiness after an approach by way and place of the grid, and in both worlds."""
+    """Return survival and happiness after an approach, by response and by cell of the grid, and in both
+    worlds."""
     from studies.common.hunts import approaches
 
     of = config["approaches"]
@@ -65,7 +66,7 @@ def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
 
 
 def world(config: Mapping[str, Any], name: str) -> Any:
-    """Return the world of a name, half as large, in training, too."""
+    """Return the world of a name at half the area, in training as well."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", {**config["small"], **config["worlds"][name]}))
@@ -74,7 +75,7 @@ def world(config: Mapping[str, Any], name: str) -> Any:
 
 
 def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Let trained policies live in the world of an arm; return what became of it, and who ran when."""
+    """Run the world of an arm with trained policies; return the outcome, and which animals ran when."""
     from ecs_eco import World
 
     arm = REGISTERED.arms[case["arm"]]
@@ -112,14 +113,14 @@ def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def gain(place: Mapping[str, Any], what: str = "happiness") -> float:
-    """Return what running gains over walking in an approach."""
+    """Return the gain of running over walking in an approach."""
     return float(place["run"][what] - place["walk"][what])
 
 
 def running(
     entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
 ) -> dict[int, float]:
-    """Return by training seed the share that runs at distances from `low` to `high` [m], of all world
+    """Return, by training seed, the share that runs at distances from `low` to `high` [m] over all world
     seeds; or the mean of another column of studies.common.pursuit."""
     out = {}
     for seed, results in by_training(entries, arm).items():
@@ -129,8 +130,8 @@ def running(
 
 
 def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
-    """Return by training seed the mean over its runs that persist of a species' swing, or over those that
-    also cycle of log2 of the period; training seeds without are left out."""
+    """Return, by training seed, the mean swing of a species over the runs that persist, or the mean log2
+    of the period over those that also cycle; training seeds without such runs are left out."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         values = (
@@ -144,7 +145,7 @@ def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
 
 
 def persisting(entries: Entries, arm: str) -> dict[int, float]:
-    """Return by training seed the share of runs in which all persist."""
+    """Return, by training seed, the share of runs in which all species persist."""
     return {
         seed: float(np.mean([r["persisted"] for r in results]))
         for seed, results in by_training(entries, arm).items()
@@ -157,7 +158,7 @@ def lives(entries: Entries, arm: str) -> list[dict[str, Any]]:
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over training seeds that both have, and its 95 % interval (t)."""
+    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
     both = [one[k] - other[k] for k in one if k in other and np.isfinite(one[k] - other[k])]
     return mean_interval(both)
 
@@ -166,9 +167,10 @@ def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[flo
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Decide what was registered; a line for each arm, and the map of what running gains."""
+    """Decide the registered hypotheses; return them with a line for each arm and the map of the gain of
+    running."""
     made = [e["result"] for e in entries if e["case"]["arm"] == "approaches"]
-    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form
+    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form lacks arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
     head = [
@@ -195,7 +197,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Lines on approaches."""
+    """Return lines about approaches."""
     fleeing, shipped = ([gain(m["worlds"][name]) for m in made] for name in ("fleeing", "shipped"))
     pays = mean_interval(fleeing)
     more = mean_interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
@@ -220,7 +222,7 @@ def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def of_learning(entries: Entries) -> list[dict[str, Any]]:
-    """Lines on who runs when."""
+    """Return lines about which animals run when."""
     learnt = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "shipped", "deer", 0, 3))
     cue = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "fleeing", "deer", 8, 12))
     toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
@@ -238,7 +240,7 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
 
 
 def of_cycles(entries: Entries) -> list[dict[str, Any]]:
-    """Lines on persistence, periods and swings."""
+    """Return lines about persistence, periods and swings."""
     fleeing, walkers = lives(entries, "fleeing"), lives(entries, "walkers")
     kept = float(np.mean(list(persisting(entries, "fleeing").values())))
     lines = [REGISTERED.verdict("persists", share_of_lives(fleeing, "persisted"), kept >= 0.8)]
@@ -257,7 +259,7 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
 
 
 def looked_at(entries: Entries) -> list[dict[str, Any]]:
-    """Lines that were added after a look, since worlds of walkers die out."""
+    """Return lines that were added after a look at the results, because worlds of walkers go extinct."""
     by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
     lasted, swings = (
         {

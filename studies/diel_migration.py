@@ -1,26 +1,27 @@
-"""Do copepods migrate, flee and avoid the smell of krill, and what of it is left when one thing is taken
-away?
+"""Do copepods migrate, flee and avoid the smell of krill, and how much of this remains when one factor is
+removed?
 
-A case is an arm, a training seed and a world seed; the training seed is the replicate. Arms live with the
-same policies, those trained in the world as it is shipped (happiness is energy alone), but for `untrained`
-and for `retrained:`, which were trained anew in a world with light in the happiness, without krill, or both.
-What an arm measures:
+A case is an arm, a training seed and a world seed; the training seed is the replicate. All arms share the
+policies trained in the shipped world (where happiness is energy alone), except `untrained` and `retrained:`;
+the latter were trained in a world with light in the happiness, without krill, or both. An arm measures one of
+these:
 
     life      20 days after the first: cosinor of mean depth
-    held      the same for 8 days with numbers held constant by respawn, as in training but with the krill of
-              the run: an untrained policy starves within a day, so it is compared with the trained one here
-    approach  something of the size of a krill comes straight at copepods in the dark
-    survival  who lives 6 ticks after a krill came within 2 m, and how many are killed, with numbers held
-              constant and the 100 krill of the training
-    plume     smells of krill without a krill, in the dark: whether they lead away,
-              and whether the level parts of ways do
+    held      the same for 8 days with population sizes held constant by respawn, as in training but with the
+              krill of the run: an untrained policy starves within a day, so it is compared with the trained
+              one here
+    approach  an object of the size of a krill comes straight at copepods in the dark
+    survival  the share alive 6 ticks after a krill came within 2 m, and the number killed, with population
+              sizes held constant and the 100 krill of the training
+    plume     smells of krill without a krill, in the dark: whether copepods move away from them,
+              and whether the horizontal parts of their moves do
 
-How krill approach, where plumes lie, and the larger weight of light were decided after a first look at
-training seed 1: the world's README says what the first designs gave.
+The approach of krill, the positions of plumes, and the larger weight of light were decided after a first look
+at training seed 1: the world's README reports the results of the first designs.
 
-A policy for each protocol and training seed is trained once, in about 50 s of CPU, and kept; a case finds it,
-or trains it first. Beside that a case of 20 days takes 10 s of CPU, the others 1 to 5 s. All of it takes
-about an hour on two cores.
+Each protocol and training seed needs one trained policy, which takes about 50 s of CPU and is then stored. In
+addition, a case of 20 days takes 10 s of CPU, the other cases 1 to 5 s. The whole study takes about an hour
+on two cores.
 """
 
 from typing import Any
@@ -44,7 +45,7 @@ TRAINED: dict[str, dict[str, Any]] = {
     "energy without krill": NO_KRILL,
     "twice the light without krill": MORE_LIT | NO_KRILL,
 }
-ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in what world
+ARMS: dict[str, dict[str, Any]] = {  # the measure, the policies and the world of each arm
     "shipped": {"what": "life"},
     "constant light": {"what": "life", "set": CONSTANT},
     "inverted light": {"what": "life", "set": INVERTED},
@@ -80,13 +81,13 @@ ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in
     "plume": {"what": "plume"},
     "plume: no nose": {"what": "plume", "set": NO_NOSE},
 }
-# how often a measure was mended: its cases of before are run again
+# version of each measure: cases of earlier versions run again
 MEASURED = {"approach": 2, "survival": 2, "plume": 2}
 TRAINING_SEEDS, SEEDS = tuple(range(1, 9)), (101, 102, 103, 104)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train, or find the policies, let one world live, and measure."""
+    """Train or find the policies, run one world, and measure."""
     from ecs_eco import World
     from ecs_eco.config import load
     from studies.common.sea import approach, chemotaxis, encounters, life, policies_of
@@ -94,7 +95,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     arm = ARMS[case["arm"]]
     name, seed = arm.get("policies", "shipped"), case["seed"]
     if name == "untrained":
-        # networks are drawn by the seed of the world
+        # the seed of the world draws the networks
         policies, seed = "untrained", seed + 1000 * case["training"]
     else:
         says = {"set": config["set"] | TRAINED[name]}
@@ -121,11 +122,11 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """What of the configuration a case depends on: its own arm, the policies that it lives with,
-    and the world as it is shipped.
+    """Return the parts of the configuration that a case depends on: its arm, the policies that it uses, and
+    the shipped world.
 
-    Measures that were mended count too; that of days was mended in its p alone,
-    of which only that of `shipped` is looked at.
+    Versions of corrected measures also count. In the measure of days only p was corrected, and only the p of
+    `shipped` is used.
     """
     from ecs_eco.config import load
 
@@ -142,11 +143,11 @@ def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-# --- what the cases say -------------------------------------------------------------------------------------
+# --- conclusions ----------------------------------------------------------------------------------------------
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Verdicts on migration, its ablations, escape and chemotaxis, and a table of all arms."""
+    """Return verdicts on migration, its ablations, escape and chemotaxis, and a table of all arms."""
     there = {c["case"]["arm"] for c in cases}
     results = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS if arm in there}
     out = [
@@ -372,17 +373,17 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
 
 
 def _ways(cases: list[dict[str, Any]], arm: str) -> np.ndarray:
-    """Mean way of each training seed: its parts away from what comes, and to the left of that,
-    f64[training seeds, 2]."""
+    """Return the mean direction for each training seed: its component away from the approaching object,
+    and its component to the left of that, f64[training seeds, 2]."""
     parts = [by_training(cases, arm, lambda r, k=k: r["way"][k] if r.get("way") else None) for k in (0, 1)]
     return np.array(parts).T.reshape(-1, 2)
 
 
 def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
-    """Whether they swim away, beyond what those do who sense nothing of krill: whose ways point away too,
-    for krill overshoot.
+    """Test whether copepods swim away more than copepods that cannot sense krill, which also end up moving
+    away because krill overshoot.
 
-    The difference of the mean ways of a training seed is one direction of the V-test.
+    The difference of the mean directions of a training seed is one direction in the V-test.
     """
     from ecs_eco.analysis.tracks import v_test
 

@@ -1,5 +1,5 @@
-"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: how genes of deer and wolves go, and what
-hunters of each time catch among prey of each.
+"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: the genes of deer and wolves over time,
+and the catch of hunters from each time among prey from each time.
 
     python -m studies.draw_arms_race
 """
@@ -30,7 +30,8 @@ PANELS = {
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: genes above, a line for each training seed; below kills by time of both."""
+    """Write the figure: genes above, with a line for each training seed; below, kills by time of hunters
+    and prey."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -57,7 +58,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str, colour: str) -> None:
-    """Draw a gene's mean over time in the runs of an arm that persist, and the mean of these."""
+    """Draw a gene's mean over time in the runs of an arm that persist, and the mean over runs."""
     lines = [
         [t[species][gene][0] for t in e["result"]["genes"]]
         for e in result["cases"]

@@ -1,5 +1,5 @@
-"""Draw docs/img/cycle_causes.svg from studies/results/cycle_causes.json: for each arm the share of runs that
-persist and cycle in the best world that its search found, and what becomes of worlds around that one.
+"""Draw docs/img/cycle_causes.svg from studies/results/cycle_causes.json: for each arm, the share of runs that
+persist and cycle in the best world of its search, and the outcomes of worlds around that one.
 
     python -m studies.draw_cycle_causes
 """
@@ -22,7 +22,7 @@ SAYS = {
     "runner": "scripted,\nflees",
     "random": "random",
 }
-# persists and cycles, persists, or who died out first: Okabe and Ito (2008)
+# persists and cycles, persists, or first species to go extinct: Okabe and Ito (2008)
 OUTCOMES = {
     "c": ("persist and cycle", "#009e73"),
     "p": ("persist", "#56b4e9"),
@@ -57,7 +57,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
-    """Draw shares of runs that persist and that cycle, and a point for each training seed."""
+    """Draw the shares of runs that persist and that cycle, with a point for each training seed."""
     for at, of in enumerate(lives.values()):
         for outcome, what in (("p", "persisted"), ("c", "cycled")):
             label, colour = OUTCOMES[outcome]
@@ -84,7 +84,7 @@ def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
 
 
 def around(axis: Any, letters: list[str], factors: list[float]) -> None:
-    """Draw what became of each world around the best one."""
+    """Draw the outcome of each world around the best one."""
     keys = list(OUTCOMES)
     image = np.array(
         [

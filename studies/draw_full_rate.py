@@ -1,7 +1,7 @@
 """Draw learning at full rate in life, from studies/results/full_rate.json: docs/img/full_rate.svg.
 
-Above: wolves over time, a line for each run, by who learns. Below: what a wolf catches in the arena with
-policies of the beginning and of the end put together; and how far the policies of deer and of wolves moved.
+Above: wolves over time, with a line for each run, by learning species. Below: the catch of a wolf in the
+arena for combinations of initial and final policies, and how far the policies of deer and wolves moved.
 """
 
 from pathlib import Path
@@ -48,7 +48,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
-    """Wolves of each run; red, of runs in which they died out."""
+    """Draw the wolves of each run; runs in which they go extinct are red."""
     for r in results:
         n = [float(v) for v in r["series"]["wolf"].split()]
         t = BLOCK * (np.arange(len(n)) + 0.5)
@@ -59,7 +59,7 @@ def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
 
 
 def arena(ax: Any, results: list[dict[str, Any]]) -> None:
-    """What a wolf catches with each pair of policies: a line for each training seed, and the mean."""
+    """Draw the catch of a wolf for each pair of policies: a line for each training seed, and the mean."""
     names = [*PAIRS, "answer"]
     values = np.array([[caught(name)(r) for name in names] for r in results])
     ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)
@@ -74,7 +74,7 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
 
 
 def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
-    """How far both policies moved in each run in which both learn."""
+    """Draw how far both policies moved in each run in which both species learn."""
     ax.set(xscale="log", yscale="log")
     for marker, label, results in (
         ("s", "shipped numbers", of["both"]),

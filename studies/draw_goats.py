@@ -1,7 +1,8 @@
 """Draw how many goats carry each gene over time, from studies/results/goats.json:
 docs/img/goats_carriers.png.
 
-Above the run of the first seed, as in the paper's figure; below the share of carriers in all runs of an arm.
+Above: the run of the first seed, as in the paper's figure. Below: the share of carriers in all runs of an
+arm.
 """
 
 import io
@@ -38,11 +39,11 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.set_xlabel("generation")
     whole = io.BytesIO()
     figure.savefig(whole, dpi=90)
-    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # a third of the bytes
+    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # reduces the file to a third
 
 
 def one(ax: Any, series: dict[str, str]) -> None:
-    """Numbers of carriers over ticks."""
+    """Draw the numbers of carriers over ticks."""
     for gene in GENES:
         ax.plot(
             numbers(series["tick"]),
@@ -68,7 +69,7 @@ def one(ax: Any, series: dict[str, str]) -> None:
 
 
 def share(ax: Any, series: dict[str, str]) -> None:
-    """Shares of carriers over generations, thin lines."""
+    """Draw shares of carriers over generations as thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(

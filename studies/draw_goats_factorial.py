@@ -1,5 +1,5 @@
 """Draw docs/img/goats_factorial.svg from studies/results/goats_factorial.json: the selection coefficient of
-each gene by what goats learn and inherit, and whether newborn would eat yellow.
+each gene for each combination of learning and inheritance, and whether newborns would eat yellow grass.
 
     python -m studies.draw_goats_factorial
 """
@@ -27,7 +27,7 @@ TITLES = {
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: a point for each run, means over runs with 95 % intervals."""
+    """Write the figure: a point for each run, and means over runs with 95% intervals."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -53,7 +53,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def panel(axis: Any, result: dict[str, Any], genes: bool, value: Any) -> None:
-    """Draw a number of each run by what is inherited, for those that learn and those that do not."""
+    """Draw a number of each run by inheritance, for goats that learn and goats that do not."""
     for learn, colour in COLOURS.items():
         for at, inherit in enumerate(INHERIT):
             name = next(

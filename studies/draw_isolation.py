@@ -1,5 +1,5 @@
-"""Draw docs/img/isolation.svg from studies/results/isolation.json: how diversity of genes and policies goes
-on islands between which none, few or many goats move, and in one world of their area.
+"""Draw docs/img/isolation.svg from studies/results/isolation.json: the diversity of genes and policies over
+time on islands with no, little or much migration, and in one world of their total area.
 
     python -m studies.draw_isolation
 """
@@ -26,7 +26,7 @@ PANELS = {
 def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the ticks f64[k] at which a quantity was measured, and its values f64[seeds, k].
 
-    The one world was also measured at tick 0.
+    The single world was also measured at tick 0.
     """
     values = np.stack([numbers(e, name) for e in result["cases"] if e["case"]["arm"] == arm])
     config = result["config"]
@@ -34,7 +34,7 @@ def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: a line for each seed, a thick one for the mean of an arm."""
+    """Write the figure: a line for each seed, and a thick line for the mean of an arm."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Draw docs/img/outside.png from studies/results/outside.json: what deer take in as each learner learns.
+"""Draw docs/img/outside.png from studies/results/outside.json: the intake of deer as each learner learns.
 
 python -m studies.draw_outside
 """
@@ -33,7 +33,7 @@ def curves(result: dict[str, Any]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: medians over seeds, and their ranges."""
+    """Write the figure: medians over seeds, and ranges."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")

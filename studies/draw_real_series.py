@@ -1,8 +1,8 @@
-"""Draw measured cycles and those of shipped worlds beside each other, from studies/results/real_series.json:
+"""Draw measured cycles next to those of shipped worlds, from studies/results/real_series.json:
 docs/img/real_series.svg.
 
-Above the series, each on a scale of its own period; below what was measured of them: windows of the worlds as
-their central 95 %, measured pairs as points.
+Above: the series, each scaled to its own period. Below: their measures; windows of the worlds as central 95%
+ranges, measured pairs as points.
 """
 
 import csv
@@ -20,7 +20,7 @@ from studies.common.figure import draw_result
 from studies.common.goats import numbers
 from studies.real_series import BLOCK, DATA, MEASURES, SERIES, compare, measured
 
-PREY, PREDATOR = "#0072b2", "#d55e00"  # told apart by the colour-blind (Okabe and Ito 2008)
+PREY, PREDATOR = "#0072b2", "#d55e00"  # distinguishable by color-blind readers (Okabe and Ito 2008)
 NAMES = {
     "lynx-hare": "hare, lynx (pelts)",
     "isle-royale": "moose, wolf",
@@ -30,7 +30,7 @@ NAMES = {
     "gause": "Paramecium, Didinium",
 }
 WORLD = ("predator-prey", "deer→wolf")
-SHOWN = 3.0  # periods of a world's run
+SHOWN = 3.0  # number of periods drawn of a world's run
 SHIFT = 0.08
 
 
@@ -55,7 +55,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: float | None) -> None:
-    """Two series over periods, in parts of their largest numbers."""
+    """Draw two series over periods, as shares of their maxima."""
     period = period or period_of(prey, predator)
     t = np.arange(len(prey)) / period
     for series, colour in ((prey, PREY), (predator, PREDATOR)):
@@ -66,7 +66,7 @@ def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: fl
 
 
 def lynx(ax: Any) -> None:
-    """The long series of lynx, which has no prey beside it."""
+    """Draw the long series of lynx, for which no series of prey exists."""
     with open(DATA / "mackenzie_lynx.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     caught = np.array([float(row["lynx"]) for row in rows])
@@ -77,14 +77,14 @@ def lynx(ax: Any) -> None:
 
 
 def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measure: str) -> None:
-    """A measure: the central 95 % of the windows of a world as bars, the measured pairs as points."""
+    """Draw a measure: the central 95% of the windows of a world as bars, the measured pairs as points."""
     for row, name in enumerate(SERIES):
         of = compared.get((*WORLD, name))
         if of is None:
             continue
         low, high, inside = of[measure]
         value = of["real"][measure]
-        if measure == "lag":  # within half a period of the middle of the bar
+        if measure == "lag":  # within half a period of the bar's center
             middle = (low + high) / 2
             value = middle + (value - middle + 0.5) % 1 - 0.5
         ax.plot([low, high], [row + SHIFT] * 2, color="#999999", lw=5, solid_capstyle="butt")

@@ -1,7 +1,8 @@
-"""Draw what a search that samples finds again, from studies/results/recovery.json: docs/img/recovery.svg.
+"""Draw the parameters that a sampling search recovers, from studies/results/recovery.json:
+docs/img/recovery.svg.
 
-Above, for each of ten worlds, the true numbers and the 90 % intervals of their posteriors; below the
-posterior of pelts of hares and lynx, and its runs beside what was measured.
+Above: for each of ten worlds, the true parameters and the 90% intervals of their posteriors. Below: the
+posterior from pelts of hares and lynx, and its runs next to the measured statistics.
 """
 
 from pathlib import Path
@@ -49,7 +50,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float]], name: str) -> None:
-    """The interval of a number in each try, over its true value."""
+    """Draw the interval of a parameter in each trial, over its true value."""
     for of, truth in zip(found, truths, strict=True):
         n, colour = of["numbers"][name], POSTERIOR if within(of, truth, name) else MISSED
         ax.plot([truth[name]] * 2, [n["low"], n["high"]], color=colour, lw=2)
@@ -65,13 +66,13 @@ def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float
 
 
 def ticked(axis: Any, name: str) -> None:
-    """Name a few numbers on an axis."""
+    """Label a few values on an axis."""
     axis.set_ticks(TICKS[name], [f"{t:g}" for t in TICKS[name]])
     axis.set_minor_formatter("")
 
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
-    """All candidates: those of which both species lived, and the others."""
+    """Draw all candidates, by whether both species survived."""
     for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "not both")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
         ax.plot(
@@ -90,7 +91,7 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
 
 
 def beside(ax: Any, pelts: dict[str, Any]) -> None:
-    """Each statistic: what was measured, and the runs of the posterior."""
+    """Draw each statistic: the measured value, and the runs of the posterior."""
     for row, of in enumerate(pelts["statistics"].values()):
         inside = of["low"] <= of["observed"] <= of["high"]
         ax.plot([of["low"], of["high"]], [row] * 2, color=GREY, lw=5, solid_capstyle="butt")

@@ -1,5 +1,5 @@
-"""Same seed, same bytes: for 1 and 2 threads with learning on, from run to run,
-and however the rows are shuffled at tick 0."""
+"""Same seed, same bytes: for 1 and 2 threads with learning on, between repeated runs, and for any order of
+the rows at tick 0."""
 
 from typing import Any
 
@@ -12,8 +12,8 @@ TICKS = 200
 
 
 def large(times: int) -> dict[str, Any]:
-    """Return predator and prey on `times` the area with `times` the animals,
-    so that every part of a tick uses its threads."""
+    """Return predator and prey on `times` the area with `times` the animals, so that every part of a tick
+    uses its threads."""
     from ecs_eco.config import load
 
     config = load("predator-prey").resolved()
@@ -36,7 +36,7 @@ def gap(world: Any) -> float:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one seed several times in ways that must not matter; return the digests."""
+    """Run one seed several times under conditions that must not affect the result; return the digests."""
     from ecs_eco import World
 
     def world(threads: int, learn: bool) -> Any:
@@ -63,7 +63,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """State what was the same."""
+    """Report which digests were equal."""
     results = [c["result"] for c in cases]
     n = len(results)
     threads = sum(

@@ -1,4 +1,4 @@
-"""A process that has recorded a run and read it again ends as it should: with exit code 0."""
+"""A process that records a run and reads it again ends with exit code 0."""
 
 import subprocess
 import sys
@@ -26,8 +26,8 @@ for kind in ("births", "deaths", "snapshots"):
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Start so many processes one after another; return how many ended with each code,
-    and what the others complained of."""
+    """Start the given number of processes one after another; return how many ended with each code, and the
+    error output of failed processes."""
     codes: dict[str, int] = {}
     complaints = []
     for i in range(config["processes"]):

@@ -1,9 +1,9 @@
 """Do deer and wolves learn to live from random weights within a minute on one core?
 
-Each training seed: curves of intake, deaths and happiness while training; then trained against random animals
-at constant numbers (respawn, no births), deer against trained wolves, wolves against trained deer at high,
-middle and low prey density: where prey is plentiful standing still feeds a wolf, so that skill shows only
-where it is scarce.
+For each training seed, the study records curves of intake, deaths and happiness during training. Then it
+compares trained with random animals at constant population sizes (respawn, no births): deer against trained
+wolves, and wolves against trained deer at high, middle and low prey density. Where prey is plentiful, a wolf
+can feed by standing still, so skill shows only where prey is scarce.
 """
 
 import json
@@ -30,8 +30,8 @@ MEASURES = {
 
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
-    """Let animals live at constant numbers; return rates per animal and tick after the first 100 ticks,
-    and deer lifetime."""
+    """Run animals at constant population sizes; return rates per animal and tick after the first 100
+    ticks, and the lifetime of deer."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -85,7 +85,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def gain(results: list[dict[str, Any]], one: str, other: str, deer: int, measure: str) -> list[float]:
-    """Difference of a measure between two arms over training seeds: value and 95 % interval."""
+    """Return the difference of a measure between two arms over training seeds, with its 95% interval."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     a, b = ([r[arm][str(deer)][measure] for r in results] for arm in (one, other))
@@ -93,7 +93,7 @@ def gain(results: list[dict[str, Any]], one: str, other: str, deer: int, measure
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Trained against random, over training seeds."""
+    """Compare trained with random animals over training seeds."""
     results = [entry["result"] for entry in cases]
     densities = [int(n) for n in results[0]["trained/trained"]]
     slowest = max(r["cpu seconds"] for r in results)

@@ -1,9 +1,10 @@
-"""Why do wolves die out when deer and wolves go on learning at the rate of pre-training, and where not?
+"""Why do wolves go extinct when deer and wolves continue to learn at the rate of pre-training, and where do
+they survive?
 
-What is asked is in registered/full_rate.toml. Arms say who learns, in the shipped world and in one with other
-numbers for wolves, both on a quarter of the ground. Where both learn, four pairs of the policies of the
-beginning and of the end then live on frozen, and are counted in the arena: the world of pre-training, where
-respawn holds numbers constant; there wolves go on learning against the frozen deer of the end, too.
+The hypotheses are in registered/full_rate.toml. Arms define which species learn, in the shipped world and in
+a world with other parameters for wolves, both on a quarter of the ground. If both learn, all four pairs of
+initial and final policies then run frozen and are measured in the arena: the world of pre-training, where
+respawn holds population sizes constant. There, wolves also continue to learn against the frozen final deer.
 """
 
 from __future__ import annotations
@@ -32,17 +33,17 @@ QUARTER = {
     "species.wolf.count": 62,
 }
 LEARNERS = ("deer", "wolf")
-WINDOW = 1000  # [ticks] over which the move of a policy is told
-ENDS = ("first", "last")  # policies of the beginning of a life, and of its end
+WINDOW = 1000  # [ticks] over which the change of a policy is measured
+ENDS = ("first", "last")  # initial and final policies of a run
 Result = dict[str, Any]
 
 
-# --- one life, and what follows it --------------------------------------------------------------------------
+# --- one run, and the measurements after it -------------------------------------------------------------------
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
-    """Let policies of a training seed live and learn as an arm says; return what became of them, and, where
-    the arm asks for it, of their frozen pairs."""
+    """Run a world in which policies of a training seed live and learn as the arm defines; return the
+    outcome and, if the arm asks for it, that of their frozen pairs."""
     from ecs_eco.config import load
 
     says = config["arms"][case["arm"]]
@@ -62,8 +63,8 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
 
 
 def candidate(seed: int) -> dict[str, float]:
-    """Draw numbers of the world and of learning from the ranges, logarithms evenly; those named after a
-    species alone hold for it, those after "both" for deer and wolves alike."""
+    """Draw parameters of the world and of learning from the ranges, log-uniformly. A parameter with a
+    species prefix applies to that species; one with the prefix "both" applies to deer and wolves alike."""
     rng = np.random.default_rng(seed)
     drawn: dict[str, float] = {}
     for key, (low, high) in REGISTERED.content["search"]["ranges"].items():
@@ -75,8 +76,8 @@ def candidate(seed: int) -> dict[str, float]:
 
 
 def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world to `ticks`, or to within 50 ticks of the first extinction of deer or wolves; return it, and
-    for each learner how far its policy moved in each whole window [nats of KL, then ‖ now]."""
+    """Run a world to `ticks`, or to within 50 ticks of the first extinction of deer or wolves; return it,
+    and for each learner how far its policy moved in each whole window [nats of KL, then ‖ now]."""
     from ecs_eco import World
 
     world = World.from_config(living, seed=seed, policies=str(folder))
@@ -96,20 +97,20 @@ def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[st
 
 
 def state(world: Any, species: str) -> dict[str, np.ndarray]:
-    """The weights of a shared policy, copied."""
+    """Return a copy of the weights of a shared policy."""
     weights: dict[str, np.ndarray] = world.tables[species].species.nerves.brain.state()
     return {k: np.array(v) for k, v in weights.items()}
 
 
 def first_of(folder: Path) -> dict[str, dict[str, np.ndarray]]:
-    """The weights that a training left."""
+    """Return the weights at the end of training."""
     from safetensors.numpy import load_file
 
     return {s: load_file(folder / f"{s}.safetensors") for s in LEARNERS}
 
 
 def put(world: Any, policies: Mapping[str, Mapping[str, np.ndarray]]) -> Any:
-    """Give the species of a new world these policies."""
+    """Assign these policies to the species of a new world."""
     for s, weights in policies.items():
         world.tables[s].species.nerves.brain.load(dict(weights))
     return world
@@ -118,7 +119,7 @@ def put(world: Any, policies: Mapping[str, Mapping[str, np.ndarray]]) -> Any:
 def swapped(
     config: dict[str, Any], shipped: Any, case: Mapping[str, Any], of: Mapping[str, Mapping[str, Any]]
 ) -> Result:
-    """Let frozen pairs of policies of the beginning and of the end live, and count them in the arena."""
+    """Run frozen pairs of initial and final policies, and measure them in the arena."""
     from ecs_eco import World
 
     lived, arenas = {}, {}
@@ -140,7 +141,7 @@ def swapped(
 
 
 def arena(seed: int, learn: bool) -> Any:
-    """The world of pre-training, in which only wolves learn, if anybody."""
+    """Return the world of pre-training, in which wolves learn or no species does."""
     from ecs_eco import World
     from ecs_eco.config import for_training, load
 
@@ -154,8 +155,8 @@ def arena(seed: int, learn: bool) -> Any:
 
 
 def counted(world: Any, before: int, ticks: int) -> dict[str, float]:
-    """Run on, and count over the last `ticks`: deer caught by a wolf in 100 ticks, and what a deer takes in
-    of grass in 100 ticks [1/100 s]."""
+    """Continue the run and measure its last `ticks`: deer caught per wolf in 100 ticks, and the grass
+    intake of a deer in 100 ticks [1/100 s]."""
     world.run(before + ticks)
     names = world.recorder.names
     table = world.series().select(["n", "taken_in", "died: eaten by wolf"]).to_pydict()
@@ -168,7 +169,7 @@ def counted(world: Any, before: int, ticks: int) -> dict[str, float]:
 
 
 def brief(of: Result) -> Result:
-    """What is kept of a life."""
+    """Return the stored summary of a run."""
     return {
         "persisted": of["persisted"],
         "lived": of["lived"],
@@ -182,7 +183,7 @@ def brief(of: Result) -> Result:
     }
 
 
-# --- what the lives say -------------------------------------------------------------------------------------
+# --- statistics of the runs ---------------------------------------------------------------------------------
 
 
 def persisted(results: Sequence[Result]) -> float:
@@ -191,30 +192,31 @@ def persisted(results: Sequence[Result]) -> float:
 
 
 def fewest(result: Result) -> float:
-    """Return ln(1 + the fewest wolves of a run)."""
+    """Return ln(1 + the smallest number of wolves in a run)."""
     return float(np.log1p(result["numbers"]["wolf"]["least"]))
 
 
 def pace(result: Result, species: str) -> float:
-    """Return the nats that a policy moved in 1,000 ticks: mean over whole windows but the first, in which it
-    leaves the mean weights of training; NaN without one."""
+    """Return the nats that a policy moved in 1,000 ticks: the mean over whole windows except the first, in
+    which the policy leaves the averaged weights of training; NaN without such a window."""
     later = result["moved"].get(species, [])[1:]
     return float(np.mean(later)) if later else float("nan")
 
 
 def both_move(results: Sequence[Result], least: float) -> float:
-    """Return the share of runs in which all persisted and both policies moved at `least` so many nats."""
+    """Return the share of runs in which all species persisted and both policies moved at least `least`
+    nats."""
     return float(np.mean([r["persisted"] and all(pace(r, s) >= least for s in LEARNERS) for r in results]))
 
 
 def interval(cases: Sequence[Result], arm: str, share: Callable[[Sequence[Result]], float]) -> list[float]:
-    """Return a share of the runs of an arm and its 95% interval, training seeds being replicates."""
+    """Return a share of the runs of an arm and its 95% interval, with training seeds as replicates."""
     lives = [c["case"] | {"counts": share([c["result"]])} for c in cases if c["case"]["arm"] == arm]
     return share_of_lives(lives, "counts")
 
 
 def gap(one: Sequence[float], other: Sequence[float]) -> list[float]:
-    """Return the mean difference over pairs of training seeds, and its 95 % interval (t)."""
+    """Return the mean difference over pairs of training seeds, and its 95% interval (t)."""
     estimate = pooled([a - b for a, b in zip(one, other, strict=True)])
     return [estimate.mean, *estimate.interval95]
 
@@ -229,19 +231,20 @@ def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
 
 
 def caught(pair: str) -> Any:
-    """What a wolf of a pair catches in the arena; "answer" is that of wolves that went on learning there."""
+    """Return the catch of a wolf of a pair in the arena; "answer" selects wolves that continued to learn
+    there."""
     return lambda r: (r["answer"] if pair == "answer" else r["arena"][pair])["caught"]
 
 
 def lived(pair: str) -> Any:
-    """How long a frozen pair lived [ticks]."""
+    """Return the lifetime of a frozen pair [ticks]."""
     return lambda r: r["swaps"][pair]
 
 
 def summarise(cases: list[Result]) -> dict[str, Any]:
-    """The registered comparisons, and a line for each arm."""
+    """Return the registered comparisons, and a line for each arm."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in REGISTERED.arms}
-    if not all(arms.values()):  # the short form
+    if not all(arms.values()):  # the short form lacks arms
         return {"verdicts": [verdict("arms that ran", sum(map(bool, arms.values())), "reported", True)]}
     return {
         "verdicts": judged(cases, arms) + told(arms),
@@ -250,7 +253,7 @@ def summarise(cases: list[Result]) -> dict[str, Any]:
 
 
 def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Decide what was registered."""
+    """Decide the registered hypotheses."""
 
     def least(arm: str) -> list[float]:
         return by_training(cases, arm, fewest)
@@ -279,7 +282,7 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """What has no goal: the arena, the swaps, what was searched."""
+    """Return results without a goal: the arena, the swaps, and the search."""
     of = [r for r in arms["both"] if "swaps" in r]
     lines = [
         verdict(
@@ -322,7 +325,7 @@ def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
 
 
 def row(arm: str, results: Sequence[Result]) -> list[Any]:
-    """One line of the table."""
+    """Return one row of the table."""
     gone = [r["extinct"] for r in results if r["extinct"]]
     paces = [[pace(r, s) for r in results if np.isfinite(pace(r, s))] for s in LEARNERS]
     return [
@@ -354,7 +357,7 @@ PAIRS = [f"{deer} deer, {wolf} wolves" for deer, wolf in itertools.product(ENDS,
 
 
 def all_cases() -> list[dict[str, Any]]:
-    """Every arm with its training and world seeds; a candidate of the search is a seed of its own."""
+    """Return every arm with its training and world seeds; each candidate of the search has its own seed."""
     seeds, out = REGISTERED.content["seeds"], []
     for arm, says in REGISTERED.arms.items():
         if arm == "search":

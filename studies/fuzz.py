@@ -1,9 +1,10 @@
 """Bad input: mutated world files, and damaged checkpoints and recordings.
 
-Each is refused with a clear error, or does no harm. A world file is mutated as a text (bytes flipped, lines
-cut, doubled, swapped, truncated) or in its values (other types, odd numbers, keys renamed, moved, removed,
-layouts of genes); what is accepted runs 5 ticks, with few organisms. A file that a run left is truncated, has
-bits flipped, or bytes overwritten, lost or put in; what loads must be what was saved.
+The program must refuse each file with a clear error, or read it without harm. A world file is mutated as text
+(bytes flipped; lines cut, duplicated or swapped; the text truncated) or in its values (other types, extreme
+numbers, keys renamed, moved or removed, gene layouts). An accepted world runs 5 ticks with few organisms. A
+file of a run is truncated, or has bits flipped, or bytes overwritten, lost or inserted; a file that loads
+must have its saved content.
 """
 
 from typing import Any
@@ -31,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count what came of the files, by kind."""
+    """Count the outcomes of the files, by kind."""
     kinds = sorted(
         {kind for case in cases for kind in case["result"]["kinds"]},
         key=lambda kind: (kind not in CLEAR, kind),

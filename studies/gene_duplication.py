@@ -1,34 +1,34 @@
-"""Does a duplicated reflex gene diverge where a second reflex is of use?
+"""Does a duplicated reflex gene diverge where a second reflex is useful?
 
-Goats walk straight on and eat what they touch: green grass feeds, red grass kills, and in the arm `use`
-yellow grass kills, too. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
-them from eating near red grass, and none of the gene for yellow grass, whose promoter differs from red's in
-one letter. So a goat gets a reflex against yellow by a point mutation of a red gene, at the price of that
-copy; one that has two copies keeps one for red. Genes are doubled and lost at the same rate, by mutation,
-and by unequal crossover where they are doubled already.
+Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`
+yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
+them from eating near red grass and no gene for yellow grass, whose promoter differs from red's in one letter.
+A goat therefore gains a reflex against yellow through a point mutation of a red gene, at the price of that
+copy; a goat with two copies keeps one for red. Genes are duplicated and lost at the same rate by mutation,
+and also by unequal crossover where they are already duplicated.
 
-Beside them are two markers that nothing reads, blue and white: the same lengths and rates, promoters that
-differ in the same letter, one copy of blue in founders and none of white. They are the neutral control
-within each run. Births and deaths are the only selection.
+Goats also carry two markers without effect, blue and white: the same lengths and rates, promoters that differ
+in the same letter, one copy of blue in founders and none of white. The markers are the neutral control within
+each run. Births and deaths are the only selection.
 
 Arms, with the same seeds:
   use            yellow grass kills
-  no use         yellow grass is there, and nobody eats it
-  neutral drift  as `use`, but genes are not expressed: they are inherited and mutate, and do nothing
+  no use         yellow grass exists, and no goat eats it
+  neutral drift  as `use`, but genes are not expressed: they are inherited, mutate and have no effect
 
-Hypotheses, written before the runs that decide (a pilot with the seed 91 set the rates). "Doubled" is the
-share of goats with two or more copies of red and yellow together, "diverged" of those with a red and a
-yellow gene that both say to keep off; of blue and white alike; means of the last quarter of a run,
-differences paired by seed with a 95 % t interval:
+These hypotheses were written before the deciding runs (a pilot with seed 91 set the rates). "Doubled" is
+the share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
+yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over
+the last quarter of a run, differences are paired by seed with a 95% t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`, and
   2. than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
   4. In `use` red and yellow are doubled, and diverged, more often than blue and white of the same goats.
-  5. In `neutral drift` red and yellow are doubled as often as blue and white: 0 is within the interval.
+  5. In `neutral drift` red and yellow are doubled as often as blue and white: the interval contains 0.
   6. In most runs of `use` more than half of the goats have diverged duplicates at the end.
-Reported without a goal: in `no use`, doubled red and yellow less doubled blue and white (a second copy of
-red protects from the loss of the first); and where yellow genes come from: of those born with one whose
-parents had none, how many have a parent with two or more copies of red.
+Reported without a goal: in `no use`, doubled red and yellow minus doubled blue and white (a second copy of
+red protects against the loss of the first); and the origin of yellow genes: among goats born with a yellow
+gene to parents without one, the share with a parent that has two or more copies of red.
 """
 
 from typing import Any
@@ -44,7 +44,7 @@ KEEPS_OFF = [0, -1, -1, -1]
 
 
 def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
-    """A gene of one letter behind a promoter of three."""
+    """Return a gene of one letter behind a promoter of three."""
     return {
         "name": name,
         "promoter": promoter,
@@ -56,7 +56,7 @@ def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
 
 
 def grass(count: int, seed_rain: float, spacing: float) -> dict[str, Any]:
-    """A species of grass on sites of its own, which grows back soon."""
+    """Return a species of grass on separate sites, which regrows soon."""
     return {
         "count": count,
         "body": {"radius": 0.2, "mass": 0.2, "opaque": False},
@@ -128,15 +128,15 @@ WORLD = {
 
 
 class FirstYellow:
-    """Births of goats with a yellow gene whose parents have none: how many, and how many of these have a
-    parent with two or more copies of red."""
+    """Births of goats with a yellow gene to parents without one: their number, and the number with a
+    parent that has two or more copies of red."""
 
     def __init__(self, world: Any) -> None:
         self.table, self.n, self.of_doubled = world.tables["goat"], 0, 0
         world.on_birth.append(self.born)
 
     def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-        """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        """Record newborns: rows i64[k], uids of their parents u64[k]."""
         if table is not self.table:
             return
         from ecs_eco.components import Genome
@@ -153,7 +153,7 @@ class FirstYellow:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one arm; return the shares every `every` ticks, numbers of goats, births, causes of death."""
+    """Run one arm; return the shares every `every` ticks, numbers of goats, births, and causes of death."""
     import copy
 
     from ecs_eco import World
@@ -183,8 +183,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(world: Any) -> dict[str, float]:
-    """Shares of the living goats whose genes are doubled and diverged, and the letters of a string; NaN where
-    nobody lives."""
+    """Return the shares of living goats whose genes are doubled and diverged, and the letters of a string;
+    NaN if none are alive."""
     from ecs_eco.components import Genome
 
     goat = world.tables["goat"]
@@ -200,19 +200,20 @@ def shares(world: Any) -> dict[str, float]:
 
 
 def late(entry: dict[str, Any], name: str) -> float:
-    """Mean of the last quarter of the samples of a run."""
+    """Return the mean of the last quarter of the samples of a run."""
     line = [float(v) for v in entry["result"]["shares"][name].split()]
     return float(np.mean(line[-max(1, len(line) // 4) :]))
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """By seed: a share late in the runs of an arm; without runs in which goats died out."""
+    """Return, by seed, a share late in the runs of an arm, without runs in which goats went extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}
 
 
 def apart(one: dict[int, float], other: dict[int, float]) -> list[float]:
-    """Mean difference, paired by seed, and its 95 % interval; NaN ends for fewer than two pairs."""
+    """Return the mean difference, paired by seed, and its 95% interval; the ends are NaN for fewer than
+    two pairs."""
     from studies.common.selection import pooled
 
     estimate = pooled([one[s] - other[s] for s in sorted(set(one) & set(other))])
@@ -220,12 +221,12 @@ def apart(one: dict[int, float], other: dict[int, float]) -> list[float]:
 
 
 def above(statement: str, difference: list[float]) -> dict[str, Any]:
-    """The verdict on a difference that was expected to be above 0."""
+    """Return the verdict on a difference that was expected to be above 0."""
     return verdict(statement, difference, "above 0", difference[1] > 0)
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """The six hypotheses, and what is reported."""
+    """Return the six hypotheses, and the results without a goal."""
     arms = [arm for arm in ARMS if any(e["case"]["arm"] == arm for e in cases)]
     of = {(arm, name): by_seed(cases, arm, name) for arm in arms for name in SHARES}
     out = [

@@ -1,10 +1,12 @@
-"""Genes for not eating red, yellow and green grass, in goats that also learn: which of them spread, and why?
+"""Among genes that stop goats from eating red, yellow and green grass, which spread in goats that also learn,
+and why?
 
-A gene is one locus; it blocks the action eat while the goat touches grass of its colour, and blue does
-nothing. Random genomes start with a quarter of carriers each, which is also where mutation alone keeps a
-neutral gene. The selection coefficient of a gene is that of the largest likelihood of its path, over as many
-ticks in all arms. One run has one coefficient; seeds are the replicates. World and settings were found with
-seeds 1 to 10. All of it is explored: the estimate is the third, and came after runs had been seen.
+A gene is one locus; it blocks the action eat while the goat touches grass of its color, and blue has no
+effect. Random genomes start with a quarter of carriers for each gene, which is also the equilibrium of a
+neutral gene under mutation alone. The selection coefficient of a gene maximizes the likelihood of its path,
+over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. World and
+settings were found with seeds 1 to 10. All of it is exploratory: the estimate is the third, chosen after runs
+had been seen.
 """
 
 from typing import Any
@@ -15,17 +17,17 @@ from studies.common.goats import ARMS, GENES, carriers, identity, live, numbers,
 from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
-# 16 more than other controls: of the first 8 runs without any selection yellow beat blue in 7, by chance?
+# 16 more than other controls: in 7 of the first 8 runs without any selection yellow beat blue, by chance?
 DRIFTING = tuple(range(1001, 1025))
 EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
-HALF = 4  # classes of age below 200 ticks
+HALF = 4  # age classes below 200 ticks
 MARGIN = 0.05
 ALLOWED = 0.8  # carriers of red at the end
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return carriers over time, what selection did to each gene,
-    and of what goats died at what age."""
+    """Run one world; return carriers over time, the selection on each gene, and the causes of death by
+    age."""
     from studies.common.selection import deaths_by_age, reappearances
 
     ticks = config["ticks of arm"].get(case["arm"], config["ticks"])
@@ -62,7 +64,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Every statement with its interval; a table of all arms."""
+    """Return every statement with its interval, and a table of all arms."""
     arms = {arm: [e["result"] for e in cases if e["case"]["arm"] == arm] for arm in ARMS}
     arms = {arm: results for arm, results in arms.items() if results}
     rows = [row(arm, results) for arm, results in arms.items()]
@@ -88,7 +90,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
-    """One line of the table."""
+    """Return one row of the table."""
 
     def median(path: str, gene: str) -> float:
         return float(np.median([r["genes"][gene][path] for r in results]))
@@ -107,7 +109,8 @@ def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
 
 
 def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """The coefficient of a gene in each run, over the ticks that all arms have; NaN where nobody can have it."""
+    """Return the coefficient of a gene in each run, over the ticks that all arms have; NaN if no goat can
+    carry it."""
     from studies.common.selection import path_coefficient
 
     out = []
@@ -121,7 +124,7 @@ def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
 
 
 def interval(values: list[float], level: int = 95) -> list[float]:
-    """Mean and its interval over runs (Student's t)."""
+    """Return the mean and its interval over runs (Student's t)."""
     from studies.common.selection import pooled
 
     values = [v for v in values if np.isfinite(v)]
@@ -132,7 +135,7 @@ def interval(values: list[float], level: int = 95) -> list[float]:
 
 
 def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """What the paper's figure shows."""
+    """Return verdicts on the paper's figure."""
     from studies.common.selection import equivalence
 
     n, size, depth = len(results), [r["n"] for r in results], [r["generations"] for r in results]
@@ -191,7 +194,7 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Where nobody learns, yellow is worth having."""
+    """Return verdicts for goats that do not learn, where the yellow gene is useful."""
     s, n = interval(s_of(results, "yellow")), len(results)
     above = sum(r["genes"]["yellow"]["end"] > r["genes"]["blue"]["end"] for r in results)
     return [
@@ -203,7 +206,7 @@ def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Without mutation what is lost stays lost."""
+    """Return the verdict that a lost gene stays lost without mutation."""
     lost, back = (sum(r["genes"]["green"][what] > 0 for r in results) for what in ("lost", "back"))
     return [
         verdict(
@@ -216,8 +219,8 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A gene that says nothing is not selected; one drawn from the living still is, by death, if not by
-    breeding: that is reported."""
+    """Test that a gene without effect is not selected. A gene shuffled among living goats is still
+    selected by death, though not by breeding: this is reported."""
     intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {
         g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]
@@ -234,7 +237,7 @@ def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]
 
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """What learning alone does about a danger that kills at once."""
+    """Return verdicts on the effect of learning alone on a danger that kills at once."""
     from studies.common.selection import pooled
 
     old = by_age(results)[-1][1:]
@@ -261,7 +264,7 @@ def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
-    """Deaths by red per goat and 1,000 ticks in each class of age, with the interval over runs."""
+    """Return deaths by red per goat and 1,000 ticks in each age class, with the interval over runs."""
     rates = [1000 * np.array(r["red deaths"]) / np.maximum(1, r["lived"]) for r in results]
     return [
         [f"{a} to {b}", *interval([r[i] for r in rates])]
@@ -270,7 +273,7 @@ def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
 
 
 def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
-    """Deaths by red at every age, of those born after the first generations."""
+    """Return a note on deaths by red at every age, for goats born after the first generations."""
     words = [
         f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in rows)
         for arm, rows in ages.items()

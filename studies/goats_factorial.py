@@ -1,9 +1,9 @@
-"""Which reflex genes spread among goats, by what they learn and what they inherit of it: three ways of
-inheritance, learning or none, genes that say something or nothing.
+"""Which reflex genes spread among goats, by what they learn and inherit: three kinds of inheritance, with or
+without learning, and genes with or without effect.
 
-What is asked is in registered/goats_factorial.toml. Inheritance: "none", a newborn draws a random brain;
-"birth", its birth weights are genes; "learned", it has the brain of a parent as that is then. The coefficient
-of a gene is that of the largest likelihood of its path, over the same ticks in all arms.
+The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn draws a
+random brain; "birth", where its initial weights are genes; "learned", where it copies the present brain of a
+parent. The coefficient of a gene maximizes the likelihood of its path, over the same ticks in all arms.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from studies.common.study import Study, verdict
 from studies.inheritance import change
 
 REGISTERED = registration("goats_factorial")
-NEWBORN = 10  # ticks of life: learning, every 32 ticks, has not begun
-ASKED = {"touch_yellow": 1.0, "energy": 0.6}  # what a newborn is asked about; all else is absent
+NEWBORN = 10  # ticks of life before learning, every 32 ticks, begins
+# the observations shown to a newborn; all other channels are absent
+ASKED = {"touch_yellow": 1.0, "energy": 0.6}
 WITH = [name for name, of in REGISTERED.arms.items() if of["genes"]]
-TRAITS = 3  # red, yellow and green; blue says nothing in any arm
+TRAITS = 3  # red, yellow and green; blue has no effect in any arm
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let the goats of an arm live; return coefficients and ends of genes, and what newborn would eat."""
+    """Run the goats of an arm; return coefficients and final shares of genes, and what newborns would eat."""
     of = REGISTERED.arms[case["arm"]]
     changes = change(of["inherit"]) | {"species.goat.policy.learn": of["learn"]}
     if not of["genes"]:
@@ -54,7 +55,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def silenced(changes: dict[str, Any]) -> dict[str, Any]:
-    """Return changes with which the genes of reflexes say nothing."""
+    """Return changes that remove the effect of the reflex genes."""
     from ecs_eco.config import load
 
     genes = changes.get("species.goat.genome.genes") or [
@@ -65,7 +66,8 @@ def silenced(changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def eating(world: Any, last: int, ticks: int) -> list[float]:
-    """Return, for each newborn of the last ticks of a run, its policy's chance to eat yellow that it touches."""
+    """Return, for each newborn of the last ticks of a run, the probability with which its policy eats
+    yellow grass that it touches."""
     from ecs_eco.components import Policy
 
     goat = world.tables["goat"]
@@ -87,19 +89,19 @@ def eating(world: Any, last: int, ticks: int) -> list[float]:
 
 
 def coefficient(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """Return mean and 95 % interval of a gene's coefficient over runs; NaN where no goat ever carried it."""
+    """Return the mean and 95% interval of a gene's coefficient over runs; NaN if no goat ever carried it."""
     return mean_interval([r["s"][gene] for r in results if r["s"][gene] is not None])
 
 
 def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:
-    """Return mean and 95 % interval of the differences of two arms, paired by seed."""
+    """Return the mean and 95% interval of the differences of two arms, paired by seed."""
     both = sorted(set(of) & set(than))
     over = pooled([of[seed] - than[seed] for seed in both])
     return [over.mean, *over.interval95]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide what was registered; a table of all arms."""
+    """Decide the registered hypotheses; return them with a table of all arms."""
     arms = {
         name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
         for name in REGISTERED.arms
@@ -134,7 +136,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """The lines of all hypotheses."""
+    """Return the lines of all hypotheses."""
 
     def of(name: str, gene: str) -> dict[int, float]:
         return {seed: r["s"][gene] for seed, r in arms[name].items() if r["s"][gene] is not None}

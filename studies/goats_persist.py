@@ -1,8 +1,10 @@
-"""The finder on goats: from a meadow in which they die out to one in which all persist for 50,000 ticks.
+"""A search on goats: from a meadow in which they go extinct to one in which all species persist for 50,000
+ticks.
 
-The start is the world `reflexes` with grass that grows so slowly that goats are gone within 2,000 ticks. The
-search may change six numbers, of the green grass and of the goats; the winner and the start are confirmed on
-world seeds that it never saw. About 15 minutes of one core; the search goes on where it was stopped.
+The start is the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000 ticks.
+The search may change six parameters of the green grass and of the goats; the best world and the start are
+confirmed on fresh world seeds. The study takes about 15 minutes of one core, and an interrupted search
+resumes.
 """
 
 import hashlib
@@ -30,11 +32,11 @@ SEARCH = {
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """One search; return the winner's numbers and the confirmation."""
+    """Run one search; return the parameters of the best world and the confirmation."""
     from ecs_eco.config import load
     from ecs_eco.lab import search
 
-    asked = canonical(config) + load("reflexes").config_hash  # a search goes on in the same world only
+    asked = canonical(config) + load("reflexes").config_hash  # a search resumes only in the same world
     name = hashlib.sha256(asked.encode()).hexdigest()[:12]
     out = Path(tempfile.gettempdir()) / f"ecs-eco-goats-{name}"
     wanted = {
@@ -48,7 +50,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Persistence of the winner and of the start on fresh seeds."""
+    """Return the persistence of the best world and of the start on fresh seeds."""
     result = cases[0]["result"]
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     ticks = f"{SEARCH['confirm']['ticks']:,}"

@@ -1,11 +1,12 @@
 """Does happiness evolve?
 
-Voles learn in life to seek what makes them happy; what makes them happy is in their genes. Nobody says what a
-vole should want. Founders draw the four weights of their happiness at random, births and deaths select. An
-arm takes one thing away: what genes say (neutral drift), learning, the voles themselves, so that berries
-evolve without grazers, or whose genes a newborn gets (shuffled genome). The last is no null: genes drawn from
-the living are the genes of who stays alive, so it takes away selection by breeding and leaves selection by
-death. Runs of one seed begin with the same genomes, and are compared in pairs.
+During their lives, voles learn to seek what makes them happy, and their genes define what makes them happy.
+The world does not prescribe any preference. Founders draw the four weights of their happiness at random;
+births and deaths select. Each arm removes one factor: the effect of genes (neutral drift), learning, the
+voles themselves, so that berries evolve without grazers, or the descent of a newborn's genes (shuffled
+genome). The last is not a null model: genes drawn from living voles are the genes of survivors, so the arm
+removes selection by breeding and keeps selection by death. Runs with the same seed start with the same
+genomes and are compared in pairs.
 """
 
 import sys
@@ -23,16 +24,16 @@ ARMS: dict[str, dict[str, Any]] = {
     "no learning": {"learn": False},
     "no grazers": {},
 }
-# the weights that we expect to rise, and the one to fall
+# the weights expected to rise, and the weight expected to fall
 WEIGHTS = {"energy": 1, "berry": 1, "nightshade": -1}
 GENES = {"vole": (*WEIGHTS, "vole", "marker"), "berry": ("tough", "poison", "spread", "marker")}
 SEEDS = tuple(range(2001, 2011))
-Changes = dict[tuple[str, str], dict[int, float]]  # of the mean of a gene: arm, gene → seed → change
+Changes = dict[tuple[str, str], dict[int, float]]  # changes of a gene's mean: arm, gene → seed → change
 FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
 class Generations:
-    """The number of generations since the founders of every organism of a species, by uid."""
+    """The number of generations since the founders for every organism of a species, by uid."""
 
     def __init__(self, world: Any, species: str) -> None:
         self.table = world.tables[species]
@@ -40,21 +41,21 @@ class Generations:
         world.on_birth.append(self.born)
 
     def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-        """Note newborn: one more than the mean of their parents."""
+        """Record newborns: one generation more than the mean of their parents."""
         if table is self.table:
             for uid, a, b in zip(table.uid[rows].tolist(), first.tolist(), second.tolist(), strict=True):
                 mother = self.of.get(a, 0.0)
                 self.of[uid] = 1 + (mother + self.of.get(b, mother)) / 2
 
     def mean(self) -> float | None:
-        """Return the mean of the living, None where nobody lives."""
+        """Return the mean of the living organisms, None if none are alive."""
         living = self.table.uid[self.table.rows()].tolist()
         return float(np.mean([self.of[uid] for uid in living])) if living else None
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one arm; return what genes say on average every `every` ticks, generations,
-    numbers and causes of death."""
+    """Run one arm; return the mean gene values every `every` ticks, generations, numbers and causes of
+    death."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -77,7 +78,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def genes(world: Any) -> dict[str, float]:
-    """What each gene says, the mean over the living of its species; NaN where there are none."""
+    """Return the mean value of each gene over the living organisms of its species; NaN if none are alive."""
     from ecs_eco.components import Genome
 
     out: dict[str, float] = {}
@@ -92,8 +93,8 @@ def genes(world: Any) -> dict[str, float]:
 
 
 def lives(world: Any) -> dict[str, Any]:
-    """Mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks,
-    all of the last quarter of a run."""
+    """Return mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks, all over
+    the last quarter of a run."""
     series = world.series().to_pydict()
     rows = {
         n: [
@@ -114,8 +115,8 @@ def lives(world: Any) -> dict[str, Any]:
 
 
 def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float]:
-    """By seed: how far the mean of a gene moved, from the founders to the last quarter of the run;
-    without runs that died out."""
+    """Return, by seed, the change of a gene's mean from the founders to the last quarter of the run,
+    without runs that went extinct."""
     out = {}
     for entry in cases:
         if entry["case"]["arm"] == arm and not np.isnan(end := late(line := numbers(entry, gene))):
@@ -124,17 +125,17 @@ def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float
 
 
 def numbers(entry: dict[str, Any], gene: str) -> np.ndarray:
-    """What a gene said on average over time in one run: f64[samples], NaN where nobody had it."""
+    """Return the mean value of a gene over time in one run: f64[samples], NaN if it had no carriers."""
     return np.array([float(v) for v in entry["result"]["genes"][gene].split()])
 
 
 def late(line: np.ndarray) -> float:
-    """Mean of the last quarter of the samples."""
+    """Return the mean of the last quarter of the samples."""
     return float(line[-max(1, len(line) // 4) :].mean())
 
 
 def interval(values: list[float]) -> list[float] | None:
-    """Mean and 95 % t interval over seeds, None for fewer than two."""
+    """Return the mean and 95% t interval over seeds, None for fewer than two."""
     from studies.common.selection import pooled
 
     if len(values) < 2:
@@ -144,17 +145,17 @@ def interval(values: list[float]) -> list[float] | None:
 
 
 def apart(one: dict[int, float], other: dict[int, float]) -> list[float] | None:
-    """Mean difference of two arms and its interval, paired by seed."""
+    """Return the mean difference of two arms and its interval, paired by seed."""
     return interval([one[s] - other[s] for s in sorted(set(one) & set(other))])
 
 
 def beyond(interval_: list[float] | None, sign: int) -> bool:
-    """Whether an interval lies on one side of 0."""
+    """Return whether an interval excludes 0."""
     return interval_ is not None and (interval_[1] > 0 if sign > 0 else interval_[2] < 0)
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Every gene's change by arm, and the arms against each other."""
+    """Return every gene's change by arm, and the differences between arms."""
     arms = [a for a in ARMS if any(e["case"]["arm"] == a for e in cases)]
     moved = {
         (a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}")
@@ -185,7 +186,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
-    """The weights of happiness change as expected, and more so than without selection or learning."""
+    """Test that the weights of happiness change as expected, and more than without selection or learning."""
     out = []
     for name, sign in WEIGHTS.items():
         for control in ("neutral drift", "no learning"):
@@ -203,7 +204,7 @@ def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, 
 
 
 def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
-    """Where nothing selects, hardly a gene of voles changes."""
+    """Test that at most one gene of voles changes without selection."""
     out = []
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
@@ -220,7 +221,7 @@ def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
 
 
 def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Those that learn in life die less of nightshade."""
+    """Test that voles that learn in life die less often from nightshade."""
     risk = {
         a: {
             e["case"]["seed"]: e["result"]["risk"]
@@ -243,7 +244,7 @@ def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
-    """Grazers make berries tough, but not poisonous."""
+    """Test that grazers make berries tough but not poisonous."""
     tough, poison = (
         apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"]) for g in ("tough", "poison")
     )
@@ -268,7 +269,7 @@ def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
 
 
 def breeding_against_survival(moved: Changes) -> dict[str, Any]:
-    """Genes of the living that are shuffled among newborn change less than those that parents pass on."""
+    """Test that genes shuffled among newborns change less than genes inherited from parents."""
     sums = [
         {
             s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
@@ -286,7 +287,7 @@ def breeding_against_survival(moved: Changes) -> dict[str, Any]:
 
 
 def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Evolving runs are long enough, and their populations large enough, to say something."""
+    """Test that evolving runs are long enough and their populations large enough to be informative."""
     mine = [e["result"] for e in cases if e["case"]["arm"] == "evolving"]
     generations = min(r["generations"] or 0 for r in mine)
     voles = min(r["numbers"]["vole"] for r in mine)

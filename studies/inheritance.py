@@ -1,10 +1,11 @@
-"""What a goat is born with: random weights, its parents' birth weights, or what a parent has learnt.
+"""What should a newborn goat inherit: random weights, its parents' initial weights, or the weights that a
+parent has learned?
 
-Who lives to breed? Three times the world of the goats. "none": every newborn draws a random network. "birth":
-the network's birth weights are a gene (three letters each), which crosses and mutates; what is learnt in life
-dies with it. "learned": a newborn starts from the weights that one of its parents, drawn, has at that time.
-Counted are those born when all founders are dead, early enough to have lived out their span before the run
-ends.
+The study runs the world of the goats in three ways and counts the goats that live to breed. "none": every
+newborn draws a random network. "birth": the network's initial weights are a gene (three letters each), which
+crosses over and mutates; weights learned in life are lost at death. "learned": a newborn starts from the
+present weights of one of its parents, drawn at random. Counted are goats born after the death of all
+founders, early enough to have completed their lifespan before the run ends.
 """
 
 from typing import Any
@@ -31,7 +32,7 @@ SHARES = ("live to breeding age", "breed", "breed of those of age")
 
 
 def change(way: str) -> dict[str, Any]:
-    """What of the world file is changed for a way of inheritance."""
+    """Return the changes of the world file for a kind of inheritance."""
     from ecs_eco.config import load
 
     out: dict[str, Any] = {"species.goat.policy.inherit": way}
@@ -42,7 +43,8 @@ def change(way: str) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return how many were born, lived to breeding age and bred, and what they died of."""
+    """Run one world; return how many goats were born, lived to breeding age and bred, and their causes of
+    death."""
     family = live(case["seed"], config["ticks"], also=change(case["inherit"]))
     lineage = family.lineage()
     counted = (
@@ -75,7 +77,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(result: dict[str, Any]) -> dict[str, float]:
-    """Share of the newborn that lived to breeding age, that bred, and of the grown ones that bred."""
+    """Return the shares of newborns that lived to breeding age and that bred, and the share of grown goats
+    that bred."""
     born, adult = max(1, result["born"]), max(1, result["adult"])
     return dict(
         zip(SHARES, (result["adult"] / born, result["bred"] / born, result["bred"] / adult), strict=True)
@@ -83,7 +86,7 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares with intervals over runs, and their differences from learned weights."""
+    """Return the shares with intervals over runs, and their differences from learned weights."""
     from studies.common.selection import pooled
 
     by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}
@@ -160,7 +163,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def causes(results: list[dict[str, Any]]) -> str:
-    """Shares of the causes of death over all runs, the commonest first."""
+    """Return the shares of the causes of death over all runs, the most frequent first."""
     total: dict[str, int] = {}
     for r in results:
         for cause, n in r["died"].items():

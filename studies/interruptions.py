@@ -1,5 +1,5 @@
-"""A world that is interrupted within a tick, in whatever way, is whole or refuses;
-a copy made before goes on to the same bytes."""
+"""A world that is interrupted within a tick, by any means, is whole or refuses to continue; an earlier
+copy continues to the same bytes."""
 
 import os
 import signal
@@ -25,11 +25,11 @@ KINDS = (
 
 
 class Interrupted(Exception):
-    """What is raised within a tick, by whatever was put there."""
+    """The exception that an interruption raises within a tick."""
 
 
 def fail(*_: Any) -> None:
-    """Interrupt."""
+    """Raise the interruption."""
     raise Interrupted
 
 
@@ -39,7 +39,7 @@ def press() -> None:
 
 
 def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Put a system into a phase drawn at random that fails in a tick drawn at random."""
+    """Add a system that fails, in a random phase and a random tick."""
     from ecs_eco.engine.phases import PHASES
 
     system, at = world.trips[PHASES[rng.integers(len(PHASES))]], int(rng.integers(world.tick, ticks))
@@ -47,7 +47,7 @@ def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
 
 
 def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Let a sensor fail, at whichever time it is asked from a tick drawn at random on."""
+    """Make a sensor fail at every reading from a random tick on."""
     able = [
         t.species.nerves
         for t in world.tables.values()
@@ -62,7 +62,8 @@ def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
 def interrupt(
     kind: str, world: Any, rng: np.random.Generator, ticks: int, lasting: float
 ) -> Callable[[], None]:
-    """Have a world interrupted while it runs for about `lasting` seconds; return what calls it off."""
+    """Schedule an interruption of a world while it runs for about `lasting` seconds; return a function
+    that cancels it."""
     if kind == "exception in a system":
         trip(world, rng, ticks)
     elif kind == "exception in a sensor":
@@ -88,7 +89,7 @@ def interrupt(
 
 
 def build(world: dict[str, Any], seed: int) -> Any:
-    """Return a world that learns, with a system in each phase that does nothing."""
+    """Return a world that learns, with an idle system in each phase."""
     from ecs_eco import World
     from ecs_eco.engine.phases import PHASES
 
@@ -98,7 +99,7 @@ def build(world: dict[str, Any], seed: int) -> Any:
 
 
 def idle(world: Any, phases: Any) -> None:
-    """Add the systems that do nothing yet."""
+    """Add the idle systems."""
     from ecs_eco import System
 
     world.trips = {
@@ -108,7 +109,8 @@ def idle(world: Any, phases: Any) -> None:
 
 
 def refuses(world: Any, folder: Path) -> bool:
-    """Whether a world refuses to run, to be saved, recorded, copied and hashed, and leaves nothing behind."""
+    """Return whether a world refuses to be run, saved, recorded, copied and hashed, and leaves no files
+    behind."""
     from ecs_eco.engine.errors import UnfinishedTick
     from ecs_eco.record import Recorder
 
@@ -129,7 +131,7 @@ def refuses(world: Any, folder: Path) -> bool:
 
 
 def end_of(world: Any, ticks: int) -> str:
-    """Let a world live up to a tick; return its digest."""
+    """Run a world up to a tick; return its digest."""
     return world.run(ticks - world.tick).digest()
 
 
@@ -141,8 +143,8 @@ def once(
     peace: list[str],
     lasting: float,
 ) -> str:
-    """Interrupt one world; return what became of it: "whole", "refusing",
-    "early" where it had ended before, or what was wrong."""
+    """Interrupt one world; return the outcome: "whole", "refusing", "early" if the run had already ended,
+    or a description of the error."""
     from ecs_eco.engine.phases import PHASES
 
     ticks = config["ticks"]
@@ -171,8 +173,8 @@ def once(
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Interrupt worlds again and again in one way; compare what is left with a run that was left in peace."""
-    # a shell lets what runs in the background ignore Ctrl-C
+    """Interrupt worlds repeatedly in one way; compare the remaining state with an uninterrupted run."""
+    # a shell makes background processes ignore Ctrl-C
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return {"became": became(config, case)}
@@ -181,7 +183,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
-    """Count what became of the worlds of one case."""
+    """Count the outcomes of the worlds of one case."""
     rng, ticks = np.random.default_rng(case["seed"] + 100 * KINDS.index(case["kind"])), config["ticks"]
     calm = build(small(case["world"], config["share"], case["brains"]), case["seed"])
     peace = [calm.digest(), *(calm.run(1).digest() for _ in range(ticks))]
@@ -195,13 +197,13 @@ def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
     ):
         try:
             outcomes.append(once(case["kind"], config, case, rng, peace, lasting))
-        except (Interrupted, KeyboardInterrupt):  # after the run had ended
+        except (Interrupted, KeyboardInterrupt):  # after the end of the run
             outcomes.append("early")
     return {what: outcomes.count(what) for what in sorted(set(outcomes))}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count what became of the worlds, by the way of interruption."""
+    """Count the outcomes of the worlds, by kind of interruption."""
     by_kind = [(c["case"]["kind"], c["result"]["became"]) for c in cases]
     every = sum(n for _, counts in by_kind for what, n in counts.items() if what != "early")
     good = {what: sum(counts.get(what, 0) for _, counts in by_kind) for what in ("whole", "refusing")}

@@ -1,6 +1,6 @@
-"""What is done to a world by its file, and what is done to a fork of it: the same bytes.
+"""An intervention in a world file and the same intervention in a fork give the same bytes.
 
-Half the wolves, twice the births, a fence.
+The interventions: half the wolves, twice the births, a fence.
 """
 
 import tempfile
@@ -20,8 +20,8 @@ DONE = {
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Do one thing at a tick by the file and in a fork there; compare worlds and recordings with each other
-    and with a world left alone."""
+    """Intervene at a tick through the file and through a fork; compare worlds and recordings with each
+    other and with an unchanged world."""
     from ecs_eco.analysis.report import write_report
     from ecs_eco.analysis.runs import load_series
     from ecs_eco.config import load
@@ -70,7 +70,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count what was the same."""
+    """Count the equal results."""
     results, n = [c["result"] for c in cases], len(cases)
     same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
     other, marked = (

@@ -1,22 +1,22 @@
-"""Do grass, deer, wolves and ravens live on, on an island where they thirst, freeze and get out of breath;
-and what do hills, scavengers and thirst do there?
+"""Do grass, deer, wolves and ravens persist on an island where they can die of thirst, cold and exhaustion,
+and what are the effects of hills, scavengers and thirst?
 
-Policies are trained from random weights, one set for each training seed, none is selected. Each arm but the
-first takes one thing away from the living, whose policies are those of the first arm:
+Policies are trained from random weights, one set for each training seed, without selection. Each arm except
+the first removes one factor after training; its policies are those of the first arm:
   island         as shipped
-  no hills       hills hide nobody, and are flat
+  no hills       hills are flat and hide no animal
   no scavengers  there are no ravens
   no thirst      deer and wolves lose no water
 
-Hypotheses, written before the run that decides. World seeds and training seeds had been seen by nothing
-before; the numbers of the world were set by hand on training seeds 1 to 3.
+These hypotheses were written before the deciding run. World seeds and training seeds were fresh; the
+parameters of the world were set by hand on training seeds 1 to 3.
   1. Training takes at most 5 minutes of processor time on one core.
   2. Over 20,000 ticks, all of trees, grass, deer, wolves and ravens persist in at least 8 of 10 world seeds,
      for at least 3 of 4 training seeds.
   3. Without hills wolves catch more: deer eaten per wolf and second, ticks 1,000 to 4,000.
-  4. Without scavengers more of the nitrogen that is not in the soil lies in carcasses, at tick 4,000.
+  4. Without scavengers carcasses contain more of the nitrogen outside the soil, at tick 4,000.
   5. Without thirst deer live farther from the lake: mean distance to its shore, ticks 1,000 to 4,000.
-Differences of 3 to 5 are paired by training seed and world seed; 95 % intervals of their mean count both
+Differences of 3 to 5 are paired by training seed and world seed; 95% intervals of their mean treat both
 seeds as replicates.
 """
 
@@ -36,19 +36,19 @@ ARMS: dict[str, dict[str, Any]] = {
     "no scavengers": {"species.raven.count": 0},
     "no thirst": {"species.deer.exchange.2.rate": 1e-9, "species.wolf.exchange.2.rate": 1e-9},
 }
-MORTAL = ("deer", "wolf", "raven")  # nothing brings them back
-CHUNK = 100  # [ticks] between looks
+MORTAL = ("deer", "wolf", "raven")  # extinction of these is final
+CHUNK = 100  # [ticks] between checks
 
 
 def world_of(changes: Mapping[str, Any]) -> Any:
-    """The island with changes, by dotted keys."""
+    """Return the island with changes, by dotted keys."""
     from ecs_eco.config import load
 
     return load("island", dict(changes) or None)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train the policies of a cell or find them, let everybody live, return numbers and measures."""
+    """Train or find the policies of a cell, run the world, and return numbers and measures."""
     from ecs_eco import World
 
     began = time.process_time()
@@ -97,7 +97,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def distance(world: Any, lake: Any) -> float:
-    """Mean distance of the deer from the shore [m]."""
+    """Return the mean distance of the deer from the shore [m]."""
     from ecs_eco.components import Position
 
     deer = world.tables["deer"]
@@ -108,7 +108,7 @@ def distance(world: Any, lake: Any) -> float:
 
 
 def locked(world: Any) -> float:
-    """Share of the nitrogen outside of the soil that is in carcasses."""
+    """Return the share of the nitrogen outside the soil that is in carcasses."""
     from ecs_eco.life.matter import stocks
 
     books, nitrogen = world.matter, world.substances.index("nitrogen")
@@ -117,7 +117,7 @@ def locked(world: Any) -> float:
 
 
 def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Verdicts on the hypotheses, and a line for each cell."""
+    """Return verdicts on the hypotheses, and a line for each cell."""
     from ecs_eco.analysis.seed_grid import mean_interval
 
     by = {(e["case"]["arm"], e["case"]["training"], e["case"]["seed"]): e["result"] for e in entries}
@@ -177,8 +177,8 @@ def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _difference(
     arm: str, what: str, pairs: Mapping[Any, Any], whole: Mapping[Any, Any], mean_interval: Any
 ) -> dict[str, Any]:
-    """The verdict on one arm: its difference from the island, over the training seeds all of whose pairs
-    lived through the window."""
+    """Return the verdict on one arm: its difference from the island, over the training seeds whose pairs
+    all survived the time window."""
     seeds = sorted({t for t, _ in pairs})
     kept = [t for t in seeds if all(k in whole for k in pairs if k[0] == t)]
     if not kept:

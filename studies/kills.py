@@ -1,5 +1,5 @@
-"""A run that is killed again and again, at any moment, also while it writes,
-ends with the same bytes as one that is not."""
+"""A run that is killed repeatedly, at any moment and even during a write, ends with the same bytes as an
+uninterrupted run."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ from studies.common.study import Study, verdict
 
 
 def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) -> None:
-    """Begin a run, or go on with it."""
+    """Start or resume a run."""
     from ecs_eco.record import resume, run_to_folder
 
     if (out / "manifest.json").is_file():
@@ -36,8 +36,8 @@ def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) ->
 
 
 def kill_once(work: Any, wait: float) -> bool:
-    """Fork a process that does the work, and kill it after `wait` seconds;
-    whether it had ended by itself before."""
+    """Fork a process that does the work, and kill it after `wait` seconds; return whether it had already
+    ended."""
     child = os.fork()
     if child == 0:
         try:
@@ -55,8 +55,7 @@ def kill_once(work: Any, wait: float) -> bool:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Kill one run until it has been killed often enough, then let it end;
-    compare it with one that was left in peace."""
+    """Kill one run the required number of times, then let it end; compare it with an uninterrupted run."""
     world, rng = small(case["world"], config["share"], case["brains"]), np.random.default_rng(case["seed"])
     if "network" in case:
         world["code"] = [case["network"].partition(":")[0]]
@@ -74,7 +73,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 lambda out=out: live(world, case["seed"], ticks, every, out),
                 float(rng.uniform(0.0, config["longest"])),
             ):
-                early += 1  # it had reached its end: begin another one
+                early += 1  # it had reached its end: start another run
                 if early > 50:
                     break
                 if summary(out) != whole:
@@ -94,7 +93,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the kills, those inside a write, and the runs that came out otherwise."""
+    """Count the kills, the kills during a write, and the runs that ended differently."""
     results = [c["result"] for c in cases]
     kills, writing = sum(r["kills"] for r in results), sum(r["inside a write"] for r in results)
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)

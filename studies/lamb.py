@@ -1,9 +1,9 @@
 """What are two reflexes worth to a newborn, and what does it learn?
 
-Lambs with and without them, learning and not. Every lamb has a brain of its own, untrained at birth. An arm
-switches the sucking reflex, the diving reflex, learning, or the smell of sheep in happiness. Survival and
-causes of death tell what each is worth; how lambs breathe and where they turn, in thirds of their childhood,
-tells what those that live have learnt. The replicates are worlds, not lambs.
+The arms contain lambs with and without reflexes and with and without learning. Every lamb has its own brain,
+untrained at birth. An arm switches the sucking reflex, the diving reflex, learning, or the smell of sheep in
+happiness. Survival and causes of death measure the value of each; how lambs breathe and turn, in thirds of
+their childhood, measures what the survivors have learned. The replicates are worlds, not lambs.
 """
 
 import ast
@@ -23,12 +23,12 @@ ARMS = [
     ("both", "learning, no sheep"),
 ]
 SEEDS = tuple(range(1, 6))
-PARTS = 3  # of the run, in which behaviour is averaged
-FEWEST = 10  # ticks in a state, for a lamb to count in a contrast of states
+PARTS = 3  # parts of the run over which behavior is averaged
+FEWEST = 10  # minimum of ticks in a state for a lamb to count in a contrast of states
 
 
 class Watch(System):
-    """An observer counts in each third of a run what every lamb does: sums and numbers of cases,
+    """An observer that counts, in each third of a run, what every lamb does: sums and numbers of cases,
     f64[third, measure, 2, lamb]."""
 
     needs = (Nervous, Velocity)
@@ -76,11 +76,11 @@ class Watch(System):
         self.sums[part][:, 1, who] += counts
 
     def means(self) -> dict[str, list[float]]:
-        """Means over all cases by third; `contrast`, breathes_short − breathes_well, and `nearing`, the
-        approach, are means over lambs.
+        """Return means over all cases by third; `contrast` (breathes_short − breathes_well) and `nearing`
+        (the approach) are means over lambs.
 
-        One that finds its way is seldom away from the ewes:
-        among all cases of approach those that stray would count most.
+        A lamb that finds its mother is seldom away from the ewes, so lambs that stray would dominate a mean
+        over all cases of approach.
         """
         with np.errstate(invalid="ignore"):
             total, own = (
@@ -97,8 +97,8 @@ class Watch(System):
 
 
 def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance [m] of each lamb to the nearest ewe before its step,
-    and the speed at which the step approached it [m/s]."""
+    """Return the distance [m] of each lamb to the nearest ewe before its step, and the speed at which the
+    step approached it [m/s]."""
     ewes, size, at = world.table("ewe"), world.space.size, table[Position]
     speed, heading, living = table[Velocity].speed[rows], at.heading[rows], ewes.rows()
     ways = zip(
@@ -119,7 +119,8 @@ def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, n
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return how many live to the end, what the others died of and when, and what they did."""
+    """Run one world; return how many lambs survive to the end, when and why the others died, and what they
+    did."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -154,7 +155,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares of survivors and causes of death by arm, and what the arms differ in; intervals are over worlds."""
+    """Return shares of survivors and causes of death by arm, and the differences between arms; intervals
+    are over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:
@@ -296,8 +298,8 @@ def _is_submodel(part: ast.stmt) -> bool:
 
 
 def identity() -> dict[str, str]:
-    """A hash of the world and of its systems, whichever modules these import from and however they are written:
-    a study of another world is another study."""
+    """Return a hash of the world and of its systems, independent of their imports and of their formatting:
+    a study of a different world is a different study."""
     import hashlib
 
     from ecs_eco.config import load
@@ -305,7 +307,7 @@ def identity() -> dict[str, str]:
 
     tree = ast.parse(Path(systems.__file__).read_bytes())
     tree.body = [part for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef | ast.Assign)]
-    for part in tree.body:  # the texts of `ecs-eco describe` change nothing
+    for part in tree.body:  # the texts of `ecs-eco describe` do not affect results
         if isinstance(part, ast.ClassDef):
             part.body = [one for one in part.body if not _is_submodel(one)]
     return {

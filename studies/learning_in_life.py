@@ -1,8 +1,7 @@
-"""Do grass, deer and wolves persist when learning goes on in life, as in the paper,
-whatever the training seed?
+"""Do grass, deer and wolves persist when learning continues in life, as in the paper, for any training seed?
 
-The same grid as in persistence.py, in two ways: as the world file says, with the hyperparameters of
-pre-training; and slowly, with wolves that keep ahead of deer, the best protocol found
+The study runs the grid of persistence.py in two ways: with the hyperparameters of pre-training, as in the
+world file; and slowly, with wolves that stay ahead of deer, the best protocol found
 (docs/explanation/learning.md).
 """
 
@@ -15,7 +14,7 @@ WORLDS = range(7201, 7206)
 
 
 def in_life(deer: float, wolf: float) -> dict[str, Any]:
-    """An arm in which both go on learning at these rates."""
+    """Return an arm in which both species continue to learn at these rates."""
     return {
         "learn": True,
         "life": {"species.deer.ppo.learning_rate": deer, "species.wolf.ppo.learning_rate": wolf},

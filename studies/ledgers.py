@@ -1,7 +1,7 @@
-"""The ledgers of energy and of every substance close in every tick: in worlds drawn at random, and shipped.
+"""The ledgers of energy and of every substance close in every tick, in random worlds and in shipped worlds.
 
-Of each world the largest imbalance of a page of the ledger is compared with the stock, and so is what passes
-between bodies, objects and fields, which must add up to nothing over all of them.
+For each world, the largest imbalance of a ledger is compared with the stock; so are the flows between bodies,
+objects and fields, which must sum to zero.
 """
 
 from typing import Any
@@ -11,11 +11,11 @@ from ecs_eco.config.shipped import shipped
 from studies.common.ledgers import drawn, furthest_off
 from studies.common.study import Study, verdict
 
-CHUNK = 10  # worlds of a case
+CHUNK = 10  # worlds per case
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one chunk of worlds, or one shipped world, and say how far their ledgers are from closing."""
+    """Run one chunk of worlds, or one shipped world, and return the errors of their ledgers."""
     if "world" in case:
         world = World.from_config(case["world"], policies="random").run(config["shipped_ticks"])
         return {"worlds": 1, **furthest_off(world)}
@@ -27,7 +27,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the worst of all worlds."""
+    """Return the largest errors over all worlds."""
     results = [case["result"] for case in cases]
     rows = [
         [

@@ -1,10 +1,10 @@
-"""Nothing that is loaded runs code: malicious worlds, checkpoints, manifests, recordings, policies, journals,
-messages to the viewer, land, and modules in the folder that a command runs in.
+"""Loading a file or message never runs code: malicious worlds, checkpoints, manifests, recordings, policies,
+journals, messages to the viewer, land data, and modules in the working folder of a command.
 
-Each carries payloads that leave a mark, a file, if they ever run: names of code at every key that can name
-code, pickles in every place that has a file, texts that a shell, a template or TeX would run, addresses that
-a reader of land would ask. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
-trained, compared or watched. In a control the same payloads are run on purpose: they leave their marks.
+Each carries payloads that leave a mark (a file) if they ever run: names of code at every key that accepts
+code, pickles in the place of every file, texts that a shell, a template or TeX would run, addresses that a
+reader of land data would request. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
+trained, compared or watched. In a control, the same payloads are run on purpose and must leave their marks.
 """
 
 from typing import Any
@@ -39,7 +39,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Try the attacks of one kind, or the controls."""
     with ground() as place:
         if case["what"] == "control":
-            imported = surroundings.imported(place)  # before anything is trusted
+            imported = surroundings.imported(place)  # before any code is trusted
             return {"imported": imported, "controls": surroundings.controls(place)}
         if "seed" in case:
             number = case.get("number") or config["mutations"][case["what"]]
@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count marks, and how attempts ended, by what was tried."""
+    """Count marks, and how attempts ended, by kind of attack."""
     tried = [c for c in cases if c["case"]["what"] != "control"]
     control = next(
         (c["result"] for c in cases if c["case"]["what"] == "control"), {"controls": [], "imported": {}}

@@ -1,4 +1,4 @@
-"""Two processes that want one folder: one gets it, the other is refused or has a folder of its own; and files
+"""If two processes claim one folder, one gets it and the other is refused or gets a separate folder; files
 of other runs are refused."""
 
 import json
@@ -27,7 +27,7 @@ SEEDS = (1, 2)
 
 
 def run_words(config: dict[str, Any], seed: int) -> list[str]:
-    """A command that runs the world of this study."""
+    """Return a command that runs the world of this study."""
     changes = [word for key, value in LIVES.items() for word in ("--set", f"{key}={value}")]
     every = ["--checkpoint-every", str(config["checkpoint_every"])]
     return [
@@ -45,17 +45,17 @@ def run_words(config: dict[str, Any], seed: int) -> list[str]:
 
 
 def resume_words(out: str, config: dict[str, Any]) -> list[str]:
-    """A command that goes on with a run to its end."""
+    """Return a command that resumes a run to its end."""
     return ["resume", out, "--until", str(config["ticks"]), "--no-report", "--quiet"]
 
 
 def together(
     place: Path, commands: list[list[str]], kill: tuple[int, float] | None = None
 ) -> list[tuple[int, str]]:
-    """Start commands at once, each in a process of its own, and wait for them;
-    return their exit codes and what they said.
+    """Start commands at once, each in a separate process, and wait for them; return their exit codes and
+    output.
 
-    `kill` says which one is killed, and after how many seconds.
+    `kill` names the command to kill, and after how many seconds.
     """
     gate, key = os.pipe()
     children = [_start(words, gate, key, place / f"said-{i}") for i, words in enumerate(commands)]
@@ -69,8 +69,8 @@ def together(
 
 
 def apart(work: Callable[[], Any], place: Path) -> Any:
-    """Return what some work returns, as JSON holds it, done in a process of its own:
-    threads that it starts would be lost in forks."""
+    """Return the result of some work as JSON, done in a separate process: threads that it starts would be
+    lost in forks."""
     child = os.fork()
     if not child:
         try:
@@ -85,7 +85,8 @@ def apart(work: Callable[[], Any], place: Path) -> Any:
 
 
 def _start(words: list[str], gate: int, key: int, log: Path) -> int:
-    """Fork a process that waits at the gate and then is the command, in the folder of `said`; return its id."""
+    """Fork a process that waits at the gate and then becomes the command, in the folder of `said`; return
+    its id."""
     child = os.fork()
     if child:
         return child
@@ -109,7 +110,7 @@ def _start(words: list[str], gate: int, key: int, log: Path) -> int:
         os._exit(code)
 
 
-# --- pairs; each returns what is wrong, "" where nothing is, and whether the two met while one was writing
+# --- pairs; each returns what is wrong ("" if nothing is), and whether the two met during a write
 
 
 Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tuple[str, bool]]
@@ -118,7 +119,7 @@ Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tup
 def same_out(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Two seeds in one folder that both name."""
+    """Run two seeds with the same named folder."""
     ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS])
     wrong = _refused_but_one(ended)
     winner = next((seed for seed, (code, _) in zip(SEEDS, ended, strict=True) if code == 0), None)
@@ -128,7 +129,7 @@ def same_out(
 def default_out(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Two runs of one seed that name no folder."""
+    """Run one seed twice without a named folder."""
     seed = int(rng.choice(SEEDS))
     ended = together(place, [run_words(config, seed)] * 2)
     if [code for code, _ in ended] != [0, 0]:
@@ -148,7 +149,7 @@ def default_out(
 def two_resumes(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Two that go on with one run which was killed."""
+    """Resume a killed run in two processes."""
     seed = int(rng.choice(SEEDS))
     together(
         place, [[*run_words(config, seed), "--out", "out"]], (0, float(rng.uniform(0.1, config["longest"])))
@@ -173,7 +174,7 @@ def two_resumes(
 def killed(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Two seeds in one folder, one of which is killed; the same command, or resume, goes on."""
+    """Run two seeds in one folder and kill one of them; then repeat the command or resume."""
     when = (int(rng.integers(2)), float(rng.uniform(0.0, config["longest"])))
     ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS], when)
     if any(code not in (0, REFUSED, KILLED) for code, _ in ended):
@@ -214,7 +215,7 @@ def _met(ended: list[tuple[int, str]]) -> bool:
 
 
 def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
-    """What a folder lacks to be the whole run of a seed, nothing half-written left."""
+    """Return how a folder differs from the complete run of a seed without half-written files."""
     if seed is None or not out.is_dir():
         return "nothing is left"
     if left := [p.name for p in out.rglob("*") if p.name.endswith((".tmp", ".lock"))]:
@@ -230,7 +231,7 @@ def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try pairs of one kind, or every kind of foreign file; the place of each is thrown away."""
+    """Try pairs of one kind, or every kind of foreign file, each in a temporary folder."""
     rng = np.random.default_rng(case.get("seed", 0))
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -255,8 +256,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _warm() -> None:
-    """Import and compile what the commands need, without a thread,
-    so that forked processes begin where it matters."""
+    """Import and compile what the commands need, without starting a thread, so that forked processes start
+    at the critical point."""
 
     from ecs_eco import World
     from ecs_eco.config import load
@@ -274,7 +275,7 @@ def _foreign(place: Path, kinds: int) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count pairs that mixed or lost something, and kinds of foreign files that were taken."""
+    """Count pairs that mixed or lost data, and kinds of foreign files that were accepted."""
     pairs = [c for c in cases if c["case"]["pairs"] in PAIRS]
     foreign = [c["result"] for c in cases if c["case"]["pairs"] not in PAIRS]
     tried, wrong = sum(c["result"]["tried"] for c in pairs), sum(len(c["result"]["wrong"]) for c in pairs)

@@ -1,10 +1,10 @@
-"""Which optimiser finds a food chain that persists?
+"""Which optimizer finds a food chain that persists?
 
-Tested on a chain of numbers alone, thousands of times cheaper than a world. The chain is Rosenzweig and
-MacArthur's (1963) of three levels with demographic noise, stopped at an extinction and given up after a short
-first stage, as candidates of `ecs-eco search` are: scores that jump, and differ between seeds. Eight numbers
-vary over a factor of thirty each; about one random chain in thirty persists. What an optimiser calls best is
-judged by 200 runs that it never saw.
+The test uses a numerical food chain, thousands of times cheaper than a world: the chain of three levels of
+Rosenzweig and MacArthur (1963) with demographic noise. A run stops at an extinction, and poor candidates are
+dropped after a short first stage, as in `ecs-eco search`; scores therefore jump, and differ between seeds.
+Eight parameters vary over a factor of thirty each; about one random chain in thirty persists. An optimizer's
+best candidate is evaluated by 200 fresh runs.
 """
 
 from typing import Any
@@ -23,7 +23,8 @@ STAGES, RUNS, KEPT = ((1000, 1), (2000, 2), (4000, 6)), 6, 0.4
 
 @njit
 def live(p, ticks, seed):
-    """Ticks until somebody is gone, and the lowest share of its mean that any level fell to."""
+    """Return the ticks until a level goes extinct, and the lowest share of its mean that any level fell
+    to."""
     np.random.seed(seed)
     g, d, w = 3000, 500, 60
     low, total = np.array([g, d, w]), np.zeros(3)
@@ -56,7 +57,7 @@ def parameters() -> Any:
 
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
-    """As ecs_eco.lab.searching.evaluate, with the chain in the place of a world."""
+    """Evaluate a candidate as ecs_eco.lab.searching.evaluate does, with the chain in place of a world."""
     p, spent, scores = np.array([values[n] for n in NAMES]), 0, []
     for stage, (ticks, n) in enumerate(STAGES):
         runs = [live(p, ticks, seed) for seed in range(n)]
@@ -69,7 +70,8 @@ def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let one optimiser look for a chain; return what its best is worth after some numbers of candidates."""
+    """Let one optimizer search for a chain; return the quality of its best candidate after various numbers
+    of candidates."""
     import time
 
     from ecs_eco.lab.searching.optimise import Optimiser, merit
@@ -105,7 +107,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares that persist, by optimiser and number of candidates."""
+    """Return the shares that persist, by optimizer and number of candidates."""
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
     judged = list(of[kinds[0]][0]["share"])

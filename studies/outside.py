@@ -2,15 +2,16 @@
 
     python -m studies.outside [--short]
 
-The world is examples/grazing.toml, with numbers held constant. Three learners get 131,072 transitions each:
-the built-in PPO; Stable-Baselines3's PPO on slots (examples/rl_slots.py); PPO in one file on PettingZoo's
-dicts (examples/rl_parallel.py). All have two hidden layers of 64 and the same settings where they have the
-same ones. A function written by hand (examples/rl_function.py) and chance are beside them. What was learnt
-outside is put into the world by `from_torch`, and all are measured there in the same way: energy that a deer
-takes in, in 100 ticks, over 300 ticks of a world with another seed. The settings were tried with seed 1 of
-the built-in PPO; nothing was tuned for the others.
-1. At the end each learner's mean over seeds is at least 0.9 of the built-in one's.
-2. Of 1,000 observations, what was learnt outside chooses as its own module does, in every one.
+The world is examples/grazing.toml, with population sizes held constant. Three learners get 131,072
+transitions each: the built-in PPO; Stable-Baselines3's PPO on slots (examples/rl_slots.py); and single-file
+PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 and the same settings
+where they share them. A hand-written function (examples/rl_function.py) and random actions serve as
+references. Policies learned outside are loaded into the world by `from_torch`, and all policies are measured
+there in the same way: the energy that a deer takes in per 100 ticks, over 300 ticks of a world with another
+seed. The settings were tried with seed 1 of the built-in PPO; the others were not tuned.
+
+1. At the end, each learner's mean over seeds is at least 0.9 of the built-in learner's.
+2. For all of 1,000 observations, a loaded policy chooses as its original module does.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ OTHERS = ("function", "chance")
 
 
 def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> float:
-    """Return the energy that a deer takes in, in 100 ticks, with a policy."""
+    """Return the energy that a deer takes in per 100 ticks with a policy."""
     world = World.from_config(
         load(GRAZING, changes), seed=1000 + seed, policies=policies, training=True, learn=False
     )
@@ -47,7 +48,7 @@ def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> f
 
 
 def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
-    """Train as worlds train."""
+    """Train by the world's own recipe."""
     world = World.from_config(
         load(GRAZING, {"species.deer.ppo": PPO}),
         seed=seed,
@@ -65,7 +66,8 @@ def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
 
 
 def same_choices(module: Any, seed: int) -> int:
-    """Return of how many of 1,000 observations the likeliest choices are the module's own, in the world."""
+    """Return for how many of 1,000 observations the most probable choices in the world equal those of the
+    module."""
     from ecs_eco.learning.vector_env import act
 
     world = World.from_config(GRAZING, policies={"deer": module}, record=False)
@@ -78,7 +80,7 @@ def same_choices(module: Any, seed: int) -> int:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train one learner with one seed, and measure it on the way."""
+    """Train one learner with one seed, and measure it at intervals."""
     arm, seed, ticks = case["arm"], case["seed"], config["ticks"]
     if arm == "chance":
         return {"curve": [[0, intake(seed, ticks)]]}
@@ -100,7 +102,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         built_in(config, seed, look)
         same = 0
     else:
-        train = import_module(f"examples.{LEARNERS[arm]}").train  # what it needs is not always installed
+        train = import_module(f"examples.{LEARNERS[arm]}").train  # its dependencies are optional
         same = same_choices(from_torch(train(config["steps"], seed, look)), seed)
     seconds = time.process_time() - start - watching
     return {
@@ -112,7 +114,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Compare what each takes in at the end."""
+    """Compare the intake at the end."""
     ends = {
         arm: [c["result"]["curve"][-1][1] for c in cases if c["case"]["arm"] == arm]
         for arm in (*LEARNERS, *OTHERS)

@@ -1,20 +1,22 @@
-"""A custom torch module learns CartPole as fast as the built-in network, with memory also without velocities.
+"""A custom torch module learns CartPole as fast as the built-in network and, with memory, also without
+velocities.
 
     python -m studies.own_networks [--short]
 
-Hypotheses, before the run that decides. Solved: the mean return of the last 100 episodes is at least 475,
-within 100,000 steps.
+These hypotheses were written before the deciding run. The task counts as solved if the mean return of the
+last 100 episodes is at least 475, within 100,000 steps.
 1. With velocities, the built-in network's twin through autograd needs at most 1.2 times the steps of the
-   built-in one (ratio of medians over 5 seeds).
-2. Without velocities (only the places of cart and pole are seen), a GRU solves the task in at least 4 of 5
-   seeds, and the built-in network in none.
+   built-in network (ratio of medians over 5 seeds).
+2. Without velocities (only the positions of cart and pole are observed), a GRU solves the task for at least 4
+   of 5 seeds, and the built-in network for none.
 3. The median over seeds of the best mean return of 100 episodes that the GRU reaches is 475, or at least that
    of the recurrent PPO of sb3-contrib (two seeds: it is slow), with the same settings and environments in
    the same run.
-Settings of the first task are those of ppo_cartpole.py. Those of the second are those tuned for sb3-contrib's
-recurrent PPO (rl-baselines3-zoo); where that scales rewards by a running estimate, all arms divide them by
-20, so that values can be expressed by what a network remembers, which is bounded (undivided, seed 100 came to
-260 at most). Seed 100 was seen. The cases of sb3-contrib need it installed.
+
+Settings of the first task are those of ppo_cartpole.py. Settings of the second are those tuned for
+sb3-contrib's recurrent PPO (rl-baselines3-zoo). Those scale rewards by a running estimate; here all arms
+divide rewards by 20, so that the bounded memory of a network can represent values (undivided, seed 100
+reached 260 at most). Seed 100 was seen before. The cases of sb3-contrib require that package.
 """
 
 from __future__ import annotations
@@ -58,8 +60,8 @@ ARMS: dict[str, Callable[..., Any] | None] = {
 
 
 def without_velocities(env: Any) -> Any:
-    """Return CartPole of which only the places of cart and pole are seen, in units of what ends an episode,
-    with rewards of 1 / DIVISOR."""
+    """Return CartPole with only the positions of cart and pole observed, in units of the limits that end
+    an episode, with rewards of 1 / DIVISOR."""
     import gymnasium
     import numpy as np
 
@@ -106,7 +108,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
-    """Train sb3-contrib's recurrent PPO; return what it left, the unit of its returns and its steps."""
+    """Train sb3-contrib's recurrent PPO; return its episodes, the unit of its returns and its steps."""
     import torch
     from sb3_contrib import RecurrentPPO
     from stable_baselines3.common.env_util import make_vec_env
@@ -129,7 +131,7 @@ def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Say how soon each arm solved its task, and how fast it went."""
+    """Report how soon each arm solved its task, and its speed."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS}
     took = {arm: [r["steps_to_solve"] or NEVER for r in runs] for arm, runs in arms.items()}
     solved = {arm: sum(t < NEVER for t in steps) for arm, steps in took.items()}

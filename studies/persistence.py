@@ -1,14 +1,15 @@
-"""Do grass, deer and wolves persist and cycle for the recipe, whatever the training seed?
+"""Do grass, deer and wolves persist and cycle under the shipped recipe, for any training seed?
 
 No policy is selected: each is trained from its own seed by the shipped recipe and lives, frozen, in every
-world of the grid; one lives for more than 50 periods. Learning that goes on in life: learning_in_life.py.
+world of the grid; one run lasts for more than 50 periods. For learning that continues in life, see
+learning_in_life.py.
 """
 
 from typing import Any
 
 from studies.common.seed_grid import crossed_study
 
-TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
+TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # fresh seeds
 
 
 ARMS: dict[str, dict[str, Any]] = {"frozen": {"learn": False}}

@@ -1,9 +1,9 @@
-"""What makes the outcome of a world depend on the training seed, and which way of training mends it?
+"""Why does the outcome of a world depend on the training seed, and which training protocol reduces this?
 
-Each protocol trains policies from its own seeds; they live frozen in a world of half the area, which forgives
-less than the shipped one: where a policy is a little too good at not being eaten, deer strip the grass and
-wolves starve. Beside persistence the table gives the spread between training seeds of the scarcest wolves,
-the outcome that fails first.
+Each protocol trains policies from separate seeds; they live frozen in a world of half the area, which is less
+forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass and wolves starve.
+Besides persistence, the table reports the spread between training seeds of the smallest number of wolves, the
+outcome that fails first.
 """
 
 from collections.abc import Sequence
@@ -44,17 +44,17 @@ WIDE = {
 
 
 def plan(**of: Any) -> dict[str, Any]:
-    """What an arm changes in training."""
+    """Return the changes that an arm makes in training."""
     return {f"training.{key}": value for key, value in of.items()}
 
 
 def both(key: str, value: Any) -> dict[str, Any]:
-    """A hyperparameter of deer and wolves."""
+    """Return a hyperparameter for both deer and wolves."""
     return {f"species.{s}.ppo.{key}": value for s in ("deer", "wolf")}
 
 
 VARIED = plan(worlds=4, vary=RANGES, set=SMALL)
-# what the others differ from; the shipped recipe is the average alone
+# the baseline of the other arms; the shipped recipe uses only the average
 OLD = both("entropy", 0.01) | plan(average=0.2)
 PROTOCOLS: dict[str, dict[str, Any]] = {
     "as shipped before": {},
@@ -69,7 +69,7 @@ PROTOCOLS: dict[str, dict[str, Any]] = {
 
 
 def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
-    """A row for each protocol: persistence, and how far training seeds lie apart."""
+    """Return a row for each protocol: persistence, and the spread between training seeds."""
     rows, out = [], []
     shares: dict[str, float] = {}
     for name in PROTOCOLS:
@@ -119,7 +119,7 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def spread(values: Sequence[float] | np.ndarray) -> float:
-    """Standard deviation of log(1 + value)."""
+    """Return the standard deviation of log(1 + value)."""
     return float(np.std(np.log1p(values), ddof=1)) if len(values) > 1 else 0.0
 
 

@@ -1,8 +1,9 @@
 """Are the cycles of shipped worlds like measured ones: lynx and hares, wolves and moose, mites, protozoa?
 
-What is asked, and when a pair counts as like a world, is in registered/real_series.toml. Each world lives
-with seeds that no other study has; its series are cut into windows that are as long as a measured series, in
-periods, and sampled as often. `python -m studies.draw_real_series` draws the figure from the result.
+The hypotheses, and the criterion for a pair to be like a world, are in registered/real_series.toml. Each
+world runs with seeds that no other study uses; its series are cut into windows that are as long as a measured
+series, in periods, and sampled as often. `python -m studies.draw_real_series` draws the figure from the
+result.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ DATA = Path(__file__).parent / "data"
 SERIES: dict[str, dict[str, str]] = REGISTERED.content["series"]
 MEASURES: list[str] = REGISTERED.content["statistic"]["measures"]
 PAIRS = {"predator-prey": [("deer", "wolf"), ("grass", "deer")], "island": [("deer", "wolf")]}
-BLOCK = 5  # ticks of the means that are kept
+BLOCK = 5  # ticks per stored mean
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let a world live; return its numbers as means over blocks of ticks, a line each."""
+    """Run a world; return its numbers as means over blocks of ticks, one line for each."""
     from ecs_eco import World
     from ecs_eco.analysis.runs import load_series
     from studies.common.goats import text
@@ -44,7 +45,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return prey and predator of a measured pair: f64[samples] each."""
+    """Return the prey and predator of a measured pair: f64[samples] each."""
     of = SERIES[name]
     with open(DATA / of["file"], encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -61,7 +62,7 @@ def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def longest(rows: np.ndarray) -> np.ndarray:
-    """Return the longest stretch of rows that have all their numbers."""
+    """Return the longest stretch of rows without missing numbers."""
     whole = np.concatenate([[0], np.isfinite(rows).all(1), [0]]).astype(int)
     starts, ends = np.flatnonzero(np.diff(whole) == 1), np.flatnonzero(np.diff(whole) == -1)
     best = (ends - starts).argmax()
@@ -71,7 +72,7 @@ def longest(rows: np.ndarray) -> np.ndarray:
 def inside(values: list[float], value: float, measure: str) -> tuple[float, float, bool]:
     """Return the 2.5 and 97.5 percentiles of a measure of windows, and whether a value lies between them.
 
-    Lags are angles: they are taken within half a period of the circular mean of the windows'.
+    Lags are angles: they are taken within half a period of the windows' circular mean.
     """
     x = np.array(values)
     if measure == "lag":
@@ -82,7 +83,8 @@ def inside(values: list[float], value: float, measure: str) -> tuple[float, floa
 
 
 def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str, Any]]:
-    """Return for each world, pair of it and measured pair: the values, the windows', and what is inside."""
+    """Return for each world, each of its pairs and each measured pair: the values, those of the windows,
+    and which measured values are inside."""
     from studies.common.goats import numbers
     from studies.common.signature import signature, windows
 
@@ -111,7 +113,7 @@ def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str,
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide what was registered; a table of all pairs."""
+    """Decide the registered hypotheses; return them with a table of all pairs."""
     compared = compare(cases)
     lynx, isle, gause = (
         compared.get(("predator-prey", "deer→wolf", name), {})

@@ -1,8 +1,8 @@
-"""Does a search that samples find the numbers of a world again, from 21 numbers of hares and of lynx?
+"""Does a sampling search recover the parameters of a world from 21 counts each of hares and lynx?
 
-What is asked is in registered/recovery.toml. Candidates are drawn once from the ranges of data/hares.toml
-and run; ten worlds whose numbers are known, and then pelts of the Hudson's Bay Company, are compared with the
-same candidates. `python -m studies.draw_recovery` draws the figure from the result.
+The hypotheses are in registered/recovery.toml. Candidates are drawn once from the ranges of data/hares.toml
+and run; ten worlds with known parameters, and then the pelt counts of the Hudson's Bay Company, are compared
+with the same candidates. `python -m studies.draw_recovery` draws the figure from the result.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from studies.common.study import Study, verdict
 REGISTERED = registration("recovery")
 WORLD = Path(__file__).parent / "data" / "hares.toml"
 CHANCE, RATE = "species.lynx.diet.0.chance", "species.lynx.reproduction.rate"
-MOST = 50  # draws of a truth that lives
+MOST = 50  # draws until a true world survives
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """A block of candidates, or a world whose numbers are to be found again: numbers and statistics."""
+    """Run a block of candidates, or a world whose parameters are to be recovered; return parameters and
+    statistics."""
     from ecs_eco.lab.searching.evaluate import Job, evaluate
     from ecs_eco.lab.searching.sampler import statistics_of
 
@@ -63,7 +64,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def plan_of(config: dict[str, Any]) -> Any:
-    """The plan of the search of the world."""
+    """Return the plan of the search of the world."""
     from ecs_eco.config import load
     from ecs_eco.lab.searching import plan
 
@@ -72,7 +73,7 @@ def plan_of(config: dict[str, Any]) -> Any:
 
 
 def sampler_of(plan: Any, candidates: list[dict[str, Any]], folder: str) -> Any:
-    """A sampler that knows these candidates."""
+    """Return a sampler with these candidates."""
     from ecs_eco.lab.searching.journal import Journal
     from ecs_eco.lab.searching.sampler import Sampler
 
@@ -92,8 +93,8 @@ def sampler_of(plan: Any, candidates: list[dict[str, Any]], folder: str) -> Any:
 def posterior(
     config: dict[str, Any], candidates: list[dict[str, Any]], observed: dict[str, float] | None = None
 ) -> tuple[dict[str, Any], Any]:
-    """What search.json says of the posterior of observed statistics, or of those of the pelts, and the
-    posterior itself."""
+    """Return the summary in search.json of the posterior given observed statistics (by default those of
+    the pelts), and the posterior itself."""
     from ecs_eco.lab.searching.posterior import summary
 
     plan = plan_of(config)
@@ -107,12 +108,13 @@ def posterior(
 
 
 def within(of: dict[str, Any], truth: dict[str, float], name: str) -> bool:
-    """Whether a true number lies within its interval."""
+    """Return whether a true parameter lies within its interval."""
     return bool(of["numbers"][name]["low"] <= truth[name] <= of["numbers"][name]["high"])
 
 
 def widths(found: list[dict[str, Any]], name: str) -> float:
-    """The median over tries of the width of an interval over that of the range, of log numbers."""
+    """Return the median over trials of the width of an interval divided by that of the range, of log
+    parameters."""
     parts = [
         np.log(n["high"] / n["low"]) / np.log(n["range"][1] / n["range"][0])
         for n in (of["numbers"][name] for of in found)
@@ -121,13 +123,13 @@ def widths(found: list[dict[str, Any]], name: str) -> float:
 
 
 def inside(of: dict[str, Any]) -> int:
-    """How many measured statistics lie within those of the posterior's runs; lags are told around the
-    measured one."""
+    """Return how many measured statistics lie within those of the posterior's runs; lags are taken around
+    the measured lag."""
     return sum(bool(s["low"] <= s["observed"] <= s["high"]) for s in of["statistics"].values())
 
 
 def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The candidates, and the truths."""
+    """Return the candidates, and the true worlds."""
     results = [(e["case"]["arm"], e["result"]) for e in cases]
     return (
         [c for arm, of in results if arm == "prior" for c in of["candidates"]],
@@ -136,7 +138,8 @@ def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide what was registered; a table of the tries, the last row that of the pelts."""
+    """Decide the registered hypotheses; return them with a table of the trials, whose last row is that of
+    the pelts."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     pelts = posterior(CONFIG, candidates)[0]

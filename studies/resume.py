@@ -1,4 +1,4 @@
-"""A run of a + b ticks, and one of a ticks, a new process and b ticks: the same bytes,
+"""A run of a + b ticks gives the same bytes as a run of a ticks that a new process resumes for b ticks,
 for every shipped world."""
 
 import json
@@ -26,7 +26,7 @@ WORLDS = [
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one world whole, then once for each split point: the first part, a new process, the rest;
-    compare all that is left."""
+    compare all results."""
     from ecs_eco.record import run_to_folder
 
     world = small(case["world"], config["share"], case["brains"])
@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the split points after which anything differed."""
+    """Count the split points after which any result differed."""
     tried = sum(len(c["result"]["splits"]) for c in cases)
     wrong = sum(len(c["result"]["different"]) for c in cases)
     fewest = min(len(c["result"]["splits"]) for c in cases)

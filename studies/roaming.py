@@ -1,11 +1,12 @@
-"""Deer whose speed and turn are continuous persist in a world of their own, and die out without training.
+"""Deer with continuous speed and turn persist in a dedicated world, and go extinct without training.
 
     python -m studies.roaming [--short]
 
-The world is examples/roaming.toml. Hypotheses, before the run that decides (seeds 1-10; 100-103 were seen):
-1. Deer whose policy was pre-trained from the seed of their world by the world's own recipe, and that go on
-   learning, live on for 6,000 ticks, never fewer than ten, in at least 9 of 10 worlds.
-2. Deer that draw speed and turn with equal chance die out in at least 9 of 10.
+The world is examples/roaming.toml. These hypotheses were written before the deciding run (seeds 1-10;
+100-103 were seen before):
+1. Deer whose policy was pre-trained from the seed of their world by the world's own recipe, and that continue to
+   learn, persist for 6,000 ticks, never fewer than ten, in at least 9 of 10 worlds.
+2. Deer that draw speed and turn uniformly at random go extinct in at least 9 of 10.
 """
 
 import tempfile
@@ -25,13 +26,13 @@ EVERY = 20  # ticks between two counts
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let one world live; count its deer, and say how they move at the end."""
+    """Run one world; count its deer, and measure how they move at the end."""
     loaded, seed = load(str(WORLD)), case["seed"]
     with tempfile.TemporaryDirectory() as folder:
         if case["arm"] == "trained":
             pretrain(loaded, seed, config["training"], folder)
         policies = folder if case["arm"] == "trained" else case["arm"]
-        living = load(str(WORLD), {"species.deer.ppo.anneal": 0})  # in life the rate is constant
+        living = load(str(WORLD), {"species.deer.ppo.anneal": 0})  # the learning rate is constant in life
         world = World.from_config(living, seed=seed, policies=policies, record=False)
     deer, counts = world.table("deer"), []
     while world.tick < config["ticks"] and (not counts or counts[-1]):
@@ -48,7 +49,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the worlds in which deer persisted, and those in which they died out."""
+    """Count the worlds in which deer persisted and those in which they went extinct."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ("trained", "random")}
     trained, drawn = arms["trained"], arms["random"]
     persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["gone at"] is not None for r in drawn)

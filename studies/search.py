@@ -1,13 +1,11 @@
-"""From a world that dies on nearly every seed to one that lives: `ecs-eco search`,
-and the same with candidates at random.
+"""From a world that goes extinct on nearly every seed to one that persists: `ecs-eco search`, compared with
+random candidates.
 
-Both have the same time of processors (ten minutes for candidates: five on two cores that have nothing else to
-do), ranges, stages and seeds; each candidate trains its own policies. What counts is the share of runs in
-which
-all species persist on training seeds and world seeds that no search ever saw. The searches went on once, with
-12 finalists in place of 3, after the best of 3 had confirmed 12 and 7 (Gaussian process), 11 and 12 (chance)
-of 12 runs. Searches leave their folders in the temporary folder, and go on from there when the study is
-stopped.
+Both have the same processor time (ten minutes for candidates: five on two otherwise idle cores), ranges,
+stages and seeds; each candidate trains its own policies. The measure is the share of runs in which all
+species persist on fresh training seeds and world seeds. The searches were extended once, with 12 finalists
+instead of 3, after the best of 3 had persisted in 12 and 7 (Gaussian process) and 11 and 12 (random) of 12
+runs. Searches keep their folders in the temporary folder, and resume there if the study is interrupted.
 """
 
 import hashlib
@@ -22,7 +20,7 @@ WORLD = Path(__file__).parent.parent / "examples" / "dying_world.toml"
 
 
 def identity() -> str:
-    """Return the hash of the file as it was run: since then keys of the same world were renamed."""
+    """Return the hash of the file at the time of the study: keys of the same world were renamed later."""
     from ecs_eco.config import load
 
     same = load(WORLD).config_hash.startswith("450e51ddfa8a4f0b")
@@ -30,7 +28,7 @@ def identity() -> str:
 
 
 def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
-    """Where a search leaves what it found: it goes on in the same world only."""
+    """Return the folder of a search, which resumes only in the same world."""
     from ecs_eco.config import load
 
     asked = canonical(config) + load(WORLD).config_hash
@@ -39,7 +37,7 @@ def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """One search; return what it found, and the load of the machine."""
+    """Run one search; return its result, and the load of the machine."""
     from ecs_eco.lab import search
 
     before = os.getloadavg()[0]
@@ -69,7 +67,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares that persist, by optimiser, over all repeats."""
+    """Return the shares that persist, by optimizer, over all repeats."""
     from ecs_eco.analysis.survival import wilson
 
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))

@@ -1,11 +1,11 @@
-"""Which seas reward migration, escape and a nose for krill?
+"""Which seas reward migration, escape and a sense of smell for krill?
 
-Scripted copepods live in many of them; no policy is trained. A sea is worth training in only where following
-an isolume (a surface of equal light) costs fewer lives than staying at the surface, in the middle or in the
-deep, by a factor; where fleeing pays; and where minding the smell of krill pays. Each script lives some days
-in the world file's sea with other numbers, drawn at random from the ranges below; the numbers of animals are
-held constant as while training. Deaths are per copepod and day, by krill and by hunger together. A second or
-so a script.
+Scripted copepods live in many seas; no policy is trained. A sea is worth training in only if following an
+isolume (a surface of equal light) costs fewer lives, by a factor, than staying at the surface, at mid-depth
+or in the deep; if fleeing pays; and if avoiding the smell of krill pays. Each script lives some days in the
+world file's sea with other parameters, drawn at random from the ranges below; population sizes are held
+constant as in training. Deaths are per copepod and day, by krill and by hunger together. A script takes about
+a second.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.common.study import Study, verdict
 
-SCRIPTS = {  # where it swims, whether it flees what comes near, whether it avoids the smell of krill
+SCRIPTS = {  # depth, whether it flees approaching krill, whether it avoids their smell
     "isolume": ("isolume", True, True),
     "surface": ("surface", True, True),
     "middle": ("middle", True, True),
@@ -37,7 +37,7 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 class Script:
-    """A copepod's behaviour as a reflex: rows of senses to actions."""
+    """A copepod's behavior as a reflex: rows of observations to actions."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class Script:
         )
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Decide: f32[n, channels] to f32[n, actions] of which the sign counts."""
+        """Decide: f32[n, channels] to f32[n, actions], of which the sign counts."""
         get = {name: x[:, i] for name, i in self.at.items()}
         depth = (get["pressure"] - 101_325.0) / (1025.0 * 9.81)
         up = np.where(get["food_near"] > 0, np.sign(get["food_up"]) * (np.abs(get["food_up"]) > 0.2), 0.0)
@@ -97,8 +97,8 @@ class Script:
 
 
 def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[str, float]:
-    """Let scripted copepods live in one sea; return deaths per copepod and day,
-    and where they were by night and by day."""
+    """Run scripted copepods in one sea; return deaths per copepod and day, and mean depths by night and by
+    day."""
     from ecs_eco import World
     from ecs_eco.components import Position
     from ecs_eco.config import load
@@ -122,7 +122,7 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     }
     world = World.from_config(data, seed=seed, training=True)
     day = round(data["sun"]["day"] / data["dt"])
-    world.run(day)  # phytoplankton finds its depth
+    world.run(day)  # time for phytoplankton to reach its depth
     table, depths = world.tables["copepod"], []
     for _ in range(days * 8):
         world.run(day // 8)
@@ -132,7 +132,8 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     mine = slice(day * each + world.recorder.names.index("copepod"), None, each)
     lives = table.n * days
     out = {kind: sum(series[f"died: {kind}"][mine]) / lives for kind in ("eaten by krill", "starved")}
-    shape = np.array(depths).reshape(days, 8).mean(0)  # the first is an eighth of a day after the start
+    # the first sample is an eighth of a day after the start
+    shape = np.array(depths).reshape(days, 8).mean(0)
     hour = (data["sun"]["start"] + (np.arange(8) + 1) / 8) % 1
     bright = abs(hour - 0.5) < 0.2
     return out | {
@@ -144,15 +145,14 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
 
 
 def drawn(candidate: int) -> dict[str, float]:
-    """Return the numbers of a sea, evenly on the logarithms of their ranges;
-    candidate 0 is the world as it is shipped."""
+    """Return the parameters of a sea, log-uniform over their ranges; candidate 0 is the shipped world."""
     generator = np.random.Generator(np.random.Philox(key=[2, candidate]))
     numbers = {k: float(np.round(np.exp(generator.uniform(*np.log(r))), 4)) for k, r in RANGES.items()}
     return numbers | {"krill.count": int(numbers["krill.count"])} if candidate else {}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Return what all scripts did in one sea."""
+    """Return the results of all scripts in one sea."""
     numbers = drawn(case["candidate"])
     return {
         "numbers": numbers,
@@ -163,8 +163,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def score(result: dict[str, Any]) -> float:
-    """Return how many times more deaths the best other script has than the follower of an isolume
-    that flees and minds the smell."""
+    """Return the deaths of the best other script divided by those of the script that follows an isolume,
+    flees and avoids the smell."""
     scripts = result["found"]
     return min(v["deaths"] for k, v in scripts.items() if k != "isolume") / max(
         scripts["isolume"]["deaths"], 0.02
@@ -172,7 +172,7 @@ def score(result: dict[str, Any]) -> float:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Rank the seas, the shipped one among them."""
+    """Rank the seas, including the shipped one."""
     ranked = sorted(cases, key=lambda c: -score(c["result"]))
     scripts = list(cases[0]["result"]["found"])
     rows = [

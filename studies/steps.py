@@ -1,4 +1,4 @@
-"""What depends on the length of a tick: each process at five lengths, in today's code and a former one.
+"""Which processes depend on the length of a tick: each process at five lengths, in present and earlier code.
 
 The page docs/explanation/steps.md shows the table; `python tools/make_steps.py` writes it there.
 """
@@ -18,9 +18,9 @@ import numpy as np
 from studies.common.study import Study, verdict
 
 ROOT = Path(__file__).parents[1]
-BEFORE = "3f8a42e4d81e629dc209c54d5505460a6e75557f"  # the commit that today's code is compared with
+BEFORE = "3f8a42e4d81e629dc209c54d5505460a6e75557f"  # the commit that present code is compared with
 STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)  # [s]
-EXACT = 0.02  # relative error, beside chance, up to which a process is called exact
+EXACT = 0.02  # relative error, besides random error, up to which a process counts as exact
 
 
 def world(
@@ -32,7 +32,8 @@ def world(
     food: Any = None,
     **sections: Any,
 ) -> Any:
-    """A world with one species, `one`, of small transparent bodies, and perhaps another that is food."""
+    """Return a world with one species, `one`, of small transparent bodies, and optionally another species
+    as food."""
     from ecs_eco import World
 
     one = {"count": 1, "body": {"radius": 0.1, "opaque": False}} | species
@@ -47,12 +48,12 @@ def world(
 
 
 def lived(seconds: float, made: Any) -> Any:
-    """The world after a time."""
+    """Return the world after a time."""
     return made.run(round(seconds / made.dt))
 
 
 def flow(made: Any, column: str, after: float = 0.0) -> float:
-    """The sum of a column of the series after a time [s]."""
+    """Return the sum of a column of the series after a time [s]."""
     series = made.series().to_pandas()
     return float(series.loc[series.tick >= after / made.dt, column].sum()) if column in series else 0.0
 
@@ -63,7 +64,7 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 
 
 def meals(dt: float, seed: int) -> float:
-    """Meals per second of animals that go straight ahead."""
+    """Return the meals per second of animals that move straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
     made = lived(
         60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
@@ -74,7 +75,7 @@ def meals(dt: float, seed: int) -> float:
 def at_the_table(
     dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0, toughness: float = 0.0
 ) -> float:
-    """Meals in a time of animals that food surrounds."""
+    """Return the meals, in a given time, of animals surrounded by food."""
     small = {"radius": 0.1, "opaque": False}
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
     one = {
@@ -87,7 +88,7 @@ def at_the_table(
 
 
 def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0) -> tuple[Any, float]:
-    """A world of well-fed parents after 8 s, and births per founder and second."""
+    """Return a world of well-fed parents after 8 s, and the births per founder and second."""
     way = {"kind": "asexual", "rate": 0.25, "energy_min": 0.01, "energy_given": 0.001, "age_min": age_min}
     made = lived(
         8,
@@ -108,7 +109,7 @@ def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0)
 
 
 def conceived(dt: float, seed: int) -> float:
-    """The share of couples that have conceived after 2 s."""
+    """Return the share of couples that have conceived after 2 s."""
     from ecs_eco.components import Gestation
     from ecs_eco.testing import arrange
 
@@ -127,7 +128,7 @@ def conceived(dt: float, seed: int) -> float:
 
 
 def smell(dt: float, seed: int) -> float:
-    """What is in a field that one source fills, in balance with its decay."""
+    """Return the content of a field with one source, in equilibrium with its decay."""
     made = lived(
         40,
         world(
@@ -142,21 +143,21 @@ def smell(dt: float, seed: int) -> float:
 
 
 def air(dt: float, seed: int) -> float:
-    """The concentration of a substance that decays and is renewed, in balance."""
+    """Return the equilibrium concentration of a substance that decays and is renewed."""
     field = {"cell": 5.0, "decay": 0.5, "substance": "oxygen", "initial": 3.0, "renewal": 0.25}
     made = lived(40, world(dt, seed, {}, 10.0, substances={"oxygen": "dissolved"}, fields={"air": field}))
     return float(made.fields["air"].value.mean())
 
 
 def spread(dt: float, seed: int) -> float:
-    """The share of sites that plants have taken after 6 s, from a tenth."""
+    """Return the share of sites that plants occupy after 6 s, starting from a tenth."""
     way = {"kind": "spread", "rate": 0.3, "spacing": 1.0}
     made = lived(6, world(dt, seed, {"count": 1440, "reproduction": way}, 120.0))
     return float(made.table("one").n) / 14_400
 
 
 def burnt_sugar(dt: float, seed: int) -> float:
-    """What is left after 8 s of a substance that a reaction uses up (Michaelis and Menten)."""
+    """Return the amount of a substance that a reaction leaves after 8 s (Michaelis and Menten)."""
     from ecs_eco.components import Chemistry
 
     reaction = {"from": {"sugar": 1.0}, "to": {}, "rate": 0.2, "half": {"sugar": 0.5}}
@@ -170,7 +171,8 @@ def burnt_sugar(dt: float, seed: int) -> float:
 
 
 def walk(dt: float, seed: int) -> float:
-    """How far animals are after 32 s that decide at random on turns and go straight between [m]."""
+    """Return the distance after 32 s of animals that choose turns at random and move straight in between
+    [m]."""
     from ecs_eco.components import Position
 
     one = {
@@ -191,7 +193,7 @@ def walk(dt: float, seed: int) -> float:
 
 
 def circle(dt: float, seed: int) -> float:
-    """The diameter of the circle that an animal goes that turns all the time [m]."""
+    """Return the diameter of the circle of an animal that turns all the time [m]."""
     from ecs_eco.components import Position
 
     made = world(
@@ -215,14 +217,14 @@ def circle(dt: float, seed: int) -> float:
 
 
 def value(made: Any, component: str, field: str) -> float:
-    """A value of the one organism."""
+    """Return a value of the only organism."""
     from ecs_eco import components
 
     return float(made.table("one").field(getattr(components, component), field)[0])
 
 
 def dragged(dt: float, seed: int) -> float:
-    """How far an animal gets in 2 s against drag [m]."""
+    """Return the distance that an animal covers in 2 s against drag [m]."""
     made = world(dt, seed, GO | {"locomotion": {"speed": {"go": 1.0}, "drag": 1.0}})
     x, y = value(made, "Position", "x"), value(made, "Position", "y")
     lived(2, made)
@@ -232,7 +234,7 @@ def dragged(dt: float, seed: int) -> float:
 
 
 def cooled(dt: float, seed: int) -> float:
-    """The temperature of a body after 8 s, above its surroundings [K]."""
+    """Return the temperature of a body after 8 s, above its surroundings [K]."""
     one = {
         "body": {"radius": 0.1, "mass": 1.0},
         "properties": {"temperature": 310.0},
@@ -245,7 +247,7 @@ def cooled(dt: float, seed: int) -> float:
 
 
 def grown(dt: float, seed: int) -> float:
-    """The mass of a young one after 4 s of growth, as a share of the adult's."""
+    """Return the mass of a young animal after 4 s of growth, as a share of the adult mass."""
     from ecs_eco.components import Body
 
     made = world(dt, seed, {"body": {"radius": 0.1, "mass": 1.0}, "growth": {"rate": 0.2, "newborn": 0.05}})
@@ -254,7 +256,7 @@ def grown(dt: float, seed: int) -> float:
 
 
 def left_of(dt: float, seed: int, what: str) -> float:
-    """What is left after 4 s of carrion that rots, or of fish that are caught."""
+    """Return the amount left after 4 s of carrion that rots, or of fish that are caught."""
     from ecs_eco.components import Metabolism
 
     if what == "carrion":
@@ -275,13 +277,13 @@ def left_of(dt: float, seed: int, what: str) -> float:
 
 
 def planted(dt: float, seed: int) -> float:
-    """How many are planted in ten years of 10 s with a season of 4 s, one a second."""
+    """Return the number of plants planted in ten years of 10 s with a season of 4 s, at one per second."""
     use = {"kind": "plant", "species": "one", "rate": 1.0, "period": 10.0, "season": [0.2, 0.6]}
     return flow(lived(100, world(dt, seed, {"count": 0}, land_use=[use])), "births")
 
 
 def died_at(dt: float, seed: int) -> float:
-    """The age at which one dies whose greatest age is 10.3 s [s]."""
+    """Return the age at death of an animal with a maximum age of 10.3 s [s]."""
     made = world(dt, seed, {"lethal": [{"property": "age", "max": 10.3}]})
     while made.run(1).table("one").n:
         pass
@@ -289,19 +291,19 @@ def died_at(dt: float, seed: int) -> float:
 
 
 def fasted(dt: float, seed: int) -> float:
-    """The energy left after 8 s of fasting."""
+    """Return the energy left after 8 s of fasting."""
     return value(lived(8, world(dt, seed, {"metabolism": {"basal": 0.05}})), "Metabolism", "energy")
 
 
 def sugar_left() -> float:
-    """The exact course of `burnt_sugar`, in small steps."""
+    """Return the exact solution of `burnt_sugar`, computed in small steps."""
     c = 1.0
     for _ in range(80_000):
         c -= 1e-4 * 0.2 * c / (0.5 + c)
     return c
 
 
-# name: how it is measured, what is expected, and how it depends on dt
+# name: its function, the expected value, and how it depends on dt
 Measure = Callable[[float, int], float]
 PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
     "smell in balance": (smell, 2.0, "amount exact; distribution first order"),
@@ -356,7 +358,7 @@ SHORT = ("smell in balance", "share of sites taken (`spread`)", "energy after fa
 
 @lru_cache(1)
 def former(commit: str) -> Path:
-    """A folder with the package as it was at a commit, and these studies."""
+    """Return a folder with the package at a commit, and these studies."""
     place = Path(tempfile.mkdtemp(prefix="ecs-eco-steps-"))
     code = subprocess.run(["git", "archive", commit, "ecs_eco"], cwd=ROOT, check=True, capture_output=True)
     subprocess.run(["tar", "-x"], cwd=place, check=True, input=code.stdout)
@@ -365,7 +367,7 @@ def former(commit: str) -> Path:
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Measure one process at all lengths of a tick, with former code in a process of its own."""
+    """Measure one process at all lengths of a tick; earlier code runs in a separate process."""
     given = case["process"], config["steps"], config["seeds"]
     if case["code"] == "now":
         return measured(*given)
@@ -378,7 +380,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def measured(process: str, steps: list[float], seeds: list[int]) -> dict[str, Any]:
-    """By length of a tick: the mean over seeds, and its standard error."""
+    """Return, by length of a tick, the mean over seeds and its standard error."""
     out = {}
     for dt in steps:
         values = [PROCESSES[process][0](dt, seed) for seed in seeds]
@@ -388,7 +390,7 @@ def measured(process: str, steps: list[float], seeds: list[int]) -> dict[str, An
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """A row for each process and code, and whether what is called exact is."""
+    """Return a row for each process and code, and whether processes called exact are exact."""
     found = {(c["case"]["process"], c["case"]["code"]): c["result"] for c in cases}
     rows, exact, met = [], 0, 0
     for name, (_, expected, order) in PROCESSES.items():

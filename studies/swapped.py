@@ -1,9 +1,9 @@
-"""Whose policy decides whether a world lives: the deer's or the wolves'?
+"""Whose policy determines whether a world persists: that of the deer or that of the wolves?
 
-Two training seeds whose worlds die out under the earlier recipe (studies/protocols.py), and two whose worlds
-do not, lend each other their deer and their wolves: every deer meets every wolf, in a world of half the area.
-The seeds were chosen for their outcome, and there is one world seed: this says where it comes from in these
-four, and neither how often nor how; how well deer evade was not measured.
+The study swaps deer and wolves between two training seeds whose worlds go extinct under the earlier recipe
+(studies/protocols.py) and two whose worlds persist: every deer policy meets every wolf policy, in a world of
+half the area. The seeds were chosen by their outcome, and there is one world seed: the study shows where the
+outcome comes from in these four cases, but neither how often nor how; it did not measure how well deer evade.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ DIE, LIVE, WORLD = (3, 32), (21, 22), 6101
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let the deer of one training seed live with the wolves of another."""
+    """Run the deer of one training seed with the wolves of another."""
     from ecs_eco.config import load
 
     of = {
@@ -31,7 +31,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """How much of the time lived goes with the deer's seed, and how much with the wolves'."""
+    """Return how much of the survival time depends on the deer's seed, and how much on the wolves'."""
 
     def share(species: str, seeds: tuple[int, ...]) -> tuple[int, int]:
         mine = [c["result"]["persisted"] for c in cases if c["case"][species] in seeds]

@@ -1,8 +1,8 @@
-"""A sweep ends with the same digests on every engine, whoever is killed on the way.
+"""A sweep ends with the same digests on every engine, whichever process is killed during it.
 
-The same plan is run on local processes, of which one is killed; on a Ray cluster of two nodes on this
-machine, where a worker is killed and then a node; and as a job array of a stand-in for SLURM, where those
-that run are preempted, and later told to stop. Engines that are not installed are left out, with a note.
+The same plan runs on local processes, of which one is killed; on a Ray cluster of two nodes on this machine,
+where a worker is killed and then a node; and as a job array of a stand-in for SLURM, where running jobs are
+preempted and later asked to stop. Engines that are not installed are skipped with a note.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ SMALL = {
     "species.deer.count": 44,
     "species.wolf.count": 5,
 }
-SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}  # a lost node is found in 5 s
+# detect a lost node within 5 s
+SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}
 ENGINES = ("bare", "local", "ray", "slurm")
 
 
@@ -50,7 +51,7 @@ def plan_of(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Do the sweep on one engine; return its digests in the order of jobs, and what happened."""
+    """Run the sweep on one engine; return its digests in the order of jobs, and the events."""
     engine = case["engine"]
     if engine == "ray" and importlib.util.find_spec("ray") is None:
         return {"note": "ray is not installed", "digests": []}
@@ -65,7 +66,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """Run the same worlds one after the other, without a sweep."""
+    """Run the same worlds one after another, without a sweep."""
     from ecs_eco.config import load
     from ecs_eco.lab.design import design_of
     from ecs_eco.lab.plan import read_plan
@@ -94,7 +95,7 @@ def collected(folder: Path) -> list[str]:
 
 
 def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """On two processes, one of which is killed at a third of the jobs."""
+    """Run on two local processes; kill one of them at a third of the jobs."""
     from ecs_eco.lab import run_sweep
     from ecs_eco.lab.pool import Pool
 
@@ -113,7 +114,7 @@ def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[st
 
 
 def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """On a Ray cluster of two nodes: a worker is killed, then a node."""
+    """Run on a Ray cluster; kill a worker, then a node."""
     from ray.cluster_utils import Cluster
 
     from ecs_eco.lab import run_sweep
@@ -143,7 +144,7 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
 
 
 def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """As a job array of the stand-in: twice those that run are preempted, and once told to stop."""
+    """Run as a job array of the stand-in; preempt running jobs twice, and ask them to stop once."""
     from ecs_eco.lab.design import design_of
     from ecs_eco.lab.folder import begin
     from ecs_eco.lab.plan import read_plan
@@ -167,7 +168,7 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
             (3 / 4, "notice", "signalled"),
         ):
             before = times(word)
-            while times(word) == before:  # who has ended by then is past it
+            while times(word) == before:  # jobs that have ended by then need no signal
                 for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
                     subprocess.run([command, array, index], check=True)
                 time.sleep(0.2)
@@ -183,7 +184,7 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
 
 @contextmanager
 def stand_in(place: Path) -> Iterator[Path]:
-    """Put the commands of a stand-in for SLURM on the path; give the folder of its state."""
+    """Put the commands of a stand-in for SLURM on the path; return the folder of its state."""
     place.mkdir()
     root = Path(__file__).parents[1]
     for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
@@ -207,11 +208,11 @@ def stand_in(place: Path) -> Iterator[Path]:
                 os.environ[name] = value
 
 
-# --- who runs what ------------------------------------------------------------------------------------------
+# --- processes and their jobs ------------------------------------------------------------------------------
 
 
 def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], Any]) -> Any:
-    """Wait until a share of the jobs is done and something is there; return it."""
+    """Wait until a share of the jobs is done and a function returns a result; return that result."""
     until = time.monotonic() + config["patience"]
     enough = config.get("at", 1 / 3) * config["seeds"] * len(config["rates"]) * len(config["basal"])
     while time.monotonic() < until:
@@ -222,7 +223,7 @@ def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], Any]) -> A
 
 
 def pid_of_running(folder: Path, but: int = 0) -> int:
-    """Return a process that has a job, 0 where there is none."""
+    """Return a process that has a job, or 0."""
     from ecs_eco.record.claim import owner_of
 
     owners = (owner_of(lock.parent) for lock in folder.glob("jobs/*/.lock"))

@@ -2,14 +2,14 @@
 
     python -m studies.three_networks [--short]
 
-Predator-prey is pre-trained by its own recipe, from the same seeds for each network of the deer; wolves keep
-the built-in one. The Sequential is the same network as the built-in one, written as any torch user would and
-trained by autograd. Curves go to docs/img/three_networks.png: what a deer eats, and how many die.
-Hypotheses, before the run that decides (seeds 1-5; 100 was seen). "At the end" is the last third.
-1. With the Sequential deer eat as much at the end as with the built-in network: the interval of 95 % of the
-   ratio, paired by seed, holds 1 and lies within .9 and 1.1.
-2. With the GRU they eat at least .8 times as much: it has more to learn, and its steps are fewer.
-3. With each network deer of all seeds eat at the end at least 1.75 times what they ate at first (in the first
+Predator-prey is pre-trained by its own recipe, from the same seeds for each network of the deer; wolves
+keep the built-in network. The Sequential is the built-in network as a torch user would write it, trained by
+autograd. Curves of food intake and deaths of deer go to docs/img/three_networks.png. These hypotheses were
+written before the deciding run (seeds 1-5; 100 was seen before). "At the end" is the last third.
+1. With the Sequential, deer eat as much at the end as with the built-in network: the 95% interval of the
+   ratio, paired by seed, contains 1 and lies between 0.9 and 1.1.
+2. With the GRU they eat at least 0.8 times as much: it has more to learn, from fewer steps.
+3. With each network, deer of all seeds eat at the end at least 1.75 times as much as at the start (the first
    of 30 parts).
 """
 
@@ -36,7 +36,7 @@ T_95 = 2.776  # Student's t of four degrees of freedom
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Pre-train one world; return its curves, and how many decisions of deer a second took."""
+    """Pre-train one world; return its curves, and the number of deer decisions per second."""
     loaded = load("predator-prey", {"species.deer.policy.network": ARMS[case["network"]]})
     start = time.process_time()
     curves = pretrain(loaded, case["seed"], config["ticks"])["curves"]["deer"]
@@ -50,7 +50,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Compare what deer eat at the end, and draw the curves."""
+    """Compare the deer's intake at the end, and draw the curves."""
     arms = {arm: [c["result"] for c in cases if c["case"]["network"] == arm] for arm in ARMS}
     eaten = {arm: np.array([_end(r["intake"]) for r in runs]) for arm, runs in arms.items()}
     died = {arm: float(np.mean([_end(r["deaths"]) for r in runs])) for arm, runs in arms.items()}
@@ -108,7 +108,7 @@ def _end(curve: list[float]) -> float:
 
 
 def _ratio(ratios: np.ndarray) -> tuple[float, float, float]:
-    """Return the geometric mean of five ratios with its interval of 95 % (Student's t of the logarithms)."""
+    """Return the geometric mean of five ratios with its 95% interval (Student's t of the logarithms)."""
     logs = np.log(ratios)
     half = T_95 * logs.std(ddof=1) / np.sqrt(logs.size)
     low, middle, high = np.exp(logs.mean() + half * np.array([-1, 0, 1]))
@@ -116,7 +116,7 @@ def _ratio(ratios: np.ndarray) -> tuple[float, float, float]:
 
 
 def draw(arms: dict[str, list[dict[str, Any]]]) -> None:
-    """Draw each seed's curves thin and their mean thick."""
+    """Draw each seed's curves as thin lines and their mean as a thick line."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,10 +1,10 @@
-"""Does `ecs-eco why` find what was done to a world?
+"""Does `ecs-eco why` identify what was done to a world?
 
-Five staged disasters and healthy worlds, each many times at random. The label of a world is what was changed
-in it (studies/common/disasters.py). A world is drawn anew where what was to happen did not: a disaster in
-which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The
-limits in ecs_eco.analysis.why were chosen on variants of other seeds (1000 to 1007 and 2000 to 2007), and
-were right in all of those in the end; those of the test seeds were first looked at when the limits stood.
+The study stages five disasters and healthy worlds, each many times at random. The label of a world is the
+change made to it (studies/common/disasters.py). A world is drawn again if the intended event did not happen:
+a disaster whose target species survived, or a healthy world in which an animal species fell below 5. The
+limits in ecs_eco.analysis.why were chosen on variants with other seeds (1000 to 1007 and 2000 to 2007), and
+finally gave the right answer for all of those; test seeds were first examined after the limits were fixed.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from studies.common.disasters import CLASSES, web
 from studies.common.study import Study, verdict
 
 TEST = 50_000
-DRAWS = 20  # of a world until what was to happen did
+DRAWS = 20  # maximum of worlds drawn until the intended event happened
 
 
 def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str, Any], int]:
-    """Record the first of the worlds of a label and seed in which it came to pass; return the case,
-    what was drawn, and which it was."""
+    """Record the first world of a label and seed in which the intended event happened; return the case,
+    its draws, and its number."""
     from ecs_eco.analysis.why import Case
     from ecs_eco.config import load
     from ecs_eco.record import run_to_folder
@@ -62,7 +62,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
-    """Rows of the confusion matrix of one set of variants, how many were right, and of how many."""
+    """Return rows of the confusion matrix of one set of variants, the number of right answers, and the
+    number of variants."""
     used = [c for c in cases if c["case"]["set"] == which]
     heard = list(dict.fromkeys([*CLASSES, *(c["result"]["said"] for c in used)]))
     rows = []
@@ -80,7 +81,7 @@ def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]],
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """The confusion matrix of each set, and the share that was right."""
+    """Return the confusion matrix of each set, and the share of right answers."""
     from ecs_eco.analysis.survival import wilson
 
     rows, out = [], []

@@ -1,17 +1,17 @@
-"""Wild states: whatever numbers a world is given, memory stays whole. Every kernel runs with bounds checks.
+"""Wild states: memory remains intact for any numbers in a world. Every kernel runs with bounds checks.
 
-A small form of each world has some of its numbers replaced by the oddest there are (no number, infinities,
-denormals, 1e38, −0, places far outside, unknown codes, equal and descending rows): in columns between ticks,
-in what is spawned, by a system within a tick, behind the gate, and in sealed checkpoints. Then it runs for 2
-ticks, and kernels that no tick calls are called with its numbers. Compiled with NUMBA_BOUNDSCHECK=1, a kernel
-raises where it would leave an array.
+A small form of each world has some of its numbers replaced by extreme values (NaN, infinities, denormals,
+1e38, −0, positions far outside, unknown codes, equal and descending rows): in columns between ticks, in
+spawned organisms, by a system within a tick, behind the validation gate, and in sealed checkpoints. Then it
+runs for 2 ticks, and kernels that no tick calls are called with its numbers. Compiled with
+NUMBA_BOUNDSCHECK=1, a kernel raises an error before it leaves an array.
 """
 
 import os
 from typing import Any
 
 if __name__ == "__main__":
-    os.environ["NUMBA_BOUNDSCHECK"] = "1"  # before kernels are compiled; workers have it, too
+    os.environ["NUMBA_BOUNDSCHECK"] = "1"  # before kernels are compiled; worker processes inherit it
 
 from studies.common import kernels, wild
 from studies.common.study import Study, verdict
@@ -40,7 +40,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count what became of the states, by the way in which the numbers came in."""
+    """Count the outcomes of the states, by the path of the numbers."""
     total: dict[str, dict[str, int]] = {way: {} for way in wild.WAYS}
     for case in cases:
         for way, kinds in case["result"]["kinds"].items():

@@ -1,7 +1,8 @@
-"""Pages of the Python API: which names are on which page, and their entries. Used by tools/site_pages.py.
+"""Pages of the Python API: the names on each page, and their entries. Used by tools/site_pages.py.
 
-A function or class of a page is on it whatever its docstring. A method is on its class's page if its docstring
-has a section (Parameters, Returns, Examples …): one with a single line is for the package itself.
+Every function or class named here is on its page, whatever its docstring. A method is on the page of its
+class if its docstring has a section (Parameters, Returns, Examples …); methods with one-line docstrings are
+internal.
 """
 
 import inspect
@@ -140,7 +141,7 @@ ANALYSIS = (  # modules; after a colon the names, where the module has no public
 )
 
 
-DATA = {  # what is no function and no class
+DATA = {  # constants, which are neither functions nor classes
     "PHASES": "The phases of a tick in order: environment, sense, feel, learn, decide, move, interact, metabolise, "
     "die, reproduce, record. Deaths take effect at the end of `die`, births at the end of `reproduce`.",
     "ANEW": "For `about(change=…)`: the value cannot change during a run; build a new one.",
@@ -191,7 +192,7 @@ def _page(title: str, opening: str, names: tuple[str, ...]) -> str:
 
 
 def thing_of(module: str, name: str) -> object:
-    """Return what an entry is about; None if it belongs to an extra that is not installed."""
+    """Return the object of an entry; None if it belongs to an extra that is not installed."""
     try:
         return getattr(import_module(module), name)
     except ModuleNotFoundError:
@@ -207,7 +208,7 @@ def _entry(module: str, name: str) -> str:
     if inspect.isclass(thing):
         members = "" if module.endswith(".systems") else MEMBERS
         return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name == "World"))
-    return _directive("autofunction", f"{module}.{name}", "")  # also of an extra, which autodoc replaces
+    return _directive("autofunction", f"{module}.{name}", "")  # also for an extra, which autodoc replaces
 
 
 def _directive(kind: str, name: str, options: str) -> str:
@@ -215,7 +216,7 @@ def _directive(kind: str, name: str, options: str) -> str:
 
 
 def _types() -> str:
-    """The types of columns, a line each."""
+    """Return the types of columns, one line for each."""
     import ecs_eco
 
     data = [
@@ -245,7 +246,7 @@ def _analysis() -> str:
 
 
 def _own(module: str) -> list[str]:
-    """Return public classes and functions that a module defines itself, in its order."""
+    """Return the public classes and functions that a module defines, in source order."""
     there: dict[str, Any] = vars(import_module(module))
     return [
         name
@@ -257,7 +258,7 @@ def _own(module: str) -> list[str]:
 
 
 def index() -> str:
-    """Return the page that lists the others."""
+    """Return the page that lists the other pages."""
     names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
     return (
         "# Python\n\nThe classes and functions that you import, generated from their docstrings.\n\n"

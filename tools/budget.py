@@ -1,9 +1,11 @@
-"""Count what the package weighs: lines, files that a feature touches, arguments of kernels, calls of a build.
+"""Measure the size of the package: lines, files that a feature touches, arguments of kernels, calls of a
+build.
 
     python tools/budget.py [--write]
 
-Prints each number beside its limit in tests/budget.toml, which tests/test_budget.py keeps. --write takes
-today's numbers as limits: they fall at will, and rise only with a line in CHANGELOG.md that says why.
+Prints each number next to its limit in tests/budget.toml, which tests/test_budget.py enforces. --write saves
+the present numbers as limits: you may always lower a limit, and raise it only with a line in CHANGELOG.md
+that gives the reason.
 """
 
 import argparse
@@ -20,7 +22,7 @@ sys.path.insert(0, str(ROOT))
 from tools.sizes import PACKAGE, annotations_of, code_lines, functions_of  # noqa: E402
 
 LIMITS = ROOT / "tests" / "budget.toml"
-NAMES = {  # of a feature: its keys, classes and modules
+NAMES = {  # words of a feature: its keys, classes and modules
     "eggs": {"eggs", "hatch", "hatching", "incubation", "Eggs", "Hatch", "Hatching", "Incubation"},
     "building": {"builds", "building", "Build", "Building"},
     # not "carry" and "carrying": mothers carry young, currents carry bodies
@@ -58,8 +60,9 @@ def measure() -> dict[str, dict[str, int]]:
 
 
 def named_in(tree: ast.Module) -> set[str]:
-    """Return all names in a file: of variables, attributes, classes, fields and modules, and texts that are one
-    name; not of keywords, which are other functions' (a hatch of matplotlib)."""
+    """Return all names in a file: of variables, attributes, classes, fields and modules, and strings that
+    are a single name; not keyword arguments, which belong to other functions (such as hatch in
+    matplotlib)."""
     found = set()
     for node in ast.walk(tree):
         match node:
@@ -73,7 +76,7 @@ def named_in(tree: ast.Module) -> set[str]:
 
 
 def lines(texts: dict[str, str]) -> dict[str, int]:
-    """Return the lines of code of each room, and of the package."""
+    """Return the lines of code of each folder, and of the package."""
     rooms: Counter[str] = Counter()
     for path, text in texts.items():
         _, *parts = path.split("/")
@@ -95,7 +98,7 @@ def kernels(trees: dict[str, ast.Module]) -> dict[str, int]:
 
 
 def compiled(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
-    """Whether a function is compiled by numba."""
+    """Return whether numba compiles a function."""
     names = {n.id for d in node.decorator_list for n in ast.walk(d) if isinstance(n, ast.Name)}
     return bool(names & KERNEL)
 
@@ -113,7 +116,7 @@ def configuration(trees: dict[str, ast.Module]) -> dict[str, int]:
 
 
 def passes(call: ast.Call) -> bool:
-    """Whether a call passes `config` on as it is."""
+    """Return whether a call passes `config` on unchanged."""
     given = [*call.args, *(keyword.value for keyword in call.keywords)]
     return any(isinstance(value, ast.Name) and value.id == "config" for value in given)
 
@@ -129,14 +132,14 @@ def anys(tree: ast.Module) -> int:
 
 
 def late_imports(tree: ast.Module) -> int:
-    """Return how many imports stand within functions."""
+    """Return the number of imports within functions."""
     inner = {node for _, function in functions_of(tree) for node in ast.walk(function)}
     return sum(isinstance(node, ast.Import | ast.ImportFrom) for node in inner)
 
 
 def build() -> dict[str, int]:
-    """Return the calls of the package's functions in one build of predator-prey, after another one, and the
-    files that they are in."""
+    """Return the number of calls of the package's functions in one build of predator-prey, after an
+    earlier build, and their files."""
     from ecs_eco import World
 
     World.from_config("predator-prey", policies="untrained", seed=1)
@@ -156,12 +159,12 @@ def build() -> dict[str, int]:
 
 
 def limits() -> dict[str, dict[str, int]]:
-    """Return the numbers that are kept."""
+    """Return the stored limits."""
     return tomllib.loads(LIMITS.read_text(encoding="utf-8"))
 
 
 def rows() -> Iterator[tuple[str, str, int, int | None]]:
-    """Yield table, name, today's number, and its limit."""
+    """Yield table, name, present number, and its limit."""
     kept = limits() if LIMITS.is_file() else {}
     for table, numbers in measure().items():
         for name, number in numbers.items():
@@ -169,7 +172,7 @@ def rows() -> Iterator[tuple[str, str, int, int | None]]:
 
 
 def main() -> int:
-    """Print all numbers; write them, where this is asked for."""
+    """Print all numbers; write them if requested."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--write", action="store_true")
     write = parser.parse_args().write

@@ -2,10 +2,10 @@
 
     python tools/build_site.py [--out DIR] [--no-notebooks]
 
-Everything goes through a staged copy in build/site-source: there links to files beyond docs/ become pages of
-their own, and the pages that are generated (API, commands, components, shipped worlds) are added. Warnings
-are errors. Without --out the site goes into ecs_eco/_site, from where the wheel takes it and `ecs-eco docs`
-opens it. What the notebooks printed is kept in build/notebooks until they change.
+All pages go through a staged copy in build/site-source: links to files outside docs/ become pages there, and
+the generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out,
+the site goes into ecs_eco/_site, from which the wheel includes it and `ecs-eco docs` opens it. The output of
+notebooks is kept in build/notebooks until they change.
 """
 
 import argparse
@@ -16,12 +16,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from site_pages import generated  # the file beside this one
+from site_pages import generated  # a file in this folder
 
 ROOT = Path(__file__).parents[1]
 DOCS, OUT = ROOT / "docs", ROOT / "ecs_eco" / "_site"
 STAGE, BUILT = ROOT / "build" / "site-source", ROOT / "build" / "site"
-# the text too, if it is the name of a page: then the page's title stands there
+# including the text, if it is the name of a page; the page's title then replaces it
 LINK = re.compile(r"(?:(?<=\[)([\w/-]+\.md))?\]\(([^)#:\s]+)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1", re.MULTILINE | re.DOTALL)
 BESIDE = {
@@ -32,7 +32,7 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
-LONGEST = 400  # lines of a file that are shown: all of every Python file, the beginning of results
+LONGEST = 400  # number of lines shown of a file: all of every Python file, the start of results
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
 
 
@@ -43,7 +43,8 @@ def shipped_worlds() -> dict[Path, str]:
 
 
 class Stage:
-    """The staged copy: `add` takes a page, whose links to files of the project become links to pages."""
+    """The staged copy: `add` takes a page, and turns its links to files of the project into links to
+    pages."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -51,10 +52,10 @@ class Stage:
         self.sources: dict[Path, str] = {}  # files and folders that pages link to → their page
 
     def add(self, place: str, text: str, home: Path) -> None:
-        """Write a page at a place of the site, whose links are those of the folder `home`."""
+        """Write a page at a path of the site; its links are relative to the folder `home`."""
         kept: list[str] = []
 
-        def keep(match: re.Match[str]) -> str:  # nothing in a fenced block is a link
+        def keep(match: re.Match[str]) -> str:  # a fenced block contains no links
             kept.append(match[0])
             return f"\0{len(kept) - 1}\0"
 
@@ -63,7 +64,7 @@ class Stage:
         self.write(place, text)
 
     def write(self, place: str, text: str) -> None:
-        """Write a page as it is; one that says the same already is left alone, for Sphinx goes by times."""
+        """Write a page; an unchanged page is not written, because Sphinx compares modification times."""
         path = self.folder / place
         path.parent.mkdir(parents=True, exist_ok=True)
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
@@ -80,14 +81,14 @@ class Stage:
             return os.path.relpath(self.folder / path.relative_to(DOCS), at) + anchor
         if not path.exists():
             return target + anchor
-        if path.suffix not in LANGUAGE and path.is_file():  # pictures and the like, as they are
+        if path.suffix not in LANGUAGE and path.is_file():  # pictures and similar files are copied
             return os.path.relpath(path, at)
         name = path.relative_to(ROOT).as_posix().replace("__init__", "init")
         self.sources[path] = f"source/{name}.md"
         return os.path.relpath(self.folder / self.sources[path], at)
 
     def show_sources(self) -> None:
-        """Write the page of each file and folder that was linked to."""
+        """Write the page of each linked file and folder."""
         for path, place in self.sources.items():
             self.write(place, _folder(path) if path.is_dir() else _file(path))
 
@@ -110,7 +111,7 @@ def _escaped(name: Path) -> str:
 
 
 def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
-    """Fill the staged copy; without `notebooks` the cells of these are plain snippets."""
+    """Fill the staged copy; without `notebooks`, their cells are plain snippets."""
     staged = Stage(folder)
     for path in sorted(DOCS.rglob("*")):
         place = path.relative_to(DOCS).as_posix()
@@ -154,7 +155,7 @@ def build(out: Path, notebooks: bool) -> int:
 
 
 def main() -> int:
-    """Stage, build, and drop what the site can do without."""
+    """Stage, build, and remove files that the site does not need."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--no-notebooks", action="store_true", help="show the tutorials without running them")

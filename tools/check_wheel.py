@@ -2,8 +2,8 @@
 
     python tools/check_wheel.py
 
-What the wheel needs is installed too, in the versions of constraints.txt, from pip's cache where it has them.
-Exits with 1 where something is missing.
+Dependencies of the wheel are installed in the versions of constraints.txt, from pip's cache if possible. The
+script exits with 1 if a file is missing.
 """
 
 import os
@@ -33,7 +33,7 @@ IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
 
 
 def run(*command: object, cwd: Path) -> None:
-    """Run a command, and say so; exit where it fails."""
+    """Print and run a command; exit if it fails."""
     print("$", *command, flush=True)
     done = subprocess.run(
         [str(word) for word in command],
@@ -43,19 +43,19 @@ def run(*command: object, cwd: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         env=os.environ | {"XDG_CONFIG_HOME": str(cwd)},
-    )  # where it is kept what is trusted
+    )  # the folder of the list of trusted code
     print(done.stdout[-1000 if done.returncode == 0 else -10_000 :])
     if done.returncode:
         sys.exit(f"exit code {done.returncode}")
 
 
 def left(folder: str, names: list[str]) -> set[str]:
-    """What is in a folder of the checkout and belongs to no sdist."""
+    """Return the files of the checkout that do not belong in an sdist."""
     return set(LEFT(folder, names)) | (LEFT_AT_TOP & set(names) if Path(folder) == ROOT else set())
 
 
 def build(folder: Path) -> Path:
-    """Build sdist and wheel, look whether all is in them, and return the wheel."""
+    """Build sdist and wheel, check their contents, and return the wheel."""
     sources = folder.parent / "sources"
     shutil.copytree(ROOT, sources, symlinks=True, ignore=left)
     made = (

@@ -1,7 +1,8 @@
-"""The claims on the pages of docs/evidence/: each claim, and the line of a study that it rests on.
+"""The claims on the pages of docs/evidence/: each claim, and the line of a study that supports it.
 
-A claim is registered if its line is that of a hypothesis in studies/registered/; a test if it is a promise of the
-program; else exploratory: seen first, or with a goal that was set after a look.
+A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
+the program, and otherwise exploratory: found before it was stated, or with a goal set after a look at the
+results.
 """
 
 import tomllib
@@ -18,7 +19,7 @@ KEYS = ("id", "says", "study", "line", "of", "kind", "failed")
 
 
 def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
-    """Return the claims. Raises ValueError naming what one lacks or has too many of."""
+    """Return the claims. Raises ValueError that names the missing or surplus key of a claim."""
     claims: list[dict[str, Any]] = tomllib.loads(path.read_text(encoding="utf-8"))["claim"]
     for claim in claims:
         name = claim.get("id", claim)
@@ -33,8 +34,8 @@ def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
 
 
 def section(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return a claim under a heading whose anchor is claim-ID. Raises ValueError where its line or its cases are
-    not in the result."""
+    """Return a claim under a heading whose anchor is claim-ID. Raises ValueError if its line or its cases
+    are not in the result."""
     line = line_of(claim, record)
     how = claim.get("kind", "registered" if "registered" in line else "exploratory")
     note = f" {claim['failed']}" if "failed" in claim and not line["met"] else ""
@@ -49,7 +50,7 @@ def section(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
 
 
 def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the verdict that a claim rests on."""
+    """Return the verdict that supports a claim."""
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(claim["line"])]
     if len(found) != 1:
@@ -62,8 +63,8 @@ def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str,
 
 
 def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return how many seeds of each kind a claim's cases have, or the `lives` in their results, and how many
-    these are."""
+    """Return how many seeds of each kind a claim's cases have, or the `lives` in their results, and the
+    kind of replicate."""
     wanted = claim.get("of", {})
     cases = [
         life

@@ -1,4 +1,4 @@
-"""What a tick costs, fitted to benchmarks: a fixed part and a part for each organism."""
+"""The cost of a tick, fitted to benchmarks: a fixed part and a part for each organism."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from cells import table
 from fields import BENCHMARKS, read_result
 
 MEMORY = "memory"
-FITS = {  # name: (result, number of organisms, what it takes per organism and tick [ns], rows, words)
+FITS = {  # name: (result, number of organisms, cost per organism and tick [ns], rows, label)
     "animals": ("animals", "animals", {"threads": 1}, "animals, one core"),
     "animals_threads": ("animals_threads", "animals", {"threads": 2}, "animals, two threads"),
     "animals_learning": ("animals_learning", "animals", {"threads": 1}, "animals that learn, one core"),

@@ -1,9 +1,9 @@
-"""Find what pages name and is not there: links, files, modules, classes and functions, attributes of a world.
+"""Find names on pages that do not exist: links, files, modules, classes and functions, attributes of a world.
 
     python tools/doc_names.py [PAGE …]
 
-Looks at code spans and links; fenced blocks are run by the tests. Prints what is missing, and exits with 1
-where something is.
+Checks code spans and links; the tests run fenced blocks. Prints missing names, and exits with 1 if there are
+any.
 """
 
 import argparse
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"components", "systems", "genomes"}
 ROOMS = {path.name for path in (ROOT / "ecs_eco").iterdir() if path.is_dir()}
-YOURS = {"flock.py", "helpers.py", "sir.py"}  # files of the reader's own, in examples
+YOURS = {"flock.py", "helpers.py", "sir.py"}  # files of the reader, in examples
 # words of Python, of HTTP, of torch
 ELSEWHERE = {"Any", "None", "Host", "Origin", "Sequential", "Linear", "Tanh"}
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
@@ -31,7 +31,7 @@ DOTTED = re.compile(r"\b(ecs_eco(?:\.\w+)+)")
 
 
 def problems(page: Path) -> list[str]:
-    """Return what a page names and is not there, in the order of the page."""
+    """Return the names on a page that do not exist, in page order."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     missing = [f"no file {target}" for target in LINK.findall(text) if not (page.parent / target).exists()]
     missing += [
@@ -78,11 +78,11 @@ def _all_names() -> frozenset[str]:
 
 
 def _is_there(path: str) -> bool:
-    """Whether there is such a file or folder; true for paths that are none of the project's."""
+    """Return whether a file or folder exists; paths outside the project count as existing."""
     first, _, rest = path.partition("/")
     if first in FOLDERS and rest:
         return any(ROOT.glob(path.rstrip("/")))
-    if first in ROOMS and rest and not rest.startswith("part-"):  # these are a run's
+    if first in ROOMS and rest and not rest.startswith("part-"):  # these belong to a run
         return any((ROOT / "ecs_eco").glob(path.rstrip("/")))
     if path.endswith(".py") and not rest and path not in YOURS:
         tops = ("ecs_eco", "tools", "tests", "examples")
@@ -98,7 +98,7 @@ def _is_module(name: str) -> bool:
 
 
 def _resolves(dotted: str) -> bool:
-    """Whether a dotted name is a module, or what one holds."""
+    """Return whether a dotted name is a module or a member of a module."""
     module, rest = dotted, []
     while not _is_module(module):
         module, _, last = module.rpartition(".")
@@ -107,13 +107,13 @@ def _resolves(dotted: str) -> bool:
 
 
 def _has(owner: Any, names: list[str]) -> bool:
-    """Whether attributes follow from each other; what is None, or made later, may hold any."""
+    """Return whether a chain of attributes exists; None and attributes set later may have any attribute."""
     for name in names:
         if owner is None:
             return True
         try:
             owner = getattr(owner, name)
-        except ModuleNotFoundError:  # it is there, and needs an optional package that is not
+        except ModuleNotFoundError:  # it exists, but needs an optional package that is not installed
             return True
         except AttributeError:
             return False
@@ -131,7 +131,7 @@ def _owner(word: str) -> Any:
 
 
 def main() -> int:
-    """Print what is missing; return 1 where something is."""
+    """Print missing names; return 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("pages", nargs="*", type=Path, metavar="PAGE")
     sys.path.insert(0, str(ROOT))  # studies are not installed

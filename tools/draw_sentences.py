@@ -1,9 +1,10 @@
-"""Draw sentences at random from all texts that a person reads, for an editor to judge one by one.
+"""Draw random sentences from all texts that a person reads, for an editor to judge one by one.
 
     python -m tools.draw_sentences [--seed 1] [--count 150]
 
-Pages, docstrings, comments, and texts of the program (errors, help, labels) are drawn in proportion to how many
-sentences each holds. Generated pages and stored results are left out: their sentences come from the sources.
+Pages, docstrings, comments, and texts of the program (errors, help, labels) are drawn in proportion to their
+number of sentences. Generated pages and stored results are left out, because their sentences come from the
+sources.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ END = re.compile(r"(?<=[.!?:])\s+(?=[A-Z`*\"])|\n\s*\n|\n\s*(?=[-*|#>]|\d+\. )")
 
 
 def sentences() -> Iterator[tuple[str, str, str]]:
-    """Yield the place, the kind and the words of each sentence of four words or more."""
+    """Yield the place, the kind and the words of each sentence of at least four words."""
     for path in files([ROOT / place for place in PLACES]):
         for line, kind, text in texts(path):
             prose = re.sub(r"^```.*?^```$", "\n\n", text, flags=re.M | re.S)

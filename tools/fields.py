@@ -25,8 +25,8 @@ PLACE = re.compile(r"\{([^{}\n]+)\}")
 
 
 def written(template: str, more: Callable[[str], str | None] = lambda place: None) -> str:
-    """Return the page; `more` may fill fields first. Raises ValueError for a field that names no number, with the
-    nearest that does."""
+    """Return the page; `more` may fill fields first. Raises ValueError for a field without a matching
+    number, with the nearest match."""
 
     def fill(found: re.Match[str]) -> str:
         own = more(found.group(1))
@@ -43,12 +43,13 @@ def number(place: str) -> str:
     if words[0].startswith("bench:"):
         return cell(words[0].removeprefix("bench:").strip(), words[1], words[2])
     if len(words) < 2:
-        raise ValueError(f"{{{place}}} names no number: write {{study | how a statement begins}}")
+        raise ValueError(f"{{{place}}} matches no number: write {{study | how a statement begins}}")
     return value(*words)
 
 
 def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
-    """Return what was measured on the one line of a study that begins so, its goal, or words for its outcome."""
+    """Return the value of the only line of a study that begins this way, its goal, or words for its
+    outcome."""
     record = read_result(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]
@@ -67,11 +68,12 @@ def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
 
 
 def share(line: dict[str, Any]) -> str:
-    """Return a count with Wilson's interval: its value is "k of n", or k where the statement ends with "of n"."""
+    """Return a count with Wilson's interval; the value is "k of n", or k if the statement ends with "of
+    n"."""
     count, statement = str(line["value"]), line["statement"]
     found = re.match(r"(\d+) of (\d+)", count) or re.search(r"^(\d+)\n.*of (\d+)$", f"{count}\n{statement}")
     if found is None:
-        raise ValueError(f"{statement!r}: {count!r} is no count of a number of runs")
+        raise ValueError(f"{statement!r}: {count!r} is not a count of runs")
     k, n = map(int, found.groups())
     return "{} of {} ({:.0%} to {:.0%})".format(k, n, *wilson(k, n)[1:])
 
@@ -100,7 +102,7 @@ def show(number: Any) -> str:
 
 
 def total(what: str) -> int:
-    """Return how many goals there are, or how many failed."""
+    """Return the number of goals, or of failed goals."""
     records = [json.loads(path.read_text(encoding="utf-8")) for path in RESULTS.glob("*.json")]
     done = [r for r in records if "verdicts" in r and r["complete"] and not r["short"]]
     met, goals = map(sum, zip(*(map(int, counted(record).split(" of ")) for record in done), strict=True))
@@ -108,7 +110,7 @@ def total(what: str) -> int:
 
 
 def read_result(folder: Path, name: str) -> dict[str, Any]:
-    """Return a stored result. Raises ValueError for one that is not there, with the nearest that is."""
+    """Return a stored result. Raises ValueError for a missing result, with the nearest name."""
     path = folder / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.json")], 1)

@@ -1,9 +1,9 @@
-"""Count circles of imports in the package, those within functions and under TYPE_CHECKING included.
+"""Count circles of imports in the package, including imports within functions and under TYPE_CHECKING.
 
     python tools/import_circles.py
 
-Prints the circles of files and of rooms (the folders of ecs_eco, and its files that lie in none);
-exits with 1 where there is one.
+Prints the circles of files and of packages (the folders of ecs_eco, and its files outside any folder); exits
+with 1 if there are any.
 """
 
 import ast
@@ -42,18 +42,18 @@ def imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[str]:
 
 
 def room(module: str, path: Path) -> str:
-    """Return the folder that a module lies in, or the module itself where it lies in none."""
+    """Return the folder of a module, or the module itself if it is in none."""
     return module if path.parent == ROOT / PACKAGE else ".".join(module.split(".")[:2])
 
 
 def circles(edges: set[tuple[str, str]]) -> list[list[str]]:
-    """Return the sets of nodes that lead to each other, sorted."""
+    """Return the sets of nodes that import each other, sorted."""
     parts = networkx.strongly_connected_components(networkx.DiGraph(edges))
     return sorted(sorted(part) for part in parts if len(part) > 1)
 
 
 def main() -> int:
-    """Print the circles; return 1 where there is one."""
+    """Print the circles; return 1 if there are any."""
     known = modules()
     files = {(module, other) for module, path in known.items() for other in imported(module, path, known)}
     rooms = {(room(a, known[a]), room(b, known[b])) for a, b in files}

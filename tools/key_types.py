@@ -14,12 +14,13 @@ from pydantic_core import PydanticUndefined
 from ecs_eco.inputs.section import Function, Section
 
 WORDS = {float: "number", int: "integer", bool: "boolean", str: "text"}
-LARGEST = 1e6  # a limit beyond it only keeps numbers finite, or lists in memory
+LARGEST = 1e6  # a larger limit only keeps numbers finite, or lists within memory
 Metadata = tuple[Any, ...]
 
 
 def models_in(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]]:
-    """Yield the sections that a type holds, each with .NAME if it is in a table and [] if it is in a list."""
+    """Yield the sections that a type contains, each with .NAME if it is in a table and [] if it is in a
+    list."""
     if isinstance(kind, type) and issubclass(kind, Section):
         yield kind, around
         return
@@ -54,7 +55,7 @@ def _union(parts: tuple[Any, ...], metadata: Metadata, links: Mapping[type[Secti
 
 
 def range_of(kind: Any, metadata: Metadata) -> str:
-    """Return which values of a type are valid: choices, limits, lengths of lists."""
+    """Return the valid values of a type: choices, limits, lengths of lists."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
         return range_of(parts[0], parts[1:])
@@ -96,7 +97,7 @@ def _length(metadata: Metadata) -> str:
 
 
 def _flat(metadata: Metadata) -> list[Any]:
-    """What limits a type, also where pydantic wrapped it."""
+    """Return the limits of a type, including those that pydantic wraps."""
     return [inner for m in metadata for inner in getattr(m, "metadata", (m,))]
 
 

@@ -1,9 +1,9 @@
-"""Write down which kernels the shipped worlds call, with which types: `ecs_eco/worlds/kernels.txt`.
+"""Write the list of kernels that the shipped worlds call, with their types: `ecs_eco/worlds/kernels.txt`.
 
     python tools/make_kernels.py [--check]
 
-At a first start a second process compiles by this list, so a list that is a little behind costs a little time
-and nothing else. `--check` therefore looks whether its lines can be read and most of its kernels are there.
+At a first start, a second process compiles from this list, so a slightly outdated list only costs a little
+time. `--check` therefore tests whether its lines can be read and most of its kernels exist.
 """
 
 import json
@@ -34,7 +34,7 @@ print(json.dumps([(f"{k.py_func.__module__}:{k.py_func.__qualname__}", signature
 
 
 def calls(world: str) -> list[tuple[str, str]]:
-    """Return (function, types) of a world's kernels in the order of first calls, in a process of its own."""
+    """Return (function, types) of a world's kernels in the order of first calls, in a separate process."""
     done = subprocess.run(
         [sys.executable, "-c", CALLS, world, str(TICKS)], capture_output=True, text=True, check=True
     )
@@ -48,7 +48,7 @@ def calls(world: str) -> list[tuple[str, str]]:
 
 
 def write() -> None:
-    """Let each shipped world live for some ticks, and keep what it called."""
+    """Run each shipped world for some ticks, and write the kernels that it called."""
     from ecs_eco.config.shipped import shipped
 
     worlds = sorted(shipped())
@@ -61,7 +61,7 @@ def write() -> None:
 
 
 def check() -> int:
-    """Return 1 where a line cannot be read, or a fifth of the kernels is gone."""
+    """Return 1 if a line cannot be read or a fifth of the kernels no longer exists."""
     lines, gone = LIST.read_text(encoding="utf-8").splitlines()[1:], []
     for line in lines:
         _, function, types = line.split("\t")
@@ -74,7 +74,7 @@ def check() -> int:
             gone.append(function)
     if 5 * len(gone) > len(lines):
         print(
-            f"{LIST.name}: {len(gone)} of {len(lines)} kernels are gone ({', '.join(gone[:5])} …); "
+            f"{LIST.name}: {len(gone)} of {len(lines)} kernels no longer exist ({', '.join(gone[:5])} …); "
             "python tools/make_kernels.py",
             file=sys.stderr,
         )

@@ -1,5 +1,5 @@
-"""Write the ODD description of each shipped world into docs/reference/odd, from `ecs_eco.odd`; --check: only
-compare."""
+"""Write the ODD description of each shipped world into docs/reference/odd, from `ecs_eco.odd`; --check:
+only compare."""
 
 from __future__ import annotations
 

@@ -1,13 +1,14 @@
-"""Write docs/paper.md from tools/paper.md, whose fields become numbers of the results; see tools/fields.py.
+"""Write docs/paper.md from tools/paper.md, whose fields are replaced by numbers of the results; see
+tools/fields.py.
 
-python tools/make_paper.py [--check]
+    python tools/make_paper.py [--check]
 """
 
 import argparse
 import sys
 from pathlib import Path
 
-from fields import written  # the file beside this one
+from fields import written  # a file in this folder
 
 ROOT = Path(__file__).parents[1]
 TEMPLATE, PAGE = Path(__file__).with_name("paper.md"), ROOT / "docs" / "paper.md"

@@ -29,16 +29,16 @@ MARK = "<!-- below: written by tools/make_reference.py -->"
 NOTE = "<!-- Written by tools/make_reference.py from the models of ecs_eco.config: change those, not this page. -->"
 HEAD = "| key | type | range | unit | default | meaning |\n|---|---|---|---|---|---|\n"
 TOP = "The top of the file"
-TITLES = {"functions": "Functions of your own"}  # of pages whose places are too many for a title
-PARENTS = ("species", "objects")  # their sections have pages of their own
+TITLES = {"functions": "Functions of your own"}  # pages with too many paths for a title
+PARENTS = ("species", "objects")  # their sections have separate pages
 
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where a section may be in the file."""
+    """A place in the file where a section may be."""
 
-    path: str  # dotted, with NAME for names of the user's and [] for entries of a list; "" is the top
-    about: str  # what the key that holds it means
+    path: str  # dotted, with NAME for names that users choose and [] for entries of a list; "" is the top
+    about: str  # meaning of the key that contains it
 
 
 @dataclasses.dataclass
@@ -50,18 +50,18 @@ class Part:
 
     @property
     def page(self) -> str:
-        """The name of the page that it is on."""
+        """The name of its page."""
         return "functions" if self.model is Use else page_of(self.places[0].path)
 
     @property
     def title(self) -> str:
-        """Its places, and its kind where there are several."""
+        """Its places, and its kind if several kinds exist."""
         kind = kind_of(self.model)
         return joined(self.places) + (f', `kind = "{kind}"`' if kind else "")
 
 
 def page_of(path: str) -> str:
-    """Return the page of a path: that of its first key, or, in a species or an object, of the key there."""
+    """Return the page of a path: that of its first key or, in a species or an object, of the key below."""
     keys = path.replace("[]", "").split(".")
     return (keys[2] if keys[0] in PARENTS and len(keys) > 2 else keys[0]) or "file"
 
@@ -72,7 +72,7 @@ def joined(places: list[Place]) -> str:
 
 
 def parts() -> list[Part]:
-    """Return all sections in the order in which the file names them."""
+    """Return all sections in file order."""
     found: dict[type[Section], Part] = {}
     for model, place in _sections(WorldConfig, Place("", "")):
         found.setdefault(model, Part(model, [])).places.append(place)
@@ -88,7 +88,7 @@ def _sections(model: type[Section], place: Place) -> Iterator[tuple[type[Section
 
 
 def kind_of(model: type[Section]) -> str:
-    """Return the only value of the key `kind`, "" for a section that has several or none."""
+    """Return the only value of the key `kind`, "" for a section with several kinds or none."""
     info = model.model_fields.get("kind")
     choices = getattr(info.annotation, "__args__", ()) if info else ()
     return choices[0] if len(choices) == 1 else ""
@@ -119,7 +119,7 @@ def pages() -> dict[str, str]:
 
 
 def _page(name: str, listed: list[Part], homes: dict[type[Section], Part]) -> str:
-    """A page: the sections of one key, the outermost first."""
+    """Return a page: the sections of one key, the outermost first."""
     shallowest = min(_depth(part) for part in listed)
     outer = [part for part in listed if _depth(part) == shallowest]
     title = outer[0].title if len(outer) == 1 else joined([p for part in outer for p in part.places])
@@ -188,7 +188,7 @@ def _row(name: str, info: FieldInfo, part: Part, homes: dict[type[Section], Part
 
 
 def _link(home: Part, part: Part) -> str:
-    """A link to a section: to its page, or to its heading where it is on this one."""
+    """Return a link to a section: to its page, or to its heading if it is on this page."""
     if home.page != part.page:
         return f"[section]({home.page}.md)"
     slug = "".join(c for c in home.title.lower() if c.isalnum() or c in " _-").replace(" ", "-")
@@ -196,7 +196,7 @@ def _link(home: Part, part: Part) -> str:
 
 
 def _index(of_page: dict[str, list[Part]]) -> str:
-    """The tree of all keys that hold sections, and the pages that Sphinx puts into its menu."""
+    """Return the tree of all keys that contain sections, and the pages for Sphinx's menu."""
     lines = [f"- [{TOP}](file.md)"]
     seen: set[str] = {""}
     for model, place in _sections(WorldConfig, Place("", "")):
@@ -223,11 +223,9 @@ def _ppo() -> str:
 
 
 def main() -> int:
-    """Write the pages, or name those that are out of date."""
+    """Write the pages, or list outdated pages."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
-    parser.add_argument(
-        "--check", action="store_true", help="write nothing; fail where a page is not up to date"
-    )
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if a page is out of date")
     check = parser.parse_args().check
     wanted = pages()
     old = {path.name: path.read_text(encoding="utf-8") for path in PAGES.glob("*.md")}

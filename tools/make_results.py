@@ -1,8 +1,8 @@
-"""Write docs/evidence/ from studies/results/*.json: index.md from tools/evidence.md, a page for each study, and
-docs/results.md, which leads to them.
+"""Write docs/evidence/ from studies/results/*.json: index.md from tools/evidence.md, a page for each study,
+and docs/results.md, which redirects to them.
 
-python tools/make_results.py            writes the pages
-python tools/make_results.py --check    fails where a page is not what the results say
+    python tools/make_results.py            writes the pages
+    python tools/make_results.py --check    fails if a page is out of date
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from claims import read as read_claims  # the files beside this one
+from claims import read as read_claims  # files in this folder
 from fields import written
 from study_pages import NOTICE, RESULTS, command, counted, figure, page
 
@@ -43,8 +43,8 @@ continue below."""
 
 
 def read(results: Path) -> dict[str, dict[str, Any]]:
-    """Return results by the name of their study; incomplete and short ones, and files without a claim, are left
-    out."""
+    """Return results by the name of their study, without incomplete and short results and files without a
+    claim."""
     paths = [path for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
     records = [_read(path) for path in paths]
     return {r["name"]: r for r in records if "claim" in r and r["complete"] and not r["short"]}
@@ -83,7 +83,8 @@ def index(records: dict[str, dict[str, Any]], template: str) -> str:
 
 
 def origin(records: list[dict[str, Any]]) -> str:
-    """Return the last lines of a finding: registered or explored, its pages, and how to run it again."""
+    """Return the last lines of a finding: registered or exploratory, its pages, and the command to run it
+    again."""
     noted = [r["registration"]["file"] for r in records if "registration" in r]
     seen = (
         "*Registered*: " + " and ".join(f"[{Path(file).name}](../../{file})" for file in noted) + "."
@@ -95,12 +96,12 @@ def origin(records: list[dict[str, Any]]) -> str:
 
 
 def listed(records: dict[str, dict[str, Any]]) -> str:
-    """Return all studies with their goals passed."""
+    """Return all studies with the number of goals passed."""
     return ", ".join(f"[{name}]({name}.md) {counted(r).replace(' of ', '/')}" for name, r in records.items())
 
 
 def forward(records: dict[str, dict[str, Any]], claims: list[dict[str, Any]]) -> str:
-    """Return the page that former links lead to: an anchor for each study and claim."""
+    """Return the page for former links: an anchor for each study and claim."""
     lines = [FORWARD, "", NOTICE, ""]
     for name in records:
         lines += [f"## {name}", "", f"[The page of this study](evidence/{name}.md)", ""]
@@ -114,7 +115,7 @@ def main() -> int:
     """Write or check the pages."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument(
-        "--check", action="store_true", help="write nothing; exit with 1 where a page is stale"
+        "--check", action="store_true", help="write nothing; exit with 1 if a page is out of date"
     )
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--docs", type=Path, default=DOCS)
@@ -128,7 +129,7 @@ def main() -> int:
         )
         if stale:
             print(
-                f"{', '.join(stale)}: not what {asked.results} says; run python tools/make_results.py",
+                f"{', '.join(stale)}: differs from {asked.results}; run python tools/make_results.py",
                 file=sys.stderr,
             )
         return bool(stale)

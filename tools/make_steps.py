@@ -23,7 +23,7 @@ def main() -> int:
     if "--check" not in sys.argv:
         PAGE.write_text(written, encoding="utf-8")
     elif written != page:
-        print(f"{PAGE} is not up to date: run python tools/make_steps.py", file=sys.stderr)
+        print(f"{PAGE} is out of date: run python tools/make_steps.py", file=sys.stderr)
         return 1
     return 0
 

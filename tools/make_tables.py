@@ -11,7 +11,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import cost  # the files beside this one
+import cost  # files in this folder
 from cells import typeset
 from fields import show, written
 from peers_chart import chart
@@ -47,7 +47,7 @@ Each attempt once, from `notes.toml`. Times are relative to the shipped code.
 
 
 def read() -> dict[str, dict[str, Any]]:
-    """Return all results that answer a question by name, in the order of the page."""
+    """Return all results that answer a question, by name, in page order."""
     order = list(ADDED["headings"])
     results = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
     asked = [name for name, result in results.items() if "question" in result]
@@ -72,7 +72,7 @@ def page(results: dict[str, dict[str, Any]]) -> str:
 
 
 def times(rows: list[dict[str, Any]], one: str, other: str, animals: int) -> str:
-    """Return how many times as many steps a second one peer takes as another, to two digits."""
+    """Return how many times as fast one peer is as another, to two digits."""
     speed = {row["peer"]: row["k organism-steps/s"] for row in rows if row["animals"] == animals}
     ratio = speed[one] / speed[other]
     return f"{float(f'{ratio:.2g}'):,g}"
@@ -93,7 +93,7 @@ def notes(results: dict[str, dict[str, Any]]) -> str:
 
 
 def heading(name: str, result: dict[str, Any]) -> str:
-    """Return the heading of a result, of a new one its question."""
+    """Return the heading of a result, by default its question."""
     return str(ADDED["headings"].get(name) or typeset(result["question"]))
 
 
@@ -129,7 +129,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def script(name: str) -> str:
-    """Return the script that wrote a result: the longest that its name begins with."""
+    """Return the script that wrote a result: the longest script name that begins the result's name."""
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 
@@ -155,7 +155,7 @@ def main() -> int:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
         if stale:
             print(
-                f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py",
+                f"{', '.join(stale)}: differs from benchmarks/results; run python tools/make_tables.py",
                 file=sys.stderr,
             )
         return bool(stale)

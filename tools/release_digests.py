@@ -1,9 +1,9 @@
-"""Write what the self-test of `ecs-eco doctor` comes to on this machine into the digests of the release.
+"""Add this machine's results of the self-test of `ecs-eco doctor` to the digests of the release.
 
     python tools/release_digests.py [--only]
 
-Adds this machine's target to those that are there, or renews it. Where results changed, those of the other
-targets are of no use any more: `--only` drops them.
+Adds or updates the digests of this machine's target. If results have changed, the digests of other targets
+are invalid: `--only` removes them.
 """
 
 import argparse
@@ -16,9 +16,9 @@ from ecs_eco.testing.target import target
 
 
 def main() -> int:
-    """Run the self-test; write its digests where it holds."""
+    """Run the self-test; write its digests if it passes."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--only", action="store_true", help="drop the digests of other targets")
+    parser.add_argument("--only", action="store_true", help="remove the digests of other targets")
     only = parser.parse_args().only
     here = target()
     outcomes = examine_all(
@@ -26,7 +26,7 @@ def main() -> int:
     )
     if failed := [outcome.case.name for outcome in outcomes if not outcome.holds]:
         print(
-            f"not written, for threads or checkpoints change results here: {'; '.join(failed)}",
+            f"not written, because threads or checkpoints change results on this machine: {'; '.join(failed)}",
             file=sys.stderr,
         )
         return 1

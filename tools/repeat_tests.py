@@ -1,11 +1,11 @@
-"""Run the README's test command several times, each in another random order, and keep what became of it.
+"""Run the README's test command several times in random order, and store the outcomes.
 
     python tools/repeat_tests.py --runs 5 [--busy] [--chromium both]
                                  [--out studies/results/repeated_tests.json]
 
-Each run has an empty home, as on a fresh machine: no kernel is compiled yet. `--busy` keeps all processors
-busy meanwhile; what else runs on the machine shows in the load, which is kept too. With `--chromium both`
-every other run finds no Chromium. Runs are added to those that the file has.
+Each run has an empty home, as on a fresh machine without compiled kernels. `--busy` keeps all processors busy
+during the runs; the load, which is also stored, shows other work on the machine. With `--chromium both`,
+every second run finds no Chromium. Runs are appended to those in the file.
 """
 
 import argparse
@@ -29,7 +29,7 @@ COUNTS = ("passed", "failed", "error", "skipped", "xfailed")
 
 
 def command() -> str:
-    """Return the half of the README's second command that tests."""
+    """Return the part of the README's second command that runs the tests."""
     line = next(
         line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if "-m pytest" in line
     )
@@ -38,7 +38,7 @@ def command() -> str:
 
 @contextmanager
 def path_without_chromium() -> Iterator[str]:
-    """A PATH of one folder, with links to all that the user's PATH has but Chromium."""
+    """Return a PATH of one folder, with links to all programs on the user's PATH except Chromium."""
     with tempfile.TemporaryDirectory() as folder:
         for place in os.environ["PATH"].split(os.pathsep):
             for program in Path(place).glob("*"):
@@ -54,7 +54,7 @@ def path_without_chromium() -> Iterator[str]:
 
 @contextmanager
 def busy(wanted: bool) -> Iterator[None]:
-    """All processors are busy."""
+    """Keep all processors busy."""
     spin = [sys.executable, "-c", "while True: pass"]
     processes = [subprocess.Popen(spin) for _ in range(os.cpu_count() or 1)] if wanted else []
     try:
@@ -66,7 +66,7 @@ def busy(wanted: bool) -> Iterator[None]:
 
 
 def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
-    """Run the command with no variables but HOME, an empty folder, and PATH; its output goes to `log`."""
+    """Run the command with no variables but HOME, an empty folder, and PATH; write its output to `log`."""
     loads, done, start = [os.getloadavg()[0]], threading.Event(), time.monotonic()
 
     def look() -> None:
@@ -102,7 +102,7 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run and keep; return how many runs were not green."""
+    """Run and store; return the number of runs that failed."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--busy", action="store_true")

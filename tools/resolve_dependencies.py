@@ -1,7 +1,7 @@
-"""Resolve the ranges in pyproject.toml for every platform and Python, as wheels alone.
+"""Resolve the version ranges in pyproject.toml for every platform and Python version, using only wheels.
 
-    python tools/resolve_dependencies.py            # asks the package index; needs uv (pip install uv)
-    python tools/resolve_dependencies.py --page     # writes the page's table again from what was found
+    python tools/resolve_dependencies.py            # queries the package index; needs uv (pip install uv)
+    python tools/resolve_dependencies.py --page     # writes the page's table again from the stored result
 
 Writes tools/resolved.json (all packages of all platforms) and the table in docs/reference/supported.md.
 """
@@ -33,7 +33,7 @@ TABLE = re.compile(r"(?<=<!-- resolved -->\n).*?(?=<!-- end of resolved -->)", r
 
 
 def resolve(platform: str, python: str) -> dict[str, str]:
-    """Return version by package, or {"": what uv says} where nothing fits."""
+    """Return version by package, or {"": uv's message} if no versions fit."""
     how = ["--resolution", "lowest-direct"] if python == LOWEST else []
     command = [
         sys.executable,
@@ -61,7 +61,7 @@ def resolve(platform: str, python: str) -> dict[str, str]:
 
 
 def table(found: dict[str, Any]) -> str:
-    """Return the page's table: what each platform and Python gets of the packages that are shown."""
+    """Return the page's table: the versions of the listed packages for each platform and Python version."""
     head = ["platform", "Python", *SHOWN]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for platform, pythons in found["platforms"].items():
@@ -75,7 +75,7 @@ def main() -> None:
     """Resolve, write, print; or write the table from the last result."""
     plain = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=plain)
-    parser.add_argument("--page", action="store_true", help="write the table alone")
+    parser.add_argument("--page", action="store_true", help="write only the table")
     if not parser.parse_args().page:
         found: dict[str, Any] = {"ranges": ranges(), "platforms": {}}
         for name, platform in PLATFORMS.items():
@@ -90,7 +90,7 @@ def main() -> None:
 
 
 def ranges() -> list[str]:
-    """Return the dependencies as pyproject.toml has them."""
+    """Return the dependencies in pyproject.toml."""
     import tomllib
 
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]

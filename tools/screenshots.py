@@ -2,8 +2,8 @@
 
     python tools/screenshots.py [NAME …]
 
-Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick
-that is asked for: how many ticks pass before the page can stop it differs from time to time.
+Needs playwright and Chromium (Debian: apt-get install chromium). A live world stops close to the requested
+tick; how many ticks pass before the page stops it varies.
 """
 
 import argparse
@@ -24,19 +24,19 @@ LARGEST = 300_000  # [bytes]
 
 
 class Shot(NamedTuple):
-    """A picture: what is watched, up to which tick, in which colours, and what is done before it is taken."""
+    """A picture: the world, the tick, the coloring, and the actions before it is taken."""
 
     world: str
     tick: int
     pose: Callable[[Any], None]
     words: tuple[str, ...] = ()
     dark: bool = False
-    run: tuple[str, ...] = ()  # recorded first, with these words; then the record is watched
-    map: bool = False  # whether it is of an archipelago
+    run: tuple[str, ...] = ()  # recorded first, with these options; then the recording is shown
+    map: bool = False  # whether it shows an archipelago
 
 
 def select(page: Any, kind: str, nth: int = 0) -> None:
-    """Click an organism that nothing covers, and let it live a little, so that its curves have a shape."""
+    """Click a visible organism, and run until its curves have a shape."""
     clear = "([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas'"
     seen = [
         at for uid in page.evaluate(f"ecs.uids('{kind}', 400)") if (at := page.evaluate(f"ecs.screen({uid})"))
@@ -48,7 +48,7 @@ def select(page: Any, kind: str, nth: int = 0) -> None:
 
 
 def advance(page: Any, ticks: int) -> None:
-    """Let so many tens of ticks pass, then stop."""
+    """Run this many tens of ticks, then stop."""
     still(page)
     goal = page.evaluate("ecs.tick") + ticks
     page.locator("#canvas").focus()
@@ -58,7 +58,7 @@ def advance(page: Any, ticks: int) -> None:
 
 
 def survivor(page: Any, kind: str, ticks: int = 40) -> None:
-    """Select one that lives so many ticks longer, with its curves."""
+    """Select an organism that lives for a given number of ticks, with its curves."""
     for nth in range(20):
         select(page, kind, nth)
         for _ in range(ticks // 10):
@@ -70,19 +70,19 @@ def survivor(page: Any, kind: str, ticks: int = 40) -> None:
 
 
 def still(page: Any) -> None:
-    """Stop, and wait until nothing moves."""
+    """Stop, and wait until the picture is stable."""
     if page.evaluate("ecs.playing"):
         page.locator("#play").click()
     until(page, "!ecs.playing && ecs.still")
 
 
 def deer(page: Any) -> None:
-    """One deer with its curves, from the side."""
+    """Show one deer with its curves, from the side."""
     survivor(page, "deer")
 
 
 def family(page: Any) -> None:
-    """The family tree of a deer that is no founder."""
+    """Show the family tree of a deer that is not a founder."""
     for nth in range(40):
         select(page, "deer", nth)
         tree = page.locator("#organism .tree")
@@ -96,7 +96,7 @@ def family(page: Any) -> None:
 
 
 def genes(page: Any) -> None:
-    """Goats by what a gene says."""
+    """Show goats colored by a gene."""
     colours = page.locator("#colour option").evaluate_all("all => all.map(option => option.value)")
     page.locator("#colour").select_option(next(name for name in colours if name.startswith("gene:")))
     page.locator("[data-eye=top]").click()
@@ -104,17 +104,17 @@ def genes(page: Any) -> None:
 
 
 def lamb(page: Any) -> None:
-    """A lamb's nervous system."""
+    """Show a lamb's nervous system."""
     survivor(page, "lamb")
 
 
 def sea(page: Any) -> None:
-    """The water by night, with the curves of the days before."""
+    """Show the water by night, with the curves of the preceding days."""
     until(page, "ecs.still")
 
 
 def what_if(page: Any) -> None:
-    """The same world without wolves, from this tick on, beside it."""
+    """Show the same world without wolves, from this tick on, side by side."""
     page.locator("#whatif").click()
     page.get_by_role("button", name="without wolf").click()
     until(page, "ecs.second && ecs.second.frames > 0", 600)
@@ -123,7 +123,7 @@ def what_if(page: Any) -> None:
 
 
 def replayed(page: Any) -> None:
-    """A wolf of a recorded run, in its focal sample, at a tick that was scrubbed to."""
+    """Show a wolf of a recorded run, in its focal sample, at a chosen tick."""
     page.get_by_label("Time, in ticks").evaluate(
         "slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }"
     )
@@ -164,7 +164,7 @@ SHOTS = {
 
 @contextmanager
 def page_of(browser: Any, shot: Shot, address: str) -> Any:
-    """The page of a world, at its tick, standing still."""
+    """Yield the page of a world, stopped at its tick."""
     context = browser.new_context(viewport=SIZE, color_scheme="dark" if shot.dark else "light")
     context.set_default_timeout(600_000)
     context.add_init_script("""localStorage.setItem("ecs-eco-hints", '["select", "pause", "why"]')""")
@@ -184,7 +184,7 @@ def page_of(browser: Any, shot: Shot, address: str) -> Any:
 
 
 def take(browser: Any, name: str, shot: Shot) -> Path:
-    """Take one picture; return where it is."""
+    """Take one picture; return its path."""
     with tempfile.TemporaryDirectory() as folder:
         what = shot.world
         if shot.run:
@@ -208,7 +208,7 @@ def _run(shot: Shot, out: str) -> None:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture of about `LARGEST` bytes at the most: with 255 colours where all of them need more."""
+    """Return a picture of about `LARGEST` bytes at most, with 255 colors if the full palette needs more."""
     from PIL import Image
 
     picture, out = Image.open(io.BytesIO(png)).convert("RGB"), io.BytesIO()
@@ -221,7 +221,7 @@ def small(png: bytes) -> bytes:
 
 
 def main() -> int:
-    """Take those that were asked for, or all of worlds that are here."""
+    """Take the requested pictures, or all whose worlds are available."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
     there = [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]

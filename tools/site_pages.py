@@ -1,6 +1,5 @@
-"""Pages of the site that are generated: the API from docstrings, components from their files, commands from
-the command line itself. Used by tools/build_site.py.
-"""
+"""Generated pages of the site: the API from docstrings, components from their files, commands from the
+command line itself. Used by tools/build_site.py."""
 
 import inspect
 import re
@@ -10,14 +9,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import api_pages  # the file beside this one
+import api_pages  # a file in this folder
 import typer
 
 FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.MULTILINE)
 
 
 def generated() -> dict[str, str]:
-    """Return the text of each generated page by its place in the site."""
+    """Return the text of each generated page by its path in the site."""
     pages = {f"reference/api/{name}.md": text for name, text in api_pages.pages().items()}
     pages["reference/api/components.md"] = _components()
     pages["reference/api/index.md"] = api_pages.index()
@@ -80,12 +79,12 @@ def _commands() -> str:
 
 
 def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
-    """Yield the parts of a command's page, and those of its subcommands."""
+    """Yield the parts of a command's page, and of the pages of its subcommands."""
     within = {sub: one for sub, one in getattr(command, "commands", {}).items() if not one.hidden}
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     words = [name, *(_metavar(p) for p in arguments), "COMMAND" if within else "[OPTIONS]"]
     yield f"{'#' * level} {name.removeprefix('ecs-eco ')}"
-    # no fence with `bash`: it is no command to copy
+    # no `bash` fence, because it is not a command to copy
     yield f"`{' '.join(words)}`\n\n{_cell(command.help or '')}"
     if rows := _options(command):
         yield "\n".join(rows)
@@ -94,7 +93,7 @@ def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
 
 
 def _options(command: Any) -> list[str]:
-    """Return the table of a command's arguments and options; none without any."""
+    """Return the table of a command's arguments and options, or an empty string."""
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
     rows = [(_metavar(p), "", p.help) for p in arguments]

@@ -1,14 +1,14 @@
-"""Print how large the code is at one commit or more: functions, files, folders, and `Any` in signatures.
+"""Print the size of the code at one or more commits: functions, files, folders, and `Any` in signatures.
 
     python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
-A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last:
-files of more than 300 lines and functions of more than 50. --out keeps it for
+Prints a Markdown table with a column for each commit (default: HEAD), then the exceptions at the last commit:
+files of more than 300 lines and functions of more than 50. --out stores it for
 docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
 
-A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own: how the
-formatter wraps a statement, and empty rows, change nothing. The sections of a docstring (Parameters, Returns,
-Examples …) are the API reference, not code, and do not count.
+A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own: wrapping
+and empty rows do not count. The sections of a docstring (Parameters, Returns, Examples …) are the API
+reference, not code, and do not count.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ecs_eco"
 FILE_LIMIT, FUNCTION_LIMIT = 300, 50  # [lines of code]
-REASONS = {  # why what is above the limits stays so
+REASONS = {  # reasons for exceptions
     "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count"
 }
 SECTION = re.compile(r"\n\s*\n *[A-Z]\w+\n *-{3,}\n")  # the heading of a docstring's section
@@ -42,7 +42,7 @@ class Size(NamedTuple):
 
     files: dict[str, int]
     functions: dict[str, int]  # by path::name, from `def` to the last line
-    rows: dict[str, int]  # of each file: its rows, however they are wrapped
+    rows: dict[str, int]  # rows of each file, however they are wrapped
     annotations: int  # of parameters and results, in the package
     any_alone: int  # of these `Any`
     any_within: int  # of these with `Any` within, as in list[Any]
@@ -85,7 +85,7 @@ def code_lines(text: str) -> list[int]:
 
 
 def _height(token: tokenize.TokenInfo) -> int:
-    """Return how many rows a token counts for: a string those before its first section."""
+    """Return the number of rows that a token counts for; a string counts only up to its first section."""
     if token.type != tokenize.STRING:
         return 1
     section = SECTION.search(token.string)
@@ -138,7 +138,7 @@ def sources_of(commit: str) -> dict[str, str]:
 
 
 def rows_of(size: Size) -> dict[str, str]:
-    """Return what the table says of one commit: label → value."""
+    """Return the column of the table for one commit: label → value."""
     functions, files = sorted(size.functions.values()), list(size.package.values())
     p90 = functions[int(0.9 * (len(functions) - 1))]
     rows = {
@@ -163,10 +163,10 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
+    """Return the stored summary: the commits, the table's column for each, and the exceptions at the last."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
-    # of all commits, in one order
+    # of all commits, in a common order
     labels.sort(key=lambda label: label if label.startswith("lines: ") else "")
     last = list(sizes.values())[-1]
     over = [(name, lines) for name, lines in last.package.items() if lines > FILE_LIMIT]
@@ -188,7 +188,7 @@ def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
 
 
 def exceptions(kept: dict[str, Any]) -> str:
-    """Return in words what is above the limits."""
+    """Return the exceptions in words."""
     limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
     return (
         limits
@@ -198,7 +198,7 @@ def exceptions(kept: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """Print the table, and what is above the limits."""
+    """Print the table and the exceptions."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
     parser.add_argument("--out", type=Path, metavar="FILE")

@@ -1,4 +1,4 @@
-"""The table of goals of benchmarks/goals.toml, against what was measured."""
+"""The table of goals of benchmarks/goals.toml, with the measured values."""
 
 import json
 import tomllib
@@ -12,7 +12,7 @@ GOALS = Path(__file__).parents[1] / "benchmarks" / "goals.toml"
 
 
 def goal_number(goal: dict[str, Any], result: dict[str, Any], where: str, column: str) -> float | None:
-    """Return the number of a goal in its column of the row `where`; None where there is none."""
+    """Return the number of a goal in its column of the row `where`, or None."""
     if "item" in goal:
         return float(result[goal["item"]]["s"][{"row_before": "before", "row": "after"}[where]])
     if column not in goal or (where not in goal and where != "row"):
@@ -27,7 +27,7 @@ def goal_number(goal: dict[str, Any], result: dict[str, Any], where: str, column
 
 
 def goals(folder: Path) -> str:
-    """Return the table of goals and what was measured."""
+    """Return the table of goals and measured values."""
     rows = []
     for goal in tomllib.loads(GOALS.read_text(encoding="utf-8"))["goal"]:
         path = folder / f"{goal['result']}.json"
@@ -52,7 +52,7 @@ def goals(folder: Path) -> str:
 
 
 def goal_row(goal: dict[str, Any], before: float | None, now: float, gain: float | None) -> dict[str, Any]:
-    """Return the row of a goal: the time against the goal, the gain against the gain asked for."""
+    """Return the row of a goal: the time against the goal, the gain against the required gain."""
     sign, aim = ("≥", goal["least"]) if "least" in goal else ("≤", goal["most"])
 
     def reached(value: float, wanted: float) -> bool:

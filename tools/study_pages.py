@@ -1,5 +1,5 @@
-"""The page of one study: its claim, its figure, the claims of other pages that rest on it, all that was measured,
-and where the numbers come from. `make_results.py` writes them."""
+"""The page of one study: its claim, its figure, the claims of other pages that rest on it, all
+measurements, and their provenance. `make_results.py` writes the pages."""
 
 import importlib
 import sys
@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from cells import shown, table, typeset
-from claims import section as claim_section  # the files beside this one
+from claims import section as claim_section  # files in this folder
 from persistence import opening
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "studies" / "results"
 NOTICE = "<!-- Written by tools/make_results.py: change studies/ or tools/, not this page. -->"
-FIGURES = {  # the others are named after their study: what each shows
+FIGURES = {  # other figures are named after their study; each entry is its caption
     "arms_race": (
         "arms_race.svg",
         "Above: genes for pace and sight over time. Below: kills of hunters among prey of earlier and later times",
@@ -55,7 +55,7 @@ FIGURES = {  # the others are named after their study: what each shows
     "why": ("why.png", "Verdicts of `ecs-eco why` against what was done to the world"),
 }
 STALE = "**The world or the study has changed since: this result must be renewed.**"
-SINCE = {  # what has changed since the commits at which a study was run, as far as it touches its figures
+SINCE = {  # changes since the commits of a study, if they concern its figures
     "diel_migration": "Measured before krill lost their energy budget (commit `908e4ca`), which fell below 0 and "
     "had no meaning. In three runs of 1,500 ticks copepods and phytoplankton then lived as before to the last bit, "
     "so their figures remain valid; figures for the energy of krill belong to the earlier world. Since then only "
@@ -93,7 +93,7 @@ def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
 
 
 def figure(name: str, folder: str) -> str:
-    """Return the image of a study, with what it shows."""
+    """Return the image of a study, with its caption."""
     file, shows = FIGURES[name]
     return f"![{shows}]({folder}/{file})"
 
@@ -112,7 +112,7 @@ def typed(rows: list[list[Any]]) -> list[list[Any]]:
 
 
 def registered(noted: dict[str, str]) -> str:
-    """Return where a study was registered."""
+    """Return the link to a study's registration."""
     return (
         f"Registered before the first run in [{noted['file']}](../../{noted['file']}), sha256 "
         f"`{noted['sha256'][:12]}`, commit `{noted['commit'][:12]}`."
@@ -141,25 +141,25 @@ def command(record: dict[str, Any]) -> str:
 
 
 def counted(record: dict[str, Any]) -> str:
-    """Return how many goals passed, of how many."""
+    """Return the number of goals passed and the number of goals."""
     goals = [line for line in record["verdicts"] if not is_reported(line)]
     return f"{sum(line['met'] for line in goals)} of {len(goals)}"
 
 
 def stale(record: dict[str, Any]) -> bool:
-    """Return whether a result is of another configuration than its study has today."""
+    """Return whether a result has a different configuration from its study's present one."""
     study = study_of(record["name"])
     return study is not None and bool(study.whole_config_hash() != record["config_hash"])
 
 
 def claim_of(record: dict[str, Any]) -> str:
-    """Return what a study claims today."""
+    """Return the present claim of a study."""
     study = study_of(record["name"])
     return str(record["claim"] if study is None else study.claim)
 
 
 def study_of(name: str) -> Any:
-    """Return the study of a result as its script has it today; None where studies/ has none."""
+    """Return the study of a result from its present script; None if studies/ has none."""
     return _module(name).STUDY if (ROOT / "studies" / f"{name}.py").is_file() else None
 
 

@@ -37,7 +37,7 @@ def world() -> str:
 
 
 def answer(case: dict[str, Any]) -> dict[str, Any]:
-    """Return exit code, number of problems, suggestion and message of a broken input, in an empty folder."""
+    """Return exit code, number of problems, suggestion and message for a broken input, in an empty folder."""
     arguments = case.get("args") or ["check", "predator-prey", "--set", case.get("set", "")]
     if "old" in case:
         text = world()

@@ -2,8 +2,8 @@
 
     python tools/ten_seconds.py [NAME …]
 
-Three worlds at ticks 50 and 500, and after an extinction; docs/explanation/ten_seconds.md asks ten questions
-of each. Wants playwright and Chromium (Debian: apt-get install chromium).
+Shows three worlds at ticks 50 and 500, and after an extinction; docs/explanation/ten_seconds.md asks ten
+questions about each. Needs playwright and Chromium (Debian: apt-get install chromium).
 """
 
 import argparse
@@ -17,15 +17,15 @@ from tools.screenshots import advance, still
 
 IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
-PANELS = 710  # [px] of the panels: charts stay beside the others
+PANELS = 710  # [px] size of the panels with charts next to each other
 SHADES = 255
-LAST = 6  # ticks, a frame each, before a picture
-LONGEST = 4000  # ticks until somebody is extinct
+LAST = 6  # ticks, one frame each, before a picture
+LONGEST = 4000  # limit of ticks until an extinction
 
 
 class Moment(NamedTuple):
-    """A picture: the world and its options, the tick, or who is to be extinct; the kind of the selected one,
-    from near or not; the panel that is open."""
+    """A picture: the world and its options; the tick, or the species to go extinct; the species of the
+    selected organism, whether from near; the open panel."""
 
     world: str
     tick: int
@@ -37,7 +37,7 @@ class Moment(NamedTuple):
 
 
 def without(*settings: str) -> tuple[str, ...]:
-    """Options that leave a species no way to live."""
+    """Return options that leave a species no means to survive."""
     return ("--seed", "1", *(word for setting in settings for word in ("--set", setting)))
 
 
@@ -74,7 +74,7 @@ MOMENTS = {
 
 
 def go_to(page: Any, tick: int) -> None:
-    """Show this tick: back in time where the world has passed it already."""
+    """Show this tick; go back in time if the world has passed it."""
     if page.evaluate("ecs.tick") > tick:
         page.get_by_label("Time, in ticks").evaluate(
             "(slider, tick) => { slider.value = tick; slider.dispatchEvent(new Event('input')); "
@@ -89,7 +89,7 @@ def go_to(page: Any, tick: int) -> None:
 
 
 def die_out(page: Any, name: str) -> None:
-    """Let time pass until a species is extinct, and a little longer."""
+    """Run until a species is extinct, and a little longer."""
     while page.evaluate(f"ecs.counts['{name}']"):
         if page.evaluate("ecs.tick") > LONGEST:
             raise RuntimeError(f"{name} lives on")
@@ -99,19 +99,19 @@ def die_out(page: Any, name: str) -> None:
 
 
 def one(page: Any) -> None:
-    """Let one tick pass, with a frame of its own, so that marks are of the last ticks."""
+    """Run one tick with its own frame, so that marks show the last ticks."""
     goal = page.evaluate("ecs.tick") + 1
     page.keyboard.press("Period")
     until(page, f"ecs.tick === {goal} && ecs.still", 600)
 
 
 def choose(page: Any, kind: str, near: int) -> None:
-    """Select one of a kind that sees somebody, and come nearer."""
+    """Select an organism of a species that sees another organism, and zoom in."""
     for uid in page.evaluate(f"ecs.uids('{kind}', 60)"):
         page.evaluate(f"location.hash = 'uid={uid}&tab=organism'")
         until(page, f"ecs.selected === {uid} && ecs.still && ecs.messages.organism > 0")
         if page.evaluate("ecs.over.seen + ecs.over.rays") and page.locator("#organism .nerves").count():
-            break  # a newborn has no readings yet
+            break  # newborns have no readings yet
     if near:
         page.locator("[data-eye=follow]").click()
         until(page, "ecs.still")
@@ -150,7 +150,7 @@ def take(browser: Any, moment: Moment) -> bytes:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture with fewer colours."""
+    """Return a picture with fewer colors."""
     from PIL import Image
 
     out = io.BytesIO()
@@ -161,7 +161,7 @@ def small(png: bytes) -> bytes:
 
 
 def main() -> int:
-    """Take those that were asked for, or all."""
+    """Take the requested pictures, or all."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MOMENTS))
     names = parser.parse_args().names or list(MOMENTS)

@@ -1,2 +1,2 @@
-"""What several studies share: the harness (`study`), grids of seeds, how worlds are run,
-and statistics of their own."""
+"""Code that several studies share: the harness (`study`), grids of seeds, functions that run worlds, and
+statistics."""

@@ -1,9 +1,8 @@
-"""Worlds in which something goes wrong on purpose, and worlds in which nothing does:
-small food webs under random names.
+"""Small random food webs with hidden names, each with one deliberate fault or none.
 
-A healthy web is drawn first (size, numbers, costs, diets, births, spans of life, all at random, with policies
-that act at random); a disaster then changes one thing in it by a random factor. The label is what was
-changed, never how the run looks.
+A healthy web is drawn first: size, population sizes, costs, diets, births and life spans are all random, and
+policies act at random. A disaster then changes one thing in it by a random factor. The label names the
+change, however the run looks.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ WEBS = (  # producer, grazer, predator, a second producer
     ("weed", "aphid", "ladybird", "nettle"),
     ("alpha", "beta", "gamma", "delta"),
     ("p1", "h1", "c1", "p2"),
-    ("wolf", "grass", "deer", "otter"),  # names that would mislead whoever reads them
+    ("wolf", "grass", "deer", "otter"),  # names that mislead a reader
 )
 CAUSES = ("starved", "no energy left", "hunger", "energy too low")
 OLD = ("too old", "old age", "age too high")
 
 
 def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A world of a label, as a dict for `ecs_eco.config.load`, and what was drawn for it: names,
+    """Return a world for a label, as a dict for `ecs_eco.config.load`, and the draws behind it: names,
     web, factors."""
     rng = np.random.default_rng([seed, CLASSES.index(label)])
     plant, grazer, predator, other = WEBS[int(rng.integers(1, len(WEBS))) if rng.random() < 0.7 else 0]
@@ -55,7 +54,7 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float:
-    """A random value around this one, by a factor."""
+    """Return a random value within a factor of this one."""
     return float(value * np.exp(rng.normal(0, spread)))
 
 
@@ -142,7 +141,7 @@ def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[st
 def _overgrazing(
     rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str
 ) -> None:
-    """The grazer eats far faster than plants grow, and turns it into more grazers."""
+    """Make the grazer eat far faster than plants grow, and turn the food into more grazers."""
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     drawn["grows"], drawn["eats"], drawn["births"] = (
         rng.uniform(0.1, 0.4),
@@ -157,8 +156,8 @@ def _overgrazing(
 
 
 def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """The predator catches nearly what it touches, from further away, is never sated,
-    and needs no room of its own."""
+    """Make the predator catch nearly all that it touches, from further away, never sated and without
+    territory."""
     hunter = species[drawn["predator"]]
     drawn["reach"], drawn["births"] = rng.uniform(1.5, 4), rng.uniform(1.5, 4)
     hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "until": 1.0}
@@ -168,7 +167,7 @@ def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Predators are a handful, catch little or bear no young; in half of the webs grazers multiply fast."""
+    """Make predators rare, poor hunters or barren; in half of the webs grazers multiply fast."""
     hunter, grazer = species[drawn["predator"]], species[drawn["grazer"]]
     drawn["who"], drawn["how"] = drawn["predator"], str(rng.choice(["catch", "births", "handful"]))
     if drawn["how"] == "catch":
@@ -184,7 +183,7 @@ def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str,
 
 
 def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Parents give their newborn next to nothing."""
+    """Make parents give their newborn almost no energy."""
     drawn["who"] = drawn["predator"] if drawn["levels"] == 3 and rng.random() < 0.4 else drawn["grazer"]
     drawn["given"] = float(rng.uniform(0.001, 0.01))
     who = species[drawn["who"]]
@@ -193,8 +192,8 @@ def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """What the grazer (or the predator) eats poisons it: it costs energy, or kills; or it takes a second,
-    bad food for good."""
+    """Poison the food of the grazer or of the predator: it costs energy or kills, or a second, bad food
+    never leaves the diet."""
     drawn["how"] = str(rng.choice(["poison", "deadly", "bad"]))
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     if drawn["how"] == "poison":

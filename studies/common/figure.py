@@ -1,4 +1,4 @@
-"""A figure of a result, drawn from its JSON: the command that all of them share."""
+"""The command-line entry point of the scripts that draw a figure from a result's JSON file."""
 
 import argparse
 import json
@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def draw_result(says: str, name: str, figure: str, draw: Callable[[dict[str, Any], Path], Any]) -> None:
-    """Read studies/results/NAME.json, or the file that the command line names, and let `draw` write its
-    figure to docs/img; `says` is the text of the module that is run."""
+    """Read studies/results/NAME.json, or the file named on the command line, and let `draw` write its
+    figure to docs/img. `says` is the docstring of the calling module."""
     parser = argparse.ArgumentParser(description=says.partition("\n\n")[0])
     parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / f"{name}.json")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / figure)
@@ -21,7 +21,7 @@ def draw_result(says: str, name: str, figure: str, draw: Callable[[dict[str, Any
     if asked.short:
         asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
         if not asked.results.is_file():
-            print(f"{asked.results}: the study was not run yet")
+            print(f"{asked.results}: no result; run the study first")
             return
     draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
     print(asked.out)

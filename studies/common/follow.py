@@ -1,4 +1,4 @@
-"""Following animals in a living world, tick by tick."""
+"""Functions that follow animals in a running world, tick by tick."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ def follow(
     within: float = 10.0,
     each: Callable[[World], None] | None = None,
 ) -> Tracks:
-    """Let a world live for some ticks and record what each of the prey does,
-    and where the nearest predator within 10 m is.
+    """Run a world for some ticks; record what each prey animal does and its nearest predator within 10 m.
 
-    `each(world)` is called before each tick: an experimenter who moves things.
+    `each(world)` is called before each tick, for example to move objects as an experimenter would.
     """
     top = np.full(1, np.nextafter(world.space.lengths[2], np.float32(0)), np.float32)
     records: list[Record] = []
@@ -49,8 +48,8 @@ def _where(world: World, name: str) -> Placed:
 
 
 def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance f64[n] and offset f64[n, 3] to the nearest predator of each of the prey,
-    in the order of uids."""
+    """Return distance f64[n] and offset f64[n, 3] from each prey animal to the nearest predator, in the
+    order of uids."""
     mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
     target, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
     nearest(mine, other, within, target, square)

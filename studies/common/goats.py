@@ -1,5 +1,5 @@
-"""What the studies of goats share: the world with one thing changed, who lived and carried what,
-and what the genes did."""
+"""Code that the studies of goats share: the world with one change, records of births, deaths and carriers,
+and statistics of the genes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 GENES = ("red", "yellow", "green", "blue")
-ARMS: dict[str, dict[str, Any]] = {  # what each changes in the shipped world
+ARMS: dict[str, dict[str, Any]] = {  # the change that each arm makes to the shipped world
     "goats": {},
     "frozen learning": {"learn": False},
     "no mutation": {"controls": ("no-mutation",)},
@@ -18,7 +18,7 @@ ARMS: dict[str, dict[str, Any]] = {  # what each changes in the shipped world
 
 
 class Family:
-    """Births and deaths of one species of a world, kept as they happen."""
+    """Births and deaths of one species, recorded as they happen."""
 
     def __init__(self, world: Any, species: str) -> None:
         from ecs_eco.record.genomes import letters_of
@@ -32,7 +32,7 @@ class Family:
         world.on_death.append(self.died)
 
     def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-        """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        """Record newborns: rows i64[k], uids of their parents u64[k]."""
         if table is self.table:
             from ecs_eco.components import Genome
 
@@ -41,12 +41,12 @@ class Family:
             self.births.append((table.uid[rows], first, second, np.full(rows.size, self.world.tick), genome))
 
     def died(self, table: Any, rows: np.ndarray) -> None:
-        """Note the dying: rows i64[k]."""
+        """Record deaths: rows i64[k]."""
         if table is self.table:
             self.deaths.append((table.uid[rows], np.full(rows.size, self.world.tick), table.cause[rows]))
 
     def lineage(self, since: int = 0) -> Any:
-        """The Lineage of those born at this tick or later."""
+        """Return the Lineage of the animals born at this tick or later."""
         from ecs_eco.analysis.lineage import Lineage
         from ecs_eco.record.genomes import genes_of
 
@@ -75,7 +75,7 @@ class Family:
 
 
 def identity() -> str:
-    """Hash of the world as it is shipped: a study of another world is another study."""
+    """Return the hash of the shipped world: a study of a different world is a different study."""
     import hashlib
 
     from ecs_eco.config import load
@@ -90,9 +90,9 @@ def live(
     also: dict[str, Any] | None = None,
     look: Callable[[Any], object] = lambda world: None,
 ) -> Family:
-    """Let the world of an arm live; it ends early where the goats die out.
+    """Run the world of an arm; the run ends early if the goats die out.
 
-    `also` are further changes of the world file; `look` is called with the world every 100 ticks.
+    `also` contains further changes of the world file; `look` is called with the world every 100 ticks.
     """
     from ecs_eco import World
     from ecs_eco.config import load
@@ -109,7 +109,8 @@ def live(
 
 
 def carriers(lineage: Any, every: int) -> dict[str, Any]:
-    """Ticks, numbers of the living, their mean generation, and carriers of each gene: arrays [samples]."""
+    """Return ticks, numbers of living goats, their mean generation, and carriers of each gene: arrays
+    [samples]."""
     by_gene = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
     out = {
         "tick": by_gene["blue"].ticks,
@@ -120,14 +121,16 @@ def carriers(lineage: Any, every: int) -> dict[str, Any]:
 
 
 def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
-    """Return the mean generation of the living of a species at each sample: f64, NaN where none live."""
+    """Return the mean generation of the living animals of a species at each sample: f64, NaN if none are
+    alive."""
     mask, ticks = lineage.species == species, lineage.samples(every)
     n = lineage.living_sums(ticks, mask=mask)
     return lineage.living_sums(ticks, lineage.generation(), mask) / np.where(n, n, np.nan)
 
 
 def carry(frequencies: Any) -> np.ndarray:
-    """Who has another value than 0 (a gene that can say only 0 is told by its letter): i64[samples]."""
+    """Return how many goats have a value other than 0 (the letter identifies a gene that can only code for
+    0): i64[samples]."""
     return (
         frequencies.count[:, -1]
         if len(frequencies.values) == 2
@@ -136,10 +139,10 @@ def carry(frequencies: Any) -> np.ndarray:
 
 
 def text(x: np.ndarray) -> str:
-    """Numbers as one line of JSON."""
+    """Return numbers as one line of JSON."""
     return " ".join(f"{v:g}" for v in np.round(x, 2))
 
 
 def numbers(line: str) -> np.ndarray:
-    """The numbers of such a line: f64."""
+    """Return the numbers of such a line: f64."""
     return np.array([float(v) for v in line.split()])

@@ -1,10 +1,10 @@
-"""Deer whose decisions are written by hand: they graze, and run from wolves or do not."""
+"""Deer with hand-written decisions: they graze, and either run from wolves or ignore them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-# what deer of the world predator-prey sense, in this order
+# what deer in the world predator-prey sense, in this order
 CHANNELS = (
     "energy",
     "grass_forward",
@@ -24,11 +24,12 @@ CHANNELS = (
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
 SATED = 0.85  # energy above which deer of that world do not eat
-ASIDE = 0.3  # of the unit vector to a neighbour: further aside is turned to
+ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
 
 
 def graze(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Walk to the nearest grass while hungry, else stand; by smell where none is seen: i64[n, 2]."""
+    """Walk to the nearest grass while hungry, otherwise stand; follow the smell if no grass is in sight:
+    i64[n, 2]."""
     seen = _of(x)
     forward, left, near = seen["grass_forward"], seen["grass_left"], seen["grass_near"]
     turn = _towards(forward, left)
@@ -42,7 +43,7 @@ def graze(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def graze_and_flee(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """As `graze`; from a wolf in sight turn away and run: i64[n, 2]."""
+    """Act as in `graze`, but turn away and run from a wolf in sight: i64[n, 2]."""
     seen, out = _of(x), graze(x, uid)
     away = _towards(-seen["wolf_forward"], -seen["wolf_left"])
     return np.where((seen["wolf_near"] > 0)[:, None], np.stack([np.full(len(x), RUN), away], 1), out)
@@ -53,6 +54,6 @@ def _of(x: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _towards(forward: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Turn to what lies in a direction; to the left where it is right behind."""
+    """Turn toward a direction; turn left if it is directly behind."""
     turn = np.where(left > ASIDE, LEFT, np.where(left < -ASIDE, RIGHT, AHEAD))
     return np.where((forward < 0) & (turn == AHEAD), LEFT, turn)

@@ -1,4 +1,4 @@
-"""Wolves that come at deer, whose decisions are written by hand: walk away from a wolf in sight, or run."""
+"""Wolves that approach deer with hand-written decisions: the deer walk or run away from a wolf in sight."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 MODULE = "studies.common.hunts"
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
-ASIDE = 0.3  # of the unit vector to a neighbour: further aside is turned to
-SPACING, FROM = 40.0, 5.0  # [m] between pairs; from which a wolf comes: what wolves of the world see
-STORES = {"deer": 0.7, "wolf": 0.5}  # energy that they begin with
-DEER = {"forward": 7, "left": 8, "near": 9}  # channels of a deer that tell of wolves
-WOLF = {"forward": 1, "left": 2, "near": 3}  # channels of a wolf that tell of deer
+ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
+SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf: the range of sight of wolves
+STORES = {"deer": 0.7, "wolf": 0.5}  # initial energy
+DEER = {"forward": 7, "left": 8, "near": 9}  # channels of a deer that sense wolves
+WOLF = {"forward": 1, "left": 2, "near": 3}  # channels of a wolf that sense deer
 
 
 def walk_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
@@ -28,16 +28,16 @@ def run_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def chase(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Run to a deer in sight, else walk straight on: i64[n, 2]."""
+    """Run to a deer in sight, otherwise walk straight ahead: i64[n, 2]."""
     seen = x[:, WOLF["near"]] > 0
     turn = np.where(seen, _towards(x[:, WOLF["forward"]], x[:, WOLF["left"]]), AHEAD)
     return np.stack([np.where(seen, RUN, WALK), turn], 1)
 
 
 def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, ticks: int) -> dict[str, float]:
-    """Let a wolf come at each of side² deer that act by a function of this module, far from all others, in
-    the world predator-prey with changes; return the share that lives after so many ticks, and the mean
-    happiness then: energy, and −1 of the dead."""
+    """Send a wolf at each of side² deer that act by a function of this module, far from all other pairs,
+    in the world predator-prey with changes. Return the share alive after so many ticks, and the mean
+    happiness at that time: energy, and −1 for the dead."""
     from ecs_eco import World
     from ecs_eco.components import Metabolism
     from ecs_eco.config import load
@@ -70,7 +70,7 @@ def _arena(changes: Mapping[str, Any], deer: str, side: int) -> dict[str, Any]:
 
 
 def _meet(world: Any, side: int) -> None:
-    """Place deer on a grid, facing anywhere, and of each a wolf FROM metres away that faces it."""
+    """Place deer on a grid with random headings, and for each deer a wolf FROM meters away that faces it."""
     from ecs_eco.components import Metabolism, Position
 
     rng, n = np.random.default_rng(world.seed), side**2
@@ -85,13 +85,13 @@ def _meet(world: Any, side: int) -> None:
 
 
 def _away(x: np.ndarray, speed: int) -> np.ndarray:
-    """Turn away from a wolf in sight, and go at this speed; else stand."""
+    """Turn away from a wolf in sight and move at this speed; otherwise stand."""
     seen = x[:, DEER["near"]] > 0
     turn = np.where(seen, _towards(-x[:, DEER["forward"]], -x[:, DEER["left"]]), AHEAD)
     return np.stack([np.where(seen, speed, STILL), turn], 1)
 
 
 def _towards(forward: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Turn to what lies in a direction; to the left where it is right behind."""
+    """Turn toward a direction; turn left if it is directly behind."""
     turn = np.where(left > ASIDE, LEFT, np.where(left < -ASIDE, RIGHT, AHEAD))
     return np.where((forward < 0) & (turn == AHEAD), LEFT, turn)

@@ -1,4 +1,4 @@
-"""Which kernels there are in the package, and which of them have run in this process."""
+"""The kernels of the package, and the kernels that have run in this process."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ from typing import Any
 
 import ecs_eco
 
-OWN = ("jit.py", "kernel_folder.py", "__init__.py", "__main__.py")  # speak of njit, and have no kernels
+OWN = (
+    "jit.py",
+    "kernel_folder.py",
+    "__init__.py",
+    "__main__.py",
+)  # these modules mention njit but have no kernels
 
 
 @cache
 def kernels() -> dict[str, Any]:
-    """All compiled functions of the package, by module and name."""
+    """Return all compiled functions of the package, by module and name."""
     from numba.core.dispatcher import Dispatcher
 
     root, dispatchers = Path(ecs_eco.__file__).parent, {}
@@ -31,8 +36,8 @@ def kernels() -> dict[str, Any]:
 
 
 def reached() -> set[str]:
-    """The kernels that were called, and those that these call:
-    a kernel from the cache on disk brings them along."""
+    """Return the kernels that were called and the kernels that they call; a kernel loaded from the disk
+    cache includes its callees."""
     called = [one for one in kernels().values() if one.signatures]
     names, seen = {id(one): name for name, one in kernels().items()}, set()
     while called:

@@ -1,4 +1,4 @@
-"""How exactly the ledgers of energy and matter close, and small worlds drawn at random to see that in."""
+"""How exactly the ledgers of energy and matter close, and small random worlds to measure it in."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ SUBSTANCES = ("sugar", "gas", "salt")
 
 
 def furthest_off(world: Any) -> dict[str, float]:
-    """Return how far the ledgers of a world's recorder are from closing at most, as a share of the stock: of
-    energy (the largest stock of a species), of matter (that of a holder and substance), and of what passes
-    between holders (that of a substance in the world)."""
+    """Return the largest error of the ledgers of a world's recorder, as a share of the stock: for energy,
+    the largest stock of a species; for matter, the stock of a holder and substance; for flows between
+    holders, the stock of a substance in the world."""
     series = {name: np.array(values) for name, values in world.series().to_pydict().items()}
     off = {"energy": _share(series, ledger.LEDGER, ledger.imbalance(series), (len(world.recorder.names),))}
     if world.matter is None:
@@ -32,7 +32,7 @@ def furthest_off(world: Any) -> dict[str, float]:
 
 
 def _share(page: dict[str, Any], columns: Any, imbalance: Any, shape: tuple[int, ...]) -> float:
-    sizes = [np.abs(page[column]) for column in columns]  # energy may come and go within a tick
+    sizes = [np.abs(page[column]) for column in columns]  # energy may enter and leave within a tick
     return _relative(
         np.abs(np.reshape(imbalance, (-1, *shape))).max(0),
         np.reshape(np.max(sizes, axis=0), (-1, *shape)).max(0),
@@ -44,7 +44,8 @@ def _relative(off: np.ndarray, stock: np.ndarray) -> float:
 
 
 def drawn(seed: int) -> dict[str, Any]:
-    """Return a small world in which matter moves in all ways that a world file knows, drawn by a seed."""
+    """Return a small world drawn from a seed, in which matter moves in every way that a world file
+    supports."""
     rng = np.random.default_rng(seed)
     volume = bool(rng.random() < 0.3)
     size = [12.0, 10.0, 8.0] if volume else [12.0, 10.0]

@@ -1,4 +1,4 @@
-"""How far learning moves a shared policy: KL divergence of what it was from what it is."""
+"""How far learning moves a shared policy: the KL divergence of the earlier policy from the present one."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 
 
 def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
-    """Return logarithms of the chances of the options, of logits f[n, sum of groups]: f64 of that shape."""
+    """Return the logarithms of the options' probabilities, from logits f[n, sum of groups]: f64 of that
+    shape."""
     parts = np.split(np.asarray(logits, float), np.cumsum(groups)[:-1], axis=1)
     parts = [part - part.max(1, keepdims=True) for part in parts]
     return np.concatenate([part - np.log(np.exp(part).sum(1, keepdims=True)) for part in parts], axis=1)
 
 
 def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> float:
-    """Return the mean over observations of KL(before ‖ after) [nats], summed over the groups of actions,
-    which are drawn independently; NaN without observations."""
+    """Return the mean over observations of KL(before ‖ after) [nats], summed over the independently drawn
+    groups of actions; NaN without observations."""
     if not len(before):
         return float("nan")
     p, q = log_chances(before, groups), log_chances(after, groups)
@@ -25,7 +26,7 @@ def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> 
 
 
 class Policies:
-    """The shared policies of a world as they are now, to be compared with what becomes of them."""
+    """A snapshot of a world's shared policies, for comparison with later ones."""
 
     def __init__(self, world: Any) -> None:
         nerves = {name: getattr(table.species, "nerves", None) for name, table in world.tables.items()}
@@ -33,7 +34,8 @@ class Policies:
         self.modules = {name: world.policy(name) for name, own in nerves.items() if own and own.brain}
 
     def moved(self) -> dict[str, float | None]:
-        """Return by species KL(then ‖ now) [nats] on what those that live sense now; None where none do."""
+        """Return, by species, KL(then ‖ now) [nats] on the present observations of living animals; None if
+        none are alive."""
         return {name: self._moved(name, module) for name, module in self.modules.items()}
 
     def _moved(self, name: str, module: Any) -> float | None:
@@ -45,30 +47,31 @@ class Policies:
         if not table.n:
             return None
         seen = table[Sensor].readings[table.by_uid()]
-        seen = torch.from_numpy(seen[np.isfinite(seen).all(1)])  # the newborn have not sensed yet
+        seen = torch.from_numpy(seen[np.isfinite(seen).all(1)])  # newborns have not sensed yet
         with torch.no_grad():
             before, after = (net(seen)[0].numpy() for net in (module, self.world.policy(name)))
         return divergence(before, after, table.species.nerves.brain.groups)
 
 
 class Crowd:
-    """Up to `most` of the individual policies of each species of a world, as they are now: what the mean
-    chances of their options are is compared with those of as many later. That others are asked then moves
-    the mean a little, too."""
+    """A snapshot of up to `most` individual policies of each species of a world, whose mean option
+    probabilities are compared with those of as many later policies. Because the later sample contains
+    different animals, the mean also moves a little without learning."""
 
     def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
         self.world, self.species, self.most = world, tuple(species), most
         self.modules = {name: self._some(name) for name in self.species}
 
     def _some(self, name: str) -> list[Any]:
-        """Networks of as many, evenly by uid."""
+        """Return up to `most` networks, spread evenly by uid."""
         table = self.world.tables[name]
         rows = table.by_uid()
         picked = rows[np.linspace(0, len(rows) - 1, min(self.most, len(rows))).astype(int)]
         return [self.world.policy(name, int(uid)) for uid in table.uid[picked]]
 
     def moved(self) -> dict[str, float | None]:
-        """Return by species KL(then ‖ now) [nats] of mean chances on what those that live sense now."""
+        """Return, by species, KL(then ‖ now) [nats] of mean probabilities on the present observations of
+        living animals."""
         return {name: self._moved(name) for name in self.species}
 
     def _moved(self, name: str) -> float | None:
@@ -90,5 +93,5 @@ class Crowd:
 
 
 def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | None]:
-    """Return the same by 1,000 ticks."""
+    """Return the same per 1,000 ticks."""
     return {name: None if nats is None else 1000 * nats / max(1, ticks) for name, nats in moved.items()}

@@ -1,4 +1,4 @@
-"""Networks that studies bring along, as users write them."""
+"""Custom networks for studies, written as a user would write them."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ecs_eco.learning import MLP
 
 
 class ByAutograd(MLP):
-    """The built-in network with two trunks, in a class of its own: only autograd trains it."""
+    """The built-in network with two trunks as a custom class, which only autograd can train."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__(n_observations, groups, (64, 64), "separate")
 
 
 class Plain(nn.Module):
-    """What a torch user would write down for the built-in network: two layers of 64 with tanh, two heads."""
+    """The built-in network as a torch user would write it: two layers of 64 units with tanh, two heads."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
@@ -32,8 +32,8 @@ class Plain(nn.Module):
 
 
 class Remembering(nn.Module):
-    """A GRU (Cho et al. 2014) for the policy and one for the value, each with a layer and a head on what it
-    remembers; shared, what the value learns would overwrite what the policy needs."""
+    """A GRU (Cho et al. 2014) for the policy and another for the value, each with a layer and a head on
+    its memory; in a shared GRU, learning the value would overwrite what the policy needs."""
 
     memory = 128
 
@@ -47,7 +47,7 @@ class Remembering(nn.Module):
     def forward(
         self, observations: torch.Tensor, state: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return logits, values and the state that follows."""
+        """Return logits, values and the next state."""
         for_policy, for_value = state.chunk(2, dim=1)
         for_policy = self.policy_cell(observations, for_policy)
         for_value = self.value_cell(observations, for_value)
@@ -59,7 +59,7 @@ class Remembering(nn.Module):
 
 
 def _layer(n_in: int, n_out: int, gain: float) -> nn.Linear:
-    """Return a layer of orthogonal weights (Saxe et al. 2014), without a bias at first."""
+    """Return an orthogonally initialized layer (Saxe et al. 2014) with zero bias."""
     layer = nn.Linear(n_in, n_out)
     nn.init.orthogonal_(layer.weight, gain)
     nn.init.zeros_(layer.bias)

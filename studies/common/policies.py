@@ -1,4 +1,4 @@
-"""Policies of a training seed: trained now, or kept by an earlier case of any study."""
+"""Policies of a training seed: newly trained, or stored by an earlier case of any study."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Any
 
 
 def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
-    """Train the policies of a seed, or find those of an earlier case;
-    return the folder of <species>.safetensors.
+    """Train the policies of a seed, or find those of an earlier case; return the folder of
+    <species>.safetensors.
 
-    They are kept by configuration, seed, length and the sources of ecs_eco, so that they are never stale.
+    Stored policies are keyed by configuration, seed, length and the sources of ecs_eco, so they are never
+    stale.
     """
     from ecs_eco.lab.trained import train_or_find
 

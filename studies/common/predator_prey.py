@@ -1,4 +1,5 @@
-"""What the studies of predator and prey share: their identity, worlds run to the first extinction, numbers."""
+"""Code that the studies of predator and prey share: their identity, runs to the first extinction, and
+numbers."""
 
 import hashlib
 from collections.abc import Mapping
@@ -14,8 +15,8 @@ SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
 def identity(policies: bool = True) -> dict[str, str | None]:
-    """Hashes of the world as it is shipped, and of its bundled policies:
-    a study of another world is another study."""
+    """Return hashes of the shipped world and of its bundled policies: a study of a different world is a
+    different study."""
     from ecs_eco.config import load
 
     files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
@@ -31,8 +32,8 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 def live(
     config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250
 ) -> Any:
-    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves; who
-    learns in it does so at a constant rate."""
+    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves;
+    learning species have a constant learning rate."""
     from ecs_eco import World
     from ecs_eco.config.loading import changed
 
@@ -44,20 +45,20 @@ def live(
 
 
 def numbers(world: Any) -> np.ndarray:
-    """Numbers of grass, deer and wolves by tick: i64[ticks, 3]."""
-    names = world.recorder.names  # the series has its rows in their order
+    """Return the numbers of grass, deer and wolves by tick: i64[ticks, 3]."""
+    names = world.recorder.names  # the rows of the series are in order
     n = np.asarray(world.series()["n"], np.int64).reshape(-1, len(names))
     return n[:, [names.index(name) for name in SPECIES]]
 
 
 def packed(n: np.ndarray, block: int) -> dict[str, str]:
-    """Means over blocks of ticks by species, as text: a line of JSON each."""
+    """Return means over blocks of ticks by species as text, one line of JSON each."""
     kept = n[: len(n) // block * block].reshape(-1, block, n.shape[1]).mean(1)
     return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(SPECIES)}
 
 
 def unpacked(lines: Mapping[str, str], block: int) -> Any:
-    """The series that `packed` wrote, for ecs_eco.analysis."""
+    """Return the series that `packed` wrote, for ecs_eco.analysis."""
     from ecs_eco.analysis.runs import Series
 
     n = np.array([[float(v) for v in lines[name].split()] for name in SPECIES]).T
@@ -65,8 +66,8 @@ def unpacked(lines: Mapping[str, str], block: int) -> Any:
 
 
 def first_extinction(n: np.ndarray) -> tuple[int, str | None]:
-    """Tick of the first extinction of deer or wolves and who it was;
-    the run's length and None where both live."""
+    """Return the tick of the first extinction of deer or wolves and the species; the run's length and None
+    if both survive."""
     gone = [
         (int(t[0]), name) for i, name in enumerate(SPECIES) if i and len(t := np.flatnonzero(n[:, i] == 0))
     ]

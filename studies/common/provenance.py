@@ -1,4 +1,4 @@
-"""Where a result comes from: versions of what computed it, and the commit of its code."""
+"""Provenance of a result: package versions and the commit of its code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that results depend on."""
+    """Return the versions of Python and of the packages that results depend on."""
     versions_of = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -23,8 +23,8 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> dict[str, Any]:
-    """The git commit that the study runs at and whether files that git knows differ from it (results
-    and docs aside)."""
+    """Return the git commit that the study runs at, and whether tracked files differ from it (results and
+    docs aside)."""
 
     def git(*words: str) -> str | None:
         try:

@@ -1,4 +1,5 @@
-"""How hunters and hunted move by the distance of the nearest of the others: who runs, and which way."""
+"""How hunters and prey move by their distance to the nearest animal of the other species: how many run,
+and in which direction."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ COLUMNS = ("n", "run", "toward, running", "toward")  # counts, and sums of cosin
 
 
 class Pursuit:
-    """Counts by bins of the distance between EDGES, for deer (nearest wolf) and wolves (nearest deer)."""
+    """Counts by bins of distance (with edges EDGES), for deer (to the nearest wolf) and wolves (to the
+    nearest deer)."""
 
     def __init__(self, world: Any) -> None:
         self.world = world
@@ -19,7 +21,7 @@ class Pursuit:
         self.walk = {name: world.config.species[name].locomotion.speed["walk"] for name in self.counts}
 
     def look(self) -> None:
-        """Count all that live now."""
+        """Count all living animals now."""
         for name, other in (("deer", "wolf"), ("wolf", "deer")):
             if self.world.tables[name].n and self.world.tables[other].n:
                 distance, cosine, speed = nearest(self.world, name, other)
@@ -33,8 +35,8 @@ class Pursuit:
 
 
 def nearest(world: Any, name: str, other: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return of each animal the distance of the nearest of the others f64[n] [m], the cosine of the angle
-    between its heading and the way to that, and its speed [m/s]."""
+    """Return for each animal the distance f64[n] [m] to the nearest animal of the other species, the
+    cosine of the angle between its heading and the direction to that animal, and its speed [m/s]."""
     from scipy.spatial import KDTree
 
     from ecs_eco.components import Position, Velocity
@@ -56,8 +58,8 @@ def nearest(world: Any, name: str, other: str) -> tuple[np.ndarray, np.ndarray, 
 
 
 def share(counts: list[list[float]], column: str, low: float, high: float) -> float:
-    """Return a sum over the animals at distances from `low` to `high` [m], of all of them; of those that run,
-    for "toward, running". NaN where there are none."""
+    """Return a sum over the animals at distances from `low` to `high` [m], divided by the number of all of
+    them, or of the running animals for "toward, running". NaN if there are none."""
     c = np.array(counts)[(EDGES[:-1] >= low) & (EDGES[1:] <= high)].sum(0)
     of = c[COLUMNS.index("run" if column == "toward, running" else "n")]
     return float(c[COLUMNS.index(column)] / of) if of else float("nan")

@@ -1,4 +1,4 @@
-"""What a study says before it is run: studies/registered/NAME.toml.
+"""The registration of a study, written before it runs: studies/registered/NAME.toml.
 
     name = "fleeing"
     claim = "Deer that may run from wolves do so where it pays."
@@ -16,8 +16,8 @@
     goal = "above 0"
     margin = 0.05           # where the goal has one
 
-The file is committed before the first result; its hash is part of the study's configuration, so that a
-changed file makes all results stale. Verdicts on hypotheses are registered; all others are explored.
+Commit the file before the first result. Its hash is part of the study's configuration, so a change of the
+file makes all results stale. Verdicts on hypotheses are registered; all other verdicts are exploratory.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ OF_A_HYPOTHESIS = ("statement", "statistic", "replicate", "goal")
 
 @dataclass(frozen=True)
 class Registration:
-    """A registered study: the file, what it says, and its hash."""
+    """A registered study: the file, its content and its hash."""
 
     path: Path
     content: dict[str, Any]
@@ -46,16 +46,16 @@ class Registration:
 
     @property
     def hypotheses(self) -> dict[str, dict[str, Any]]:
-        """What is to be decided, by name."""
+        """The hypotheses to decide, by name."""
         return dict(self.content["hypotheses"])
 
     @property
     def arms(self) -> dict[str, dict[str, Any]]:
-        """What each arm changes, by name."""
+        """The changes that each arm makes, by name."""
         return dict(self.content["arms"])
 
     def verdict(self, name: str, value: Any, met: bool) -> dict[str, Any]:
-        """Return the line that decides a hypothesis. Raises ValueError for one that is not registered."""
+        """Return the line that decides a hypothesis. Raises ValueError for an unregistered hypothesis."""
         if name not in self.hypotheses:
             near = get_close_matches(name, self.hypotheses, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -72,16 +72,13 @@ class Registration:
         }
 
     def note(self) -> dict[str, str]:
-        """Return what a result holds of it: file, hash, and the commit that the file is from.
+        """Return the note that a result keeps: file, hash, and the commit of the file.
 
-        Raises RuntimeError where the file is not committed as it is.
+        Raises RuntimeError if the file has uncommitted changes.
         """
         commit = self._git("log", "-1", "--format=%H", "--", self.path.name)
         if not commit or self._git("status", "--porcelain", "--", self.path.name):
-            raise RuntimeError(
-                f"{self.path} is not committed as it is: what is registered comes before what "
-                "is found; commit it first"
-            )
+            raise RuntimeError(f"{self.path} has uncommitted changes; commit it before you run the study")
         return {"file": f"studies/registered/{self.path.name}", "sha256": self.sha256, "commit": commit}
 
     def _git(self, *words: str) -> str:
@@ -91,11 +88,11 @@ class Registration:
 
 
 def registration(name: str, folder: Path = FOLDER) -> Registration:
-    """Return what is registered of a study. Raises ValueError naming what a file lacks."""
+    """Return the registration of a study. Raises ValueError that names what the file lacks."""
     path = folder / f"{name}.toml"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.toml")], 1)
-        raise ValueError(f"{path}: there is no such file" + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ValueError(f"{path}: no such file" + (f"; did you mean {near[0]!r}?" if near else ""))
     data = path.read_bytes()
     try:
         content = tomllib.loads(data.decode())
@@ -103,14 +100,14 @@ def registration(name: str, folder: Path = FOLDER) -> Registration:
         raise ValueError(f"{path}: {error}") from None
     _need(path, content, REQUIRED, "")
     if content["name"] != name:
-        raise ValueError(f"{path}: name is {content['name']!r}; it must be {name!r}")
+        raise ValueError(f"{path}: name is {content['name']!r}; expected {name!r}")
     if not content["hypotheses"]:
-        raise ValueError(f"{path}: hypotheses are none; register at least one")
+        raise ValueError(f"{path}: no hypotheses; register at least one")
     for key, of in content["hypotheses"].items():
         _need(path, of, OF_A_HYPOTHESIS, f"hypotheses.{key}.")
         if ":" not in of["statistic"]:
             raise ValueError(
-                f"{path}: hypotheses.{key}.statistic is {of['statistic']!r}; it must be module:function"
+                f"{path}: hypotheses.{key}.statistic is {of['statistic']!r}; expected module:function"
             )
     return Registration(path, content, hashlib.sha256(data).hexdigest())
 

@@ -1,4 +1,5 @@
-"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts."""
+"""Code that studies of runs on disk share: small versions of worlds, and the content of a run folder
+independent of its parts."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, Any]:
-    """A shipped world with a share of its organisms on a share of its ground; policies learn,
-    and start untrained.
+    """Return a shipped world with a share of its organisms on a share of its ground; policies learn and start
+    untrained.
 
-    `kind` "individual" or "shared" makes all policies such ones.
+    `kind` "individual" or "shared" sets the kind of all policies.
     """
     from ecs_eco.config import load
 
@@ -35,8 +36,8 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
 
 
 def content(folder: Path) -> str:
-    """A hash of all that a run recorded: rows and columns of each kind in their order,
-    not how they are cut into parts."""
+    """Return a hash of all that a run recorded: rows and columns of each kind in order, independent of how
+    parts divide them."""
     from ecs_eco.record.parquet import read_parts
 
     digest = hashlib.sha256()
@@ -50,7 +51,7 @@ def content(folder: Path) -> str:
 
 
 def summary(folder: Path) -> dict[str, Any]:
-    """Where a run is, and the hashes of its world and of its recording."""
+    """Return a run's folder, and the hashes of its world and of its recording."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     return {
         "done": manifest["done"],

@@ -1,5 +1,5 @@
-"""What the studies of the sea share: policies by training seed,
-and four measures of a world in which copepods live."""
+"""Code that the studies of the sea share: policies by training seed, and four measures of a world with
+copepods."""
 
 from dataclasses import replace
 from typing import Any
@@ -14,21 +14,22 @@ from studies.common.follow import follow
 from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
-CUE = 1.5  # [m] from a krill: an approach
-FAST = 1.4  # [m/s] of krill that chase, and of what is moved at copepods
-# how many come at them, from how far [m], at which heights [m]: where they feed in the dark
+CUE = 1.5  # [m] to a krill: an approach
+FAST = 1.4  # [m/s] speed of chasing krill and of objects moved toward copepods
+# how many approach copepods, from how far [m], at which heights [m]: where copepods feed in the dark
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
-CONTACT = 0.5  # [m] between the centres of a copepod and of a thing of the size of a krill that touch
-REACH, AFTER = 2.0, 6  # [m] an encounter; [ticks] who lives then has survived it
-PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and who is counted, by distance [m]
-STAY, SPREAD = 12, 2  # [ticks] that a plume stays at a place, and of these before moves are counted
+CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object that touch
+REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] a copepod alive after them has survived it
+PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and the distance [m] within which copepods are counted
+# [ticks] that a plume stays in place, and the first of these, in which moves are not counted
+STAY, SPREAD = 12, 2
 
 
 def life(world: Any, days: int) -> dict[str, Any]:
-    """How mean depth follows the day in so many days after the first: amplitude as a share of the water,
-    phase, correlation with light.
+    """Measure how mean depth follows the day in the given number of days after the first: amplitude as a
+    share of the water's depth, phase, and correlation with light.
 
-    `cycle` is None where copepods did not live two whole days.
+    `cycle` is None if copepods did not survive two whole days.
     """
     from ecs_eco.analysis.runs import load_series
 
@@ -71,12 +72,13 @@ def life(world: Any, days: int) -> dict[str, Any]:
 
 
 def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
-    """What copepods in the dark do when something of the size of a krill comes straight at them
-    at the speed of a chase.
+    """Measure what copepods in the dark do when something of the size of a krill comes straight at them at
+    the speed of a chase.
 
-    `build(changes)` makes a world. `kind`: "swimming", krill that hunt by their reflex, and see 4 m in the
-    dark here; "drifting", krill that are moved by the experimenter, smell as any krill and do not swim;
-    "object", a thing without smell, moved so. Nothing is eaten; all are put elsewhere every 20 ticks.
+    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and see 4 m in the
+    dark here; "drifting" for krill that the experimenter moves, which smell like any krill and do not swim;
+    or "object" for an object without smell that moves the same way. None of them eats; all are placed
+    elsewhere every 20 ticks.
     """
     changes: dict[str, Any] = {
         "ambient.light": 0.0,
@@ -90,7 +92,7 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
         body = {"radius": 0.4, "mass": 1.0, "opaque": False}
         changes |= {"species.krill.count": 0, "objects.buoy": {"count": KRILL, "body": body}}
     world = build(changes)
-    world.run(60)  # copepods come up
+    world.run(60)  # time for copepods to rise
     movers, random = Movers(world, "buoy" if kind == "object" else "krill"), np.random.default_rng(world.seed)
 
     def move(world: Any) -> None:
@@ -103,7 +105,7 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
 
 
 class Movers:
-    """What an experimenter moves at copepods."""
+    """The objects that an experimenter moves toward copepods."""
 
     def __init__(self, world: Any, name: str) -> None:
         self.world, self.table = world, world.tables[name]
@@ -111,7 +113,7 @@ class Movers:
         self.way = np.zeros((self.rows.size, 3))
 
     def scatter(self, random: np.random.Generator) -> None:
-        """Put all at random places where copepods feed in the dark, no nearer than 3 m to one."""
+        """Put all objects at random places where copepods feed in the dark, at least 3 m from any copepod."""
         low, high = np.array([0.0, 0.0, UPPER[0]]), np.array([*self.size[:2], UPPER[1]])
         tries = random.uniform(low, high, (200, 3))
         free = tries[np.linalg.norm(self._to_copepod(tries), axis=1) > 3.0]
@@ -121,7 +123,7 @@ class Movers:
         self.table[Position].heading[self.rows] = angle
 
     def aim(self) -> None:
-        """Move each towards the nearest copepod within 4 m until they touch, or straight on."""
+        """Move each object toward the nearest copepod within 4 m until they touch, or straight on."""
         p = self.table[Position]
         here = np.stack([p.x[self.rows], p.y[self.rows], p.z[self.rows]], 1).astype(float)
         d = self._to_copepod(here)
@@ -148,10 +150,10 @@ class Movers:
 
 
 def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
-    """Speed and direction around approaches, as numbers.
+    """Return speed and direction around approaches, as numbers.
 
-    `way` is the mean direction over the tick of the approach and the next two: its parts away from what
-    comes, and level to the left of that.
+    `way` is the mean direction over the tick of the approach and the next two: its component away from the
+    approaching object, and its horizontal component to the left of that.
     """
     summary = escapes(tracks, CUE)
     if summary is None:
@@ -173,11 +175,11 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
 
 
 def encounters(world: Any, days: int) -> dict[str, Any]:
-    """How many of those whom a krill came near to are alive some ticks later, and how many krill kill;
-    from the second day on.
+    """Count the copepods that survive an encounter with a krill for a number of ticks, and the kills by
+    krill, from the second day on.
 
-    A kill without an encounter before it (a newborn, or one that a krill never left) is an encounter
-    that was not survived.
+    A kill without an earlier encounter (of a newborn, or of a copepod that a krill never left) counts as an
+    encounter that the copepod did not survive.
     """
     day = round(world.config.sun.day / world.dt)
     world.run(day)
@@ -209,13 +211,13 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
 
 
 def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
-    """Whether copepods leave smells of krill without a krill, in the dark, at places where they are:
-    index of moves, and mean cosine.
+    """Measure whether copepods move away from the smell of krill in the dark, without any krill: index of
+    moves, and mean cosine.
 
-    Plumes are at random places of the depths of copepods drawn at random, for some ticks, and then with all
-    smell at others: so those who are near did not choose to be. Up and down, copepods gather at the depths
-    where plumes are put, whatever they smell; `level` leaves that out: the index of the level parts of the
-    ways, of which without a nose as many come nearer as go.
+    Plumes are placed at the depths of randomly drawn copepods, at random horizontal positions, for some
+    ticks; then they and all smell move elsewhere, so the copepods nearby have not chosen to be there.
+    Copepods gather at the depths of the plumes whatever they smell; `level` therefore uses only the
+    horizontal parts of their moves: without a sense of smell, as many copepods come nearer as leave.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
@@ -226,7 +228,7 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
             "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}},
         }
     )
-    world.run(60)  # those below come up
+    world.run(60)  # time for copepods below to rise
     random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
         if world.tables["copepod"].n < 2:
@@ -256,7 +258,8 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
 
 
 def _index(parts: np.ndarray) -> float | None:
-    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer."""
+    """Return the chemotaxis index (N away − N toward)/N: 1 if all leave the source, 0 if as many approach
+    as leave."""
     toward = int((parts < 0).sum())
     return (parts.size - 2 * toward) / parts.size if parts.size else None
 
@@ -276,7 +279,8 @@ def _places(world: Any) -> dict[int, np.ndarray]:
 def _level(
     world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray
 ) -> np.ndarray:
-    """The level parts of counted ways (tick, animal), as far as they lead away from the nearest plume [m]."""
+    """Return the horizontal parts of counted moves (tick, animal) that lead away from the nearest plume
+    [m]."""
     table = world.tables["plume"]
     rows, p = table.by_uid(), table[Position]
     plumes, out = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), []
@@ -289,7 +293,8 @@ def _level(
 
 
 def _put_among(world: Any, random: np.random.Generator) -> None:
-    """Put each plume at the depth of a copepod, anywhere there, and let what was smelt before be gone."""
+    """Put each plume at the depth of a random copepod, at a random horizontal position, and remove all
+    earlier smell."""
     plumes, copepods = world.tables["plume"], world.tables["copepod"]
     rows, p = plumes.by_uid(), plumes[Position]
     width, length, height = world.space.size

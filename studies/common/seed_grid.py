@@ -6,17 +6,17 @@
     if __name__ == "__main__":
         STUDY.main()
 
-`python -m studies.persistence --workers 2` trains each policy once, runs what is missing, and goes on where
-it was stopped: a cell is kept under its arm, its seeds, its length and the hash of what its arm says, so that
-a new arm leaves the others as they are. What an arm may say (all of it may be absent):
+`python -m studies.persistence --workers 2` trains each policy once, runs the missing cells, and resumes where
+it stopped. A cell is keyed by its arm, its seeds, its length and the hash of the arm's content, so a new arm
+leaves the results of other arms valid. An arm may have these keys, all optional:
 
     set        changes of the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
     life       changes in life only
-    learn      whether policies go on learning in life; absent: as the world says
-    training_ticks    length of the training; absent: the world's own
-    policies   "random", "untrained" or a folder in place of trained ones:
-               then the training seed is a replicate and no more
+    learn      whether policies continue to learn in life; default: as in the world file
+    training_ticks    length of the training; default: the world's own
+    policies   "random", "untrained" or a folder in place of trained policies;
+               the training seed then only serves as a replicate
 """
 
 import hashlib
@@ -30,8 +30,8 @@ from studies.common.moved import Policies, rates
 from studies.common.policies import trained, without_policies
 from studies.common.study import Study, canonical, verdict
 
-BLOCK = 40  # [ticks] of the means kept
-CHUNK = 250  # [ticks] between looks at who is left
+BLOCK = 40  # [ticks] per stored mean
+CHUNK = 250  # [ticks] between checks for extinctions
 SAYS = ("set", "train", "life", "learn", "training_ticks", "policies")
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 Entry = dict[str, Any]
@@ -54,16 +54,16 @@ def crossed_study(
     goal: float = 0.8,
     short: Mapping[str, Any] | None = None,
 ) -> Study:
-    """A study of all cells; the arms in `judged` (the first where it is empty) must persist
-    in a share of `goal`.
+    """Return a study of all cells; the arms in `judged` (by default the first) must persist in a share of
+    `goal`.
 
-    `also` holds further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks":
+    `also` contains further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks":
     60_000}; they are not judged.
     """
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
         if odd := sorted(set(says) - set(SAYS)):
-            raise ValueError(f"arm {arm!r}: no {odd[0]!r}; an arm may say {', '.join(SAYS)}")
+            raise ValueError(f"arm {arm!r}: no {odd[0]!r}; expected {', '.join(SAYS)}")
     judged = list(judged) or [next(iter(arms))]
     config = {
         "world": world,
@@ -91,13 +91,13 @@ def crossed_study(
 
 
 def cells(arms: Iterable[str], training: Sequence[int], worlds: Sequence[int]) -> list[dict[str, Any]]:
-    """All cells, world seed by world seed: two workers then never train the same policy,
-    and an early look is balanced."""
+    """Return all cells, ordered by world seed: two workers then never train the same policy, and partial
+    results are balanced."""
     return [{"arm": arm, "training": t, "seed": w} for w in worlds for arm in arms for t in training]
 
 
 def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """What of the configuration a cell depends on."""
+    """Return the parts of the configuration that a cell depends on."""
     kept = {k: config.get(k) for k in ("world", "identity", "block", "short training")}
     return kept | {"ticks": case.get("ticks", config["ticks"]), "arm": config["arms"][case["arm"]]}
 
@@ -106,7 +106,7 @@ def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any
 
 
 def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Train the policies of a cell, or find them, let them live, and return what became of everybody."""
+    """Train or find the policies of a cell, run its world, and return the outcome of every species."""
     says = config["arms"][case["arm"]]
     living = _load(config["world"], says.get("set", {}) | says.get("life", {}))
     ticks = case.get("ticks", config["ticks"])
@@ -120,8 +120,8 @@ def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -> Path:
-    """A folder with the policies of one training seed under the protocol of an arm: trained now,
-    or found from before."""
+    """Return a folder with the policies of one training seed under the protocol of an arm: newly trained,
+    or stored earlier."""
     world = _load(config["world"], says.get("set", {}) | says.get("train", {}))
     return trained(world, seed, config.get("short training") or says.get("training_ticks"))
 
@@ -134,8 +134,8 @@ def live(
     learn: bool | None,
     begin: Callable[[Any], object] = lambda world: None,
 ) -> Any:
-    """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer:
-    nothing brings it back. `begin` is called with the world before its first tick."""
+    """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer, which is
+    final. `begin` is called with the world before its first tick."""
     from ecs_eco import World
     from ecs_eco.analysis.cycles import consumers
 
@@ -148,8 +148,8 @@ def live(
 
 
 def record(world: Any, config: Any) -> dict[str, Any]:
-    """What is kept of a cell: who persisted, when and of what the others died out, numbers, deaths,
-    and cycles."""
+    """Return the stored result of a cell: which species persisted, when and why the others went extinct,
+    numbers, deaths, and cycles."""
     from dataclasses import asdict
 
     from ecs_eco.analysis.cycles import consumers, cycle_statistics
@@ -184,12 +184,12 @@ def record(world: Any, config: Any) -> dict[str, Any]:
 
 
 def packed(n: np.ndarray, names: Sequence[str]) -> dict[str, str]:
-    """Means over blocks of ticks by species, as text: a line of JSON each."""
+    """Return means over blocks of ticks by species as text, one line of JSON each."""
     kept = n[: len(n) // BLOCK * BLOCK].reshape(-1, BLOCK, n.shape[1]).mean(1)
     return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(names)}
 
 
-# --- what the cells say -------------------------------------------------------------------------------------
+# --- statistics of the cells ---------------------------------------------------------------------------------
 
 
 def summarise(
@@ -198,7 +198,7 @@ def summarise(
     goal: float,
     lags: Mapping[str, tuple[float, float]] = LAGS,
 ) -> dict[str, Any]:
-    """Verdicts on the judged arms, and a table of all."""
+    """Return the verdicts on the judged arms, and a table of all arms."""
     of: dict[str, list[Entry]] = {}
     for e in entries:
         if "ticks" not in e["case"]:
@@ -235,7 +235,7 @@ def summarise(
 
 
 def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
-    """Whether deer and wolves (all consumers) have a spectral peak beyond AR(1)."""
+    """Return whether deer and wolves (all consumers) have a spectral peak beyond AR(1)."""
     p = [result["cycles"]["p_ar1"].get(s) for s in result["cycles"]["period_of"]]
     return bool(p) and all(v is not None and v < level for v in p)
 
@@ -243,7 +243,8 @@ def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
 def verdicts(
     arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str, tuple[float, float]]
 ) -> list[dict[str, Any]]:
-    """Persistence over the grid, and peaks and lags where everybody persists."""
+    """Return verdicts on persistence over the grid, and on peaks and lags of the runs in which all species
+    persist."""
     from ecs_eco.analysis.cycles import median_lag_interval
     from ecs_eco.analysis.seed_grid import share_interval
 
@@ -295,8 +296,7 @@ def verdicts(
 
 
 def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
-    """A value of the result of every cell of one arm, (training seeds, world seeds);
-    NaN where the cell is missing."""
+    """Return a value of every cell of one arm, (training seeds, world seeds); NaN for a missing cell."""
     rows, columns = (sorted({e["case"][key] for e in entries}) for key in ("training", "seed"))
     out = np.full((len(rows), len(columns)), np.nan)
     for e in entries:
@@ -308,8 +308,8 @@ def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
 
 
 def variance(entries: Sequence[Entry]) -> dict[str, Any]:
-    """Shares of the variance of what became of the cells of one arm: training seed, world seed, rest;
-    [value, low, high] each."""
+    """Return shares of the variance of an arm's outcomes: training seed, world seed, rest; [value, low,
+    high] each."""
     from ecs_eco.analysis.seed_grid import EFFECTS, variance_shares
 
     names = list(entries[0]["result"]["numbers"])
@@ -338,7 +338,7 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
 
 
 def variance_sentence(entries: Sequence[Entry]) -> str:
-    """Where the variance of one arm comes from, in a sentence."""
+    """Return a sentence that reports the sources of one arm's variance."""
     arm, shares = entries[0]["case"]["arm"], variance(entries)
     parts = [
         f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, "
@@ -351,7 +351,7 @@ def variance_sentence(entries: Sequence[Entry]) -> str:
 
 
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
-    """One line of the table."""
+    """Return one row of the table."""
     from ecs_eco.analysis.cycles import median_lag_interval
     from ecs_eco.analysis.seed_grid import share_interval
 
@@ -379,7 +379,7 @@ def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any
     ]
 
 
-# --- names under which things are kept ----------------------------------------------------------------------
+# --- keys of stored cells -------------------------------------------------------------------------------------
 
 
 def _load(world: str, changes: Mapping[str, Any]) -> Any:

@@ -15,7 +15,7 @@ Numbers = Sequence[float] | np.ndarray
 
 
 class Pooled(NamedTuple):
-    """A mean over runs with Student's t intervals; their ends are NaN for fewer than 2 runs."""
+    """A mean over runs with Student's t intervals, whose ends are NaN for fewer than 2 runs."""
 
     n: int
     mean: float
@@ -24,7 +24,7 @@ class Pooled(NamedTuple):
 
 
 class Equivalence(NamedTuple):
-    """Two one-sided tests: `equivalent` where both reject at `alpha`; `p` is the larger of both."""
+    """Two one-sided tests: `equivalent` if both reject at `alpha`; `p` is the larger of the two."""
 
     n: int
     mean: float
@@ -43,8 +43,8 @@ class IncrementTest(NamedTuple):
 
 
 class AgeRates(NamedTuple):
-    """Deaths of a cause per organism and second in classes of age above edges[i],
-    up to edges[i + 1] [s]; exact intervals."""
+    """Deaths from a cause per organism and second, by age class from edges[i] (exclusive) to edges[i + 1]
+    [s]; exact intervals."""
 
     edges: np.ndarray
     deaths: np.ndarray
@@ -57,13 +57,13 @@ class AgeRates(NamedTuple):
 def selection_coefficient(
     carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5
 ) -> float:
-    """Selection coefficient per generation of a gene against a neutral reference.
+    """Return the selection coefficient per generation of a gene against a neutral reference.
 
-    The least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p of the
-    counts `carriers` and `reference` among `n` living, `pseudo` added to carriers and to the others. A gene
-    with the fitness 1 + s of the others' gains ln(1 + s) in logit(p) per generation (Crow and Kimura 1970,
-    chapter 5), where reproduction is asexual or genes are inherited independently. Samples without living are
-    left out; NaN with fewer than two different generations.
+    It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p
+    from the counts `carriers` and `reference` among `n` living organisms and `pseudo` added to carriers and
+    non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p) per generation (Crow and
+    Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited independently. Samples without
+    living organisms are left out; the result is NaN for fewer than two different generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -81,14 +81,14 @@ def selection_coefficient(
 def path_coefficient(
     carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
 ) -> float:
-    """Selection coefficient per generation of a gene by the likelihood of its path.
+    """Return the selection coefficient per generation of a gene by the likelihood of its path.
 
-    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the rate at which letters are drawn
-    anew and q the share of these that are the gene. In the diffusion limit of the model of Wright and Fisher,
-    dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8),
-    this s is of the largest likelihood, whatever N is, if that is constant. A sample weighs by p (1 − p):
-    what is lost or fixed says no more, so the estimate does not depend on how long a run goes on after that.
-    NaN where the gene has no variance. Samples without living are left out.
+    It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
+    q the share of mutated letters that are the gene. In the diffusion limit of the Wright–Fisher model, dp =
+    (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8), this
+    s maximizes the likelihood for any constant N. A sample has the weight p (1 − p), so a lost or fixed gene
+    adds no information and the estimate does not depend on how long the run continues afterwards. The result
+    is NaN if the gene has no variance. Samples without living organisms are left out.
     """
     k, n, x = (np.asarray(v, float) for v in (carriers, n, generation))
     _same(carriers=k, n=n, generation=x)
@@ -102,13 +102,13 @@ def path_coefficient(
 
 
 def pooled(values: Numbers) -> Pooled:
-    """Mean of one number per run, with 95 % and 90 % intervals (Student's t)."""
+    """Return the mean of one number per run, with 95% and 90% intervals (Student's t)."""
     v = _finite("pooled", values)
     return Pooled(len(v), float(v.mean()), _interval(v, 0.95), _interval(v, 0.90))
 
 
 def mean_interval(values: list[float]) -> list[float]:
-    """Return a mean and its 95 % interval (t): [mean, low, high]; NaN where there are fewer than two."""
+    """Return a mean and its 95% interval (t): [mean, low, high]; NaN for fewer than two values."""
     if len(values) < 2:
         return [float(np.mean(values)) if values else float("nan"), float("nan"), float("nan")]
     estimate = pooled(values)
@@ -118,10 +118,10 @@ def mean_interval(values: list[float]) -> list[float]:
 def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivalence:
     """Test that the mean over runs lies within ± margin: two one-sided t tests (Schuirmann 1987).
 
-    The interval is the one of 1 − 2 alpha: it lies within the margin where the tests say equivalent.
+    The interval has level 1 − 2 alpha: it lies within the margin exactly if the tests find equivalence.
     """
     if not margin > 0:
-        raise ValueError(f"equivalence: the margin is {margin}; it must be above 0")
+        raise ValueError(f"equivalence: the margin is {margin}; expected above 0")
     v = _finite("equivalence", values)
     n, mean = len(v), float(v.mean())
     if n < 2:
@@ -133,15 +133,15 @@ def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivale
 
 
 def increments(share: Numbers, generation: Numbers) -> np.ndarray:
-    """Rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
+    """Return the rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
 
-    (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1}));
-    without those that begin or end at a share of 0 or 1.
+    They are (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})), without increments that begin or
+    end at a share of 0 or 1.
     """
     v, x = np.asarray(share, float), np.asarray(generation, float)
     _same(share=v, generation=x)
     if ((v < 0) | (v > 1)).any():
-        raise ValueError(f"increments: shares lie from 0 to 1, got {v[(v < 0) | (v > 1)][0]}")
+        raise ValueError(f"increments: expected shares from 0 to 1, got {v[(v < 0) | (v > 1)][0]}")
     inside = (v > 0) & (v < 1) & np.isfinite(x)
     both = inside[1:] & inside[:-1]
     step = np.diff(x)[both]
@@ -152,11 +152,11 @@ def increments(share: Numbers, generation: Numbers) -> np.ndarray:
 
 
 def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTest:
-    """Frequency increment test (Feder, Kryazhimskiy and Plotkin 2014):
-    is the mean increment different from 0?
+    """Test whether the mean frequency increment differs from 0 (Feder, Kryazhimskiy and Plotkin 2014).
 
-    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. It assumes a population
-    of constant size, shares that are known well, and small increments. NaN with fewer than 2 increments.
+    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. The test assumes a
+    population of constant size, precisely known shares, and small increments. The result is NaN for fewer
+    than 2 increments.
     """
     y = increments(share, generation)
     if len(y) < 2 or not y.std():
@@ -166,7 +166,7 @@ def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTe
 
 
 def reappearances(carriers: Numbers) -> int:
-    """How often a gene comes back that had carriers before and then had none."""
+    """Return how often a gene reappears after it had no carriers."""
     k = np.asarray(carriers)
     seen = np.cumsum(k > 0) > 0
     return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
@@ -175,11 +175,11 @@ def reappearances(carriers: Numbers) -> int:
 def deaths_by_age(
     lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
 ) -> AgeRates:
-    """Deaths of a cause (None: of any) per organism and second of life, by class of age [s].
+    """Return deaths from a cause (None: from any) per organism and second of life, by age class [s].
 
-    Everybody's life counts in the classes that it passed through; those alive at the end are censored. Who
-    dies at the edge of two classes lived in the younger one, and is counted there. Intervals are those
-    of a Poisson number (Garwood 1936); rates are NaN where nobody reached a class.
+    Each organism contributes its life to every age class that it passed through; organisms alive at the end
+    are censored. An organism that dies at the edge of two classes counts in the younger one. Intervals are
+    exact for a Poisson number (Garwood 1936); rates are NaN for classes that no organism reached.
     """
     edges = np.asarray(edges, float)
     if len(edges) < 2 or (np.diff(edges) <= 0).any():
@@ -188,7 +188,7 @@ def deaths_by_age(
     dead = lineage.died[who] >= 0
     age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt
     dead &= True if cause is None else lineage.cause[who] == cause
-    # who dies as soon as born belongs to the first class
+    # organisms that die at birth belong to the first class
     at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1
     deaths = np.bincount(at[(at >= 0) & (at < len(edges) - 1)], minlength=len(edges) - 1)
     lived = np.array([(np.clip(age, a, b) - a).sum() for a, b in zip(edges, edges[1:], strict=False)])
@@ -198,7 +198,7 @@ def deaths_by_age(
 
 
 def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Exact interval of the mean of a Poisson number (Garwood 1936)."""
+    """Return the exact interval of the mean of a Poisson number (Garwood 1936)."""
     k = np.asarray(count, float)
     low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
     return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2
@@ -214,7 +214,7 @@ def _interval(v: np.ndarray, level: float) -> tuple[float, float]:
 def _finite(what: str, values: Numbers) -> np.ndarray:
     v = np.asarray(values, float)
     if v.ndim != 1 or not len(v) or not np.isfinite(v).all():
-        raise ValueError(f"{what}: one finite number per run is needed, got {v.tolist()}")
+        raise ValueError(f"{what}: expected one finite number per run, got {v.tolist()}")
     return v
 
 
@@ -222,5 +222,6 @@ def _same(**arrays: Any) -> None:
     shapes = {name: a.shape for name, a in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
         raise ValueError(
-            f"samples must be flat and equally many, got {', '.join(f'{n} {s}' for n, s in shapes.items())}"
+            "expected one-dimensional samples of equal length, got "
+            f"{', '.join(f'{n} {s}' for n, s in shapes.items())}"
         )

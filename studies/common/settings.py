@@ -1,4 +1,4 @@
-"""The settings of PPO by the names that they had when results were first hashed."""
+"""PPO settings under the names that they had when results were first hashed."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -15,5 +15,5 @@ def as_hashed(ppo: PPO) -> dict[str, Any]:
 
 
 def from_hashed(settings: Mapping[str, Any]) -> PPO:
-    """Return the settings that the config of a study holds."""
+    """Return the settings that the config of a study contains."""
     return PPO(**{FORMER.get(name, name): value for name, value in settings.items()})

@@ -1,4 +1,4 @@
-"""The cycle of a prey and its predator, in measures that any two series share: years or ticks, pelts or
+"""The cycle of a prey and its predator, in measures that apply to any two series: years or ticks, pelts or
 animals."""
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.analysis.signature import cycle, period_of
 
 MEASURES = ("lag", "regularity", "prey swing", "predator swing")
-"""Those that do not depend on the unit of time."""
+"""Measures that do not depend on the unit of time."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Signature:
     """The cycle of a pair of series."""
 
     period: float  # [samples]
-    lag: float  # of the predator behind its prey, a share of the period in [0, 1)
+    lag: float  # lag of the predator behind its prey, as a share of the period in [0, 1)
     regularity: float  # share of the variance of both that a wave of this period explains, geometric mean
-    prey_swing: float  # standard deviation of log10 of the numbers, trend removed
+    prey_swing: float  # standard deviation of log10 of the numbers, without the trend
     predator_swing: float
 
     def as_dict(self) -> dict[str, float]:
@@ -31,12 +31,11 @@ class Signature:
 def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
     """Return the cycle of a prey and its predator: f[n] each, sampled at the same times.
 
-    Raises ValueError where the series differ in length, or one cannot be measured.
+    Raises ValueError if the series differ in length or cannot be measured.
     """
     if len(prey) != len(predator):
         raise ValueError(
-            f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
-            "the same times"
+            f"{len(prey)} numbers of the prey, {len(predator)} of the predator; expected the same times"
         )
     both = cycle(prey, predator)
     return Signature(
@@ -45,10 +44,10 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
-    """Return the cycle in each of the stretches, one after the other, of a long pair of series f[ticks].
+    """Return the cycle in each of the consecutive stretches of a long pair of series f[ticks].
 
-    A stretch is sampled as a short series is: `samples` numbers, `per_period` of them in a period of the long
-    one. Stretches in which one of both is never there are left out.
+    A stretch is sampled like a short series: `samples` numbers, `per_period` of them in a period of the long
+    series. Stretches in which a species is always absent are left out.
     """
     step = period_of(prey, predator) / per_period
     length = int(np.floor(step * samples))

@@ -1,4 +1,4 @@
-"""Stable-Baselines3 with our settings, for studies that measure ours by it; it has to be installed."""
+"""Stable-Baselines3 with our settings, for studies that compare our PPO with it; it must be installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from ecs_eco.learning import PPO, Training
 
 
 def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
-    """Return hyperparameters in its words; with `anneal` learning rate and clip fall linearly to 0."""
+    """Return the hyperparameters under its names; with `anneal`, the learning rate and the clip range fall
+    linearly to 0."""
 
     def schedule(value: float) -> Any:
         return (lambda left: left * value) if anneal else value
@@ -26,13 +27,13 @@ def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
 
 
 def learn(model: Any, steps: int, threshold: float) -> Training:
-    """Train a model for `steps`, or until after a rollout the last 100 episodes have a mean return of
-    `threshold`; return its episodes, with returns in the environments' own unit (those of their Monitor)."""
+    """Train a model for `steps`, or until the last 100 episodes have a mean return of `threshold` after a
+    rollout. Return its episodes, with returns in the unit of the environments (from their Monitor)."""
     import torch
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Episodes(BaseCallback):
-        """Notes each episode's return and the steps at its end."""
+        """Records each episode's return and the number of steps at its end."""
 
         def __init__(self) -> None:
             super().__init__()

@@ -1,7 +1,7 @@
-"""What every study script shares: run the cases that are missing, keep each at once, sum up,
-write the result.
+"""The harness that every study script shares: it runs the missing cases, stores each at once, summarizes them
+and writes the result.
 
-A script names a claim and how to test it:
+A script states a claim and how to test it:
 
     STUDY = Study(name="cycles", claim="…", config={…}, cases=[{"arm": "trained", "seed": 1}, …],
                   run=run, summarise=summarise)
@@ -9,10 +9,10 @@ A script names a claim and how to test it:
     if __name__ == "__main__":
         STUDY.main()
 
-`run(config, case) -> dict` computes one case; `summarise(cases) -> list of verdict(…)`, or a dict that also
-holds "table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python -m studies.cycles` writes
-studies/results/cycles.json; stopped at any moment, it goes on where it was. `--short` is the form for CI: few
-small cases, its own file, never this one.
+`run(config, case) -> dict` computes one case. `summarise(cases)` draws the conclusion: it returns a list of
+verdict(…), or a dict that also has "table" ({"head": […], "rows": [[…], …]}). `python -m studies.cycles`
+writes studies/results/cycles.json; you can stop it at any moment, and the next call resumes. `--short` is the
+form for CI: few small cases, written to a separate file.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ Case = Mapping[str, Any]
 
 
 def verdict(statement: str, value: Any, goal: str, met: bool) -> dict[str, Any]:
-    """One line of the conclusion: what is stated, what was measured, what had been asked for,
-    and whether it holds."""
+    """Return one line of the conclusion: the statement, the measured value, the goal, and whether the
+    value meets it."""
     return {"statement": statement, "value": value, "goal": goal, "met": bool(met)}
 
 
 def outcome(line: Mapping[str, Any]) -> str:
-    """What became of a line: reported where it has no goal, else met or NOT MET."""
+    """Return the outcome of a line: "reported" if it has no goal, otherwise "met" or "NOT MET"."""
     return "reported" if is_reported(line) else "met" if line["met"] else "NOT MET"
 
 
 def is_reported(line: Mapping[str, Any]) -> bool:
-    """Whether a line has no goal, and so cannot be met."""
+    """Return whether a line has no goal, and so can neither pass nor fail."""
     return str(line["goal"]).startswith("reported")
 
 
@@ -67,14 +67,14 @@ class Study:
     cases: Sequence[Case]
     run: Callable[[dict[str, Any], Case], dict[str, Any]]
     summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
-    short_cases: Sequence[Case] = field(default_factory=list)  # the first two cases where empty
-    short_config: dict[str, Any] = field(default_factory=dict)  # what differs from config
-    # what of config a case depends on; absent: all of it
+    short_cases: Sequence[Case] = field(default_factory=list)  # default: the first two cases
+    short_config: dict[str, Any] = field(default_factory=dict)  # differences from config
+    # the part of config that a case depends on; default: all of it
     depends: Callable[[dict[str, Any], Case], Any] | None = None
-    registered: Registration | None = None  # what was said of it before it was run
+    registered: Registration | None = None  # the registration, written before the first run
 
     def main(self, argv: Sequence[str] | None = None) -> None:
-        """The command line of a study script; exits with 1 where a case failed."""
+        """Run the command line of a study script; exit with 1 if a case failed."""
         parser = argparse.ArgumentParser(prog=f"python -m studies.{self.name}", description=self.claim)
         parser.add_argument(
             "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
@@ -89,15 +89,15 @@ class Study:
             "--on",
             default="local",
             metavar="ENGINE",
-            help="where cases run: local (processes of this machine), or ray (a Ray cluster)",
+            help="run cases on: local (processes on this machine) or ray (a Ray cluster)",
         )
-        parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
+        parser.add_argument("--fresh", action="store_true", help="run all cases again")
         parser.add_argument(
-            "--results", type=Path, metavar="DIR", help="where to write (default: studies/results)"
+            "--results", type=Path, metavar="DIR", help="folder for results (default: studies/results)"
         )
         asked = parser.parse_args(argv)
         if asked.workers is not None and asked.workers < 1:
-            parser.error(f"--workers must be 1 or more, got {asked.workers}")
+            parser.error(f"--workers: expected 1 or more, got {asked.workers}")
         try:
             result = self.execute(
                 short=asked.short,
@@ -119,10 +119,11 @@ class Study:
         results: Path | None = None,
         executor: str | Executor = "local",
     ) -> dict[str, Any]:
-        """Run the missing cases, write the result and return it;
-        incomplete results stay in NAME.partial.json.
+        """Run the missing cases, write the result and return it; incomplete results remain in
+        NAME.partial.json.
 
-        `executor` is "local", "ray", or an executor of your own."""
+        `executor` is "local", "ray", or a custom executor.
+        """
         config = self.whole_config() | (self.short_config if short else {})
         note = self.registered.note() if self.registered and not short else None
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
@@ -136,8 +137,7 @@ class Study:
         done = {} if fresh else _kept([path, partial], hashes)
         missing = [case for key, case in wanted.items() if key not in done]
         print(
-            f"{self.name}: {self.claim}\n"
-            f"{len(cases)} cases, {len(cases) - len(missing)} there already → {path}",
+            f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} finished → {path}",
             flush=True,
         )
         failed = 0
@@ -151,7 +151,9 @@ class Study:
             write_json(partial, self._record(config, [done[k] for k in wanted if k in done], short))
         record = self._record(config, [done[k] for k in wanted if k in done], short)
         if failed:
-            print(f"{failed} of {len(cases)} cases failed; the others are kept in {partial}", file=sys.stderr)
+            print(
+                f"{failed} of {len(cases)} cases failed; the finished cases are in {partial}", file=sys.stderr
+            )
             return record
         record |= _conclude(self.summarise(list(record["cases"])))
         record["complete"] = True
@@ -164,16 +166,16 @@ class Study:
         return record
 
     def whole_config(self) -> dict[str, Any]:
-        """The configuration, and the hash of what is registered."""
+        """Return the configuration with the hash of the registration."""
         own = {} if self.registered is None else {"registered": self.registered.sha256}
         return {**self.config, **own}
 
     def whole_config_hash(self) -> str:
-        """The hash that a result of today has."""
+        """Return the hash that a result of the present code has."""
         return config_hash(self.whole_config())
 
     def _hash(self, config: dict[str, Any], case: Case) -> str:
-        """sha256 of what of the configuration a case depends on."""
+        """Return the sha256 of the part of the configuration that a case depends on."""
         if self.depends is None:
             return config_hash(config)
         of = self.depends(config, case)
@@ -200,22 +202,24 @@ class Study:
 
 
 def canonical(x: Any) -> str:
-    """JSON with sorted keys and no spaces; ValueError names what JSON cannot hold."""
+    """Return JSON with sorted keys and no spaces; raise a ValueError for values that JSON does not
+    support."""
     try:
         return json.dumps(x, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number"
+            f"JSON does not support this value: {error}; use numbers, strings, lists and dicts, and None "
+            "for a missing number"
         ) from error
 
 
 def config_hash(config: Mapping[str, Any]) -> str:
-    """sha256 of the canonical JSON of a configuration."""
+    """Return the sha256 of the canonical JSON of a configuration."""
     return hashlib.sha256(canonical(config).encode()).hexdigest()
 
 
 def write_json(path: Path, content: Any) -> None:
-    """Write a file whole or not at all."""
+    """Write a file atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     with open(beside, "w", encoding="utf-8") as file:
@@ -226,7 +230,8 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def plain(x: Any) -> Any:
-    """The same in types of JSON: numpy scalars and arrays as numbers and lists, NaN and infinity as None."""
+    """Return the value in JSON types: numpy scalars and arrays as numbers and lists, NaN and infinity as
+    None."""
     if isinstance(x, Mapping):
         return {str(k): plain(v) for k, v in x.items()}
     if isinstance(x, list | tuple):
@@ -253,7 +258,7 @@ def _key(case: Case) -> str:
 
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today."""
+    """Return finished cases of earlier runs, by key: those still wanted whose hash is unchanged."""
     entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
@@ -279,12 +284,12 @@ def _conclude(summary: Any) -> dict[str, Any]:
         if lacking := set(needed) - set(line):
             raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(lacking))}")
     if not out.get("verdicts"):
-        raise ValueError('summarise() must give at least one verdict("statement", value, "goal", met)')
+        raise ValueError('summarise() must return at least one verdict("statement", value, "goal", met)')
     return out
 
 
 def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Run one case where it is: result and seconds, or the error's text."""
+    """Run one case in this process; return the result and the seconds, or the text of the error."""
     start = time.perf_counter()
     try:
         result = plain(run(config, case))
@@ -301,7 +306,7 @@ def _run_all(
     workers: int | None,
     executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
-    """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
+    """Yield (case, entry) as cases finish, with a progress bar: finished cases, rate and remaining time."""
     if not cases:
         return
     from rich.progress import (

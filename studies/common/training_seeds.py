@@ -1,5 +1,5 @@
-"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and how to
-print them."""
+"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and their
+text form."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,8 +12,8 @@ from studies.common.study import verdict
 
 
 def interval(values: list[float]) -> list[float]:
-    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; of one value
-    the interval is not known."""
+    """Return the mean of values by training seed and its 95% interval by Student's t: [mean, low, high];
+    for a single value the interval is unknown."""
     from scipy.stats import t
 
     mean, n = float(np.mean(values)), len(values)
@@ -22,8 +22,8 @@ def interval(values: list[float]) -> list[float]:
 
 
 def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
-    """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided,
-    by Welch's t."""
+    """Return the difference of the means of two sets of training seeds with its 95% interval and one-sided
+    p by Welch's t-test."""
     from scipy.stats import ttest_ind
 
     gap = round(float(np.mean(a) - np.mean(b)), 3)
@@ -36,7 +36,7 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
 
 
 def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
-    """Return an outcome of lives by training seed and world seed; NaN where there is no life."""
+    """Return an outcome of runs by training seed and world seed; NaN for missing runs."""
     rows, columns = (sorted({life[key] for life in lives}) for key in ("training", "seed"))
     table = np.full((len(rows), len(columns)), np.nan)
     for life in lives:
@@ -45,20 +45,20 @@ def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
 
 
 def share_of_lives(lives: Sequence[Mapping[str, Any]], outcome: str) -> list[float]:
-    """Return the share of lives with an outcome and its 95% interval (Wilson, on the effective number of lives):
-    both seeds are replicates."""
+    """Return the share of runs with an outcome and its 95% interval (Wilson, on the effective number of
+    runs); both seeds are replicates."""
     return list(share_interval(seed_table(lives, outcome)))
 
 
 def share_gap(
     one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]], outcome: str
 ) -> list[float]:
-    """Return the difference of two shares of lives and its 95% interval (Newcombe, on effective numbers)."""
+    """Return the difference of two shares of runs and its 95% interval (Newcombe, on effective numbers)."""
     return list(share_difference(seed_table(one, outcome), seed_table(other, outcome)))
 
 
 def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
-    """An interval in words, over how many training seeds, and a p."""
+    """Return an interval, the number of training seeds, and p as text."""
     words = (
         f"{interval_[0]:.3g}"
         + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})" if np.isfinite(interval_[1]) else "")
@@ -68,12 +68,12 @@ def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
 
 
 def none(arm: str) -> dict[str, Any]:
-    """The verdict on an arm of which nothing could be measured."""
+    """Return the verdict on an arm without any measurable run."""
     return verdict(f"`{arm}`: runs in which there was anything to measure", 0, "some", False)
 
 
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
-    """Mean over world seeds of a value of results, by training seed; what is None is left out."""
+    """Return the mean over world seeds of a value, by training seed; missing values are left out."""
     values: dict[int, list[float]] = {}
     for c in cases:
         if c["case"]["arm"] == arm and (v := value(c["result"])) is not None and np.isfinite(v):
@@ -82,13 +82,14 @@ def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float
 
 
 def swing(result: dict[str, Any]) -> float | None:
-    """Amplitude along the day, as a share of the water: above zero where they are deepest around noon."""
+    """Return the amplitude along the day as a share of the water's depth, positive if the animals are
+    deepest around noon."""
     return None if result["cycle"] is None else result["cycle"]["vector"][0]
 
 
 def p_common_phase(fits: Sequence[Cosinor], n: int = 9999, seed: int = 1) -> float:
-    """Return how often runs of random phases have a mean vector as long as these: runs are the replicates;
-    at least 1/(n + 1)."""
+    """Return how often runs with random phases have a mean vector at least as long; runs are the
+    replicates, and the result is at least 1/(n + 1)."""
     vectors = np.array([f.vector for f in fits])
     angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, len(fits)))
     length, turn = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])

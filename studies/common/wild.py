@@ -1,5 +1,5 @@
-"""Wild states: a small world whose numbers are replaced by the oddest there are, through the gate or behind
-it, and what becomes of it."""
+"""Wild states: a small world whose numbers are replaced by extreme values, through the validation gate or
+behind it, and the outcome."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from studies.common.fuzz.sources import parsed, sources
 from studies.common.kernels import kernels, reached
 from studies.common.wild_kernels import call_others
 
-TICKS = 2  # after the numbers were changed
+TICKS = 2  # after the change of numbers
 FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms of a species, ticks of a rollout, units of a layer
 FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the genes that they lack
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
@@ -38,7 +38,7 @@ PHASES = (
     "record",
 )
 FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
-PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # that a refusal names
+PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # words that a refusal must contain
 OWN = ("cause", "born", "killer", "uid")
 FLOATS = [
     np.nan,
@@ -69,7 +69,8 @@ FLOATS = [
 
 
 def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
-    """What became of some states of one world, counted by way and kind; the failures in full."""
+    """Return the outcomes for some states of one world, counted by path and kind, and the failures in
+    full."""
     warm(case["source"])
     items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
     run = set(reached())
@@ -86,8 +87,8 @@ def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
 
 @cache
 def config_of(source: str) -> Any:
-    """A world's configuration in little: few organisms, short rollouts, small networks,
-    all policies learning."""
+    """Return a world's configuration at small size: few organisms, short rollouts, small networks, all
+    policies learning."""
     from ecs_eco.config import load
 
     data = _flock(source) if source in FLOCKS else parsed(sources()[source][0])
@@ -106,8 +107,8 @@ def config_of(source: str) -> Any:
 
 
 def _flock(source: str) -> dict[str, Any]:
-    """The herd in a small pen, where all meet and breed, with other operators;
-    who choose by a rule of their own have no genes for it."""
+    """Return the herd in a small pen, where all animals meet and breed, with different operators; animals
+    with hand-written rules have no genes for their decisions."""
     data = parsed(sources()["herd"][0])
     data["space"]["size"] = [12.0, 12.0]
     goat = data["species"]["goat"]
@@ -130,14 +131,14 @@ def _flock(source: str) -> dict[str, Any]:
 
 
 def warm(source: str) -> None:
-    """Compile all that a world calls in this process, so that children find it."""
+    """Compile all kernels that a world calls in this process, so that child processes find them."""
     world, chance = fresh(source).run(HORIZON + TICKS), random.Random(0)
     with np.errstate(all="ignore"):
         call_others(world, chance, _odd(world, chance))
 
 
 def fresh(source: str) -> Any:
-    """A new world in little that has lived for some ticks."""
+    """Return a new small world that has run for some ticks."""
     from ecs_eco import World
 
     world = World.from_config(config_of(source), policies="untrained")
@@ -156,13 +157,13 @@ def _kept(source: str) -> list[Any]:
 
     world = fresh(source)
     meta, arrays = frozen.freeze(world)
-    # no checkpoint has them
+    # not stored in checkpoints
     ground = None if world.terrain is None else (world.terrain.height.copy(), world.terrain.ground.copy())
     return [world, copy.deepcopy(meta), copy.deepcopy(arrays), ground]
 
 
 def _world(source: str) -> Any:
-    """The world as it was at first: loaded again, which is quicker than to build it."""
+    """Return the world in its initial state: loaded again, which is faster than building it."""
     from ecs_eco.record import freeze as frozen
 
     kept = _kept(source)
@@ -175,12 +176,12 @@ def _world(source: str) -> Any:
 
 
 def way_of(seed: int) -> str:
-    """Which way the numbers of a state come in."""
+    """Return the path by which the numbers of a state enter."""
     return WAYS[(0, 1, 2, 2, 2, 3)[seed % 6]]
 
 
 def judge(item: tuple[str, int]) -> dict[str, Any]:
-    """What becomes of one state, and with it the kernels that were not there before."""
+    """Return the outcome for one state, and the kernels that ran for the first time."""
     before = _called()
     outcome = _judge(item)
     return outcome if _called() == before else outcome | {"kernels": sorted(reached())}
@@ -207,7 +208,7 @@ def _judge(item: tuple[str, int]) -> dict[str, Any]:
         except Exception as error:
             outcome = _kind(error, way)
             if outcome["kind"] != "refused" or way == "within a tick":
-                _kept(source)[0] = None  # half a tick may be done
+                _kept(source)[0] = None  # half a tick may have run
             return outcome
 
 
@@ -244,11 +245,11 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
     return {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
 
 
-# --- what is done to a world --------------------------------------------------------------------------------
+# --- changes to a world -------------------------------------------------------------------------------------
 
 
 def _empty(world: Any, chance: random.Random) -> None:
-    """Now and then nobody of a kind is left."""
+    """Sometimes remove all organisms of a species."""
     if chance.random() < 0.15:
         table = chance.choice(list(world.tables.values()))
         table.cause[table.rows()] = 1
@@ -256,7 +257,7 @@ def _empty(world: Any, chance: random.Random) -> None:
 
 
 def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: float) -> np.ndarray:
-    """Odd numbers of a type: one for all, or another for each."""
+    """Return extreme numbers of a type: one for all elements, or a different one for each."""
 
     def one() -> Any:
         if dtype.kind == "b":
@@ -288,20 +289,20 @@ def _odd(world: Any, chance: random.Random) -> Any:
 
 
 def columns(world: Any, chance: random.Random) -> None:
-    """Write to columns of the living between ticks."""
+    """Write to columns of living organisms between ticks."""
     poke(world, chance, own=False)
 
 
 def poke(world: Any, chance: random.Random, own: bool) -> None:
-    """Write to one to four columns of the living, in one row, some or all; to fields,
-    ground and surroundings now and then."""
+    """Write to one to four columns of living organisms, in one row, some rows or all; sometimes to fields,
+    ground and surroundings."""
     size = float(max(world.space.size))
     tables = [t for t in world.tables.values() if t.n]
     for _ in range(chance.choice((1, 1, 2, 4)) if tables else 0):
         table = chance.choice(tables)
         rows = np.array(chance.choice((table.rows()[:1], table.rows()[::2], table.rows())))
         places = [(vars(c), f) for c in table.columns.values() for f in vars(c)]
-        if chance.random() < 0.3:  # where they are counts most
+        if chance.random() < 0.3:  # usually in counts
             places = [
                 (vars(c), f)
                 for k, c in table.columns.items()
@@ -327,7 +328,7 @@ def poke(world: Any, chance: random.Random, own: bool) -> None:
 
 
 def spawn(world: Any, chance: random.Random) -> None:
-    """Ask for newborn with odd values."""
+    """Request newborns with extreme values."""
     table = chance.choice(list(world.tables.values()))
     handles = []
     for component in chance.sample(list(table.columns), min(len(table.columns), chance.choice((1, 1, 2, 3)))):
@@ -341,7 +342,7 @@ def spawn(world: Any, chance: random.Random) -> None:
 
 
 def within(world: Any, chance: random.Random) -> None:
-    """Let an odd system write within the next tick, in any phase."""
+    """Let a test system write within the next tick, in any phase."""
     import esper
 
     from ecs_eco.engine.phases import priority_of
@@ -352,7 +353,7 @@ def within(world: Any, chance: random.Random) -> None:
             call_others(world, chance, _odd(world, chance))
 
     poking = Poke()
-    # not as a plain processor, after which the gate looks
+    # not as a plain processor, which the gate checks afterwards
     world.schedule.put(poking, priority_of(chance.choice(PHASES), chance.choice((0, 999_998))))
     try:
         world.run(TICKS)
@@ -361,7 +362,7 @@ def within(world: Any, chance: random.Random) -> None:
 
 
 def checkpoint(world: Any, chance: random.Random) -> None:
-    """Load a sealed checkpoint with odd numbers, types, shapes and rows."""
+    """Load a sealed checkpoint with extreme numbers, types, shapes and rows."""
     from ecs_eco.record import freeze as frozen
     from ecs_eco.record.checkpoint import write
 

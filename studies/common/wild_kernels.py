@@ -1,5 +1,5 @@
-"""Kernels that no tick of the small worlds calls: those of the viewer, of fitted networks, of operators, of
-water; on the numbers of a world."""
+"""Calls to kernels that no tick of the small worlds runs (those of the viewer, fitted networks, operators
+and water), with the numbers of a world."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ KEYS = np.arange(4, dtype=np.uint64)
 
 
 def call_others(world: Any, chance: random.Random, odd: Any) -> None:
-    """Call them with the columns of a world as they are, and with odd numbers: `odd(dtype, shape)`."""
+    """Call these kernels with the present columns of a world and with extreme numbers: `odd(dtype,
+    shape)`."""
     for table in world.tables.values():
         if "Position" in [component.__name__ for component in table.columns]:
             show(world, table)
@@ -23,8 +24,8 @@ def call_others(world: Any, chance: random.Random, odd: Any) -> None:
 
 
 def show(world: Any, table: Any) -> None:
-    """Pack the living into a frame of the viewer, coloured by each of their numbers,
-    and read the fields where they are."""
+    """Pack living organisms into a frame of the viewer, colored by each of their numbers, and read the
+    fields at their places."""
     from ecs_eco.components import Position
     from ecs_eco.view.frames import Encoder, extent, grade
 
@@ -43,7 +44,7 @@ def show(world: Any, table: Any) -> None:
 
 
 def carry(world: Any, table: Any, odd: Any) -> None:
-    """Let odd currents carry copies of the places."""
+    """Let currents of extreme speed move copies of the positions."""
     from ecs_eco.components import Position
     from ecs_eco.space import water
 
@@ -69,7 +70,8 @@ def carry(world: Any, table: Any, odd: Any) -> None:
 
 
 def breed(table: Any, odd: Any) -> None:
-    """Let every operator make genomes, of letters that there are; others are refused by name."""
+    """Let every operator create genomes from valid letters; genomes with invalid letters are refused by
+    name."""
     from deap import tools
     from deap.base import Toolbox
 
@@ -96,8 +98,8 @@ def breed(table: Any, odd: Any) -> None:
 
 
 def think(chance: random.Random, odd: Any) -> None:
-    """Let networks answer odd readings, with odd weights, and odd logits become choices;
-    add noise and up coefficients."""
+    """Run networks with extreme weights on extreme observations, turn extreme logits into choices, add
+    noise and sum coefficients."""
     from ecs_eco.genomes.codes import cosines
     from ecs_eco.genomes.fit import Fitted
     from ecs_eco.genomes.heredity import blur, draws

@@ -58,7 +58,7 @@ def test_stored_values_are_shown_in_the_typography_of_the_pages(stored, shown):
     [
         ("{resume | split point that}", "0 lines of resume begin with 'split point that'"),
         ("{resmue | split}", "did you mean 'resume'"),
-        ("{resume}", "names no number"),
+        ("{resume}", "matches no number"),
         ("{bench: animals | animals=7 | M organism-steps/s}", "no row with animals=7"),
         ("{bench: animals | animals=1000 | steps}", "no column 'steps'"),
     ],

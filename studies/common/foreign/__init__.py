@@ -1,2 +1,2 @@
-"""Foreign files, for the study `one_run`: what they are made of (`ground`), their `kinds`,
-who must refuse them (`readers`), and the test of one (`refusal`)."""
+"""Foreign files for the study `one_run`: their raw material (`ground`), their `kinds`, the commands that
+must refuse them (`readers`), and the test itself (`refusal`)."""

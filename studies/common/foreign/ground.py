@@ -1,4 +1,4 @@
-"""What foreign files are made of: runs, a fork, a comparison, trainings and searches."""
+"""The raw material of foreign files: runs, a fork, a comparison, trainings and searches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POLICIES = ("deer", "wolf")
 
 
 def make(place: Path) -> None:
-    """Make what foreign files are made of: runs, a fork, a comparison, trainings and searches."""
+    """Create the raw material of foreign files: runs, a fork, a comparison, trainings and searches."""
     from ecs_eco.config import load
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.lab.searching.journal import Journal
@@ -52,7 +52,7 @@ def make(place: Path) -> None:
 
 
 def _ask(world: Any) -> None:
-    """Ask for something by hand between two ticks."""
+    """Add a request by hand between two ticks."""
 
     def between() -> None:
         if world.tick == 5:
@@ -62,7 +62,7 @@ def _ask(world: Any) -> None:
 
 
 def config() -> Any:
-    """The world of all runs."""
+    """Return the world of all runs."""
     from ecs_eco.config import load
 
     return load("predator-prey", LIVES)

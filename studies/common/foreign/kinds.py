@@ -1,8 +1,7 @@
-"""Files that do not belong where they lie, one kind a function:
-what each puts into a copy of whole folders, and who must refuse it.
+"""The kinds of files that do not belong in the folder where they are, one function for each kind.
 
-A kind changes the folder it is given and returns the name that the refusal must say, and what reads it.
-Everything is refused by an error that names the file; nothing is removed.
+A kind changes the folder it receives; it returns the file name that the refusal must contain and the readers
+that must refuse it. Each reader must refuse with an error that names the file, and must remove no file.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ KINDS: dict[str, Kind] = {}
 
 
 def kind(text: str) -> Callable[[Kind], Kind]:
-    """Give a kind its name."""
+    """Register a function as a kind under this name."""
 
     def put(function: Kind) -> Kind:
         KINDS[text] = function
@@ -58,7 +57,7 @@ def _forking(run: Path, out: Path, tick: int) -> Any:
 @kind("a checkpoint of the same run, of which something else was asked by hand")
 def _asked(place: Path) -> tuple[str, Read]:
     _checkpoint("asked")(place)
-    return "part-", resuming(place / "a")  # its parts do not lead to the checkpoint
+    return "part-", resuming(place / "a")  # the parts do not lead to this checkpoint
 
 
 @kind("a world that was saved outside of a run, as a checkpoint")

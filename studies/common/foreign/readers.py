@@ -1,4 +1,4 @@
-"""Who reads a folder with a foreign file in it, and must refuse it."""
+"""The readers that must refuse a folder with a foreign file in it."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ Read = Callable[[], Any]
 
 
 def resuming(run: Path) -> Read:
-    """Going on with a run."""
+    """Resume a run."""
     from ecs_eco.record import resume
 
     return lambda: resume(run, TICKS + 5, report=False, complain=lambda text: None)
 
 
 def reporting(run: Path) -> Read:
-    """The report of a run."""
+    """Report on a run."""
     from ecs_eco.analysis.report import write_report
 
     return lambda: write_report(run)
 
 
 def repeating(run: Path) -> Read:
-    """A run once more."""
+    """Repeat a run."""
     from ecs_eco.runs.repeat import repeat
 
     return lambda: repeat(run)
 
 
 def comparing(run: Path, seed: int, **arm: Any) -> Read:
-    """A comparison that looks for what is there already."""
+    """Run a comparison that looks for existing results."""
     from ecs_eco.lab.arm import Arm
     from ecs_eco.lab.runs import has_run
 
@@ -41,5 +41,5 @@ def comparing(run: Path, seed: int, **arm: Any) -> Read:
 
 
 def part(kind_: str, number: int = 0) -> str:
-    """Name of a part in its run."""
+    """Return the name of a part within its run."""
     return f"{kind_}/part-{number:05d}.parquet"

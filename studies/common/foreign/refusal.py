@@ -10,10 +10,10 @@ from studies.common.foreign.kinds import KINDS
 
 
 def refused(name: str, whole: Path, place: Path) -> str:
-    """Put a foreign file of this kind into a copy of `whole` at `place`, and read it; return what is wrong,
-    "" where it was refused by name.
+    """Put a foreign file of this kind into a copy of `whole` at `place` and read it; return what is wrong, or
+    "" if the reader refused the file by name.
 
-    What is there must be the same before and after.
+    The folder must be the same before and after.
     """
     from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 

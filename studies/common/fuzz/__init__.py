@@ -1,2 +1,2 @@
-"""Inputs that nobody would write, for the study `fuzz`: what they start from (`sources`), how they are made
-(`mutations`), how they are tried (`guard`), and what becomes of them."""
+"""Randomly broken inputs for the study `fuzz`: their starting points (`sources`), the changes
+(`mutations`), the trials (`guard`) and their outcomes (`worlds`, `files`)."""

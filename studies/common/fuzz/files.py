@@ -1,5 +1,4 @@
-"""What becomes of one truncated or damaged file that a run left: a clear error, the same content,
-or a failure."""
+"""The outcome for one truncated or damaged file of a run: a clear error, the same content, or a failure."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Counts by kind of one chunk's damaged files, and the failures in full."""
+    """Return the counts by kind for one chunk of damaged files, and the failures in full."""
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i) for i in range(files)]
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"
@@ -34,7 +33,7 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
 
 
 def recorded(source: str, folder: Path) -> None:
-    """The folder of a short run with checkpoints."""
+    """Return the folder of a short run with checkpoints."""
     from ecs_eco.record import run_to_folder
 
     text, home = _text(source)
@@ -53,7 +52,7 @@ def _text(source: str) -> tuple[str, Path | None]:
 
 
 def damage(raw: bytes, chance: random.Random) -> bytes:
-    """The bytes truncated, or with some of them changed, lost or put in; never the same."""
+    """Return the bytes truncated, or with some bytes changed, lost or inserted; the result always differs."""
     ways = (_truncated, _truncated, _flipped, _flipped, _flipped, _overwritten, _lost, _put_in)
     while (out := chance.choice(ways)(raw, chance)) == raw:
         pass
@@ -61,7 +60,7 @@ def damage(raw: bytes, chance: random.Random) -> bytes:
 
 
 def _place(raw: bytes, chance: random.Random) -> int:
-    """Anywhere, or near one of the ends, where the heads and feet of formats are."""
+    """Return a random position, sometimes near an end, where formats have their headers and footers."""
     n, near = len(raw), min(len(raw), chance.choice((16, 256, 4096)))
     return min(
         max(chance.choice((chance.randrange(n), chance.randrange(near), n - 1 - chance.randrange(near))), 0),
@@ -102,7 +101,7 @@ def _copied(whole: Path, folder: Path) -> None:
 
 
 class _Judge:
-    """Puts a damaged file in a copy of a whole folder, and asks those who read it."""
+    """Puts a damaged file into a copy of a whole folder and runs every reader of that file."""
 
     def __init__(self, whole: Path, folder: Path) -> None:
         self.whole, self.folder = whole, folder
@@ -156,7 +155,8 @@ class _Checkpoints(_Judge):
         )
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
-        """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
+        """Return whether readers use the checkpoint before the damaged one and, in some trials, whether
+        the resumed run ends the same."""
         from ecs_eco.engine.errors import CheckpointError
         from ecs_eco.record import checkpoint
 
@@ -217,7 +217,7 @@ class _Recordings(_Judge):
         return {"kind": "refused", "problems": {f"{what}: {reader}": 1 for reader in refused}}
 
     def content(self, name: str) -> Any:
-        """What a reader says of the whole folder."""
+        """Return what a reader reports about the whole folder."""
         self.kept: dict[str, Any] = getattr(self, "kept", {})
         if name not in self.kept:
             self.kept[name] = _ALL[name](self.whole)
@@ -257,7 +257,7 @@ def _readers(path: Path) -> dict[str, Any]:
 
 
 def _equal(a: Any, b: Any) -> bool:
-    """Whether two readings are the same to the bit; NaN equals itself."""
+    """Return whether two readings are the same to the bit; NaN equals itself."""
     if isinstance(a, np.ndarray) and a.dtype != object:
         return (
             isinstance(b, np.ndarray)
@@ -273,7 +273,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _command(*words: str) -> str:
-    """What is wrong with how a command ends: "" where it ends by itself or with a clear error."""
+    """Return what is wrong with a command's exit; "" if it succeeds or ends with a clear error."""
     from typer.testing import CliRunner
 
     from ecs_eco.cli.app import app

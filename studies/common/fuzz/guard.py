@@ -1,4 +1,4 @@
-"""A guard under which what may hang or die is tried."""
+"""A guard for calls that may hang or crash."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any
 def guarded(
     judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float, memory: int = 4 << 30
 ) -> Iterator[dict[str, Any]]:
-    """What judge(item) says of each item, tried in a child process; "hang" after so many seconds,
-    "crash" where the child died."""
+    """Return judge(item) for each item, computed in a child process; "hang" after the time limit, "crash"
+    if the child died."""
     context, at = multiprocessing.get_context("fork"), 0
     while at < len(items):
         ours, theirs = context.Pipe(duplex=False)

@@ -1,4 +1,4 @@
-"""Mutations of world files, and of files that a run leaves."""
+"""Mutations of world files and of the files that a run writes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Path_ = tuple[str | int, ...]
 
 
 def mutate_text(text: str, chance: random.Random) -> bytes:
-    """The text with one to three things done to its bytes or lines."""
+    """Return the text with one to three changes of its bytes or lines."""
     raw = text.encode()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap, _truncate, _splice))(
@@ -180,7 +180,7 @@ ODD: list[Any] = [
 
 
 def places(data: Any, at: Path_ = ()) -> list[Path_]:
-    """The keys of all values in nested tables and lists."""
+    """Return the keys of all values in nested tables and lists."""
     keys: list[Path_] = []
     pairs: Any = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in pairs:
@@ -195,7 +195,7 @@ def _at(data: Any, path: Path_) -> Any:
 
 
 def mutate_values(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
-    """A copy with one to three values, keys or genes changed."""
+    """Return a copy with one to three values, keys or genes changed."""
     data = copy.deepcopy(data)
     ways = (
         _odd,
@@ -239,7 +239,7 @@ def _scaled(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> 
 
 
 def _other_value(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
-    """A value from somewhere else in the file, of the same type where there is one."""
+    """Return a value from elsewhere in the file, of the same type if there is such a value."""
     path = chance.choice(paths)
     alike = [p for p in paths if type(_at(data, p)) is type(_at(data, path))]
     _at(data, path[:-1])[path[-1]] = copy.deepcopy(_at(data, chance.choice(alike)))
@@ -327,7 +327,7 @@ OPERATORS = (
 
 
 def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
-    """A genome with a layout of chance, or a change of one that is there."""
+    """Return a genome with a random layout, or a change to the existing genome."""
     species = (
         [v for v in data["species"].values() if isinstance(v, dict)]
         if isinstance(data.get("species"), dict)

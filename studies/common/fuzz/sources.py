@@ -1,4 +1,4 @@
-"""Worlds to start from, as texts, and texts read with few organisms of each species."""
+"""Worlds to start from, as text, and text parsed with few organisms of each species."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ FEW = 12  # organisms of a species
 
 
 def sources() -> dict[str, tuple[str, Path | None]]:
-    """The text of every shipped world, and of those that tests are made of,
-    with the folder that files are named from."""
+    """Return the text of every shipped world and of the worlds in the tests, with the folder that its file
+    names refer to."""
     from ecs_eco.config.shipped import shipped
 
     worlds: dict[str, tuple[str, Path | None]] = {
@@ -74,8 +74,8 @@ def _without_none(x: Any) -> Any:
 
 
 def toml(data: dict[str, Any]) -> str:
-    """A dict as TOML: scalars first, then a section for each table,
-    and one below it where a table holds tables alone."""
+    """Return a dict as TOML: scalars first, then a section for each table, and a nested section for each
+    table that contains only tables."""
     lines = [f"{_key(k)} = {_value(v)}" for k, v in data.items() if not isinstance(v, dict)]
     for name, section in data.items():
         if not isinstance(section, dict):
@@ -113,12 +113,12 @@ def _value(x: Any) -> str:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """A world's text as data, with few organisms in it."""
+    """Return a world's text as data, with few organisms in it."""
     return fewer(tomllib.loads(text))
 
 
 def fewer(data: dict[str, Any]) -> dict[str, Any]:
-    """The same with at most FEW organisms of a species and objects of a kind."""
+    """Return the data with at most FEW organisms of a species and objects of a kind."""
     for group in ("species", "objects"):
         for kind in data.get(group, {}).values():
             if kind.get("count", 0) > FEW:

@@ -1,4 +1,4 @@
-"""What becomes of one mutated world file: refused, run for some ticks, or a failure."""
+"""The outcome for one mutated world file: refused, run for some ticks, or a failure."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from studies.common.fuzz.mutations import mutate_text, mutate_values
 from studies.common.fuzz.sources import FEW, parsed, sources, toml
 
 TICKS = 5
-SMALL = {"cells": 2_000, "hidden": 32}  # what accepted worlds are cut down to before they run
-WORDS = (  # kinds of problems, by what they say; the first that fits
+SMALL = {"cells": 2_000, "hidden": 32}  # limits that accepted worlds are cut down to before they run
+WORDS = (  # kinds of problems by their message; the first match counts
     ("not TOML", "not TOML"),
     ("not text", "cannot be read"),
     ("missing", "is missing|is empty"),
@@ -37,7 +37,7 @@ WORDS = (  # kinds of problems, by what they say; the first that fits
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Counts by kind of one chunk's mutated world files, and the failures in full."""
+    """Return the counts by kind for one chunk of mutated world files, and the failures in full."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
     items = [
         (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
@@ -51,7 +51,7 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
 
 
 def counted(outcomes: list[dict[str, Any]], items: list[Any]) -> dict[str, Any]:
-    """Counts by kind, of problems by kind, and the failures with the items that they came from."""
+    """Return counts by kind, counts by kind of problem, and the failures with the items that caused them."""
     kinds: dict[str, int] = {}
     problems: dict[str, int] = {}
     failures = []
@@ -73,7 +73,7 @@ def _text(source: str) -> tuple[str, Path | None]:
 
 
 def _warm(source: str) -> None:
-    """Run the world as it is in this process, so that children find its kernels."""
+    """Run the unchanged world in this process, so that child processes find its kernels compiled."""
     from ecs_eco import World
 
     text, home = _text(source)
@@ -87,7 +87,7 @@ def _warm(source: str) -> None:
 
 
 def written(source: str, what: str, seed: int, folder: Path) -> Any:
-    """The mutated world: a path in `folder`, or a dict for every other one with changed values."""
+    """Return the mutated world: a path in `folder`, or a dict for every second world with changed values."""
     text, home = _text(source)
     chance = random.Random(seed)
     for path in home.glob("*.safetensors") if home is not None else ():
@@ -105,7 +105,7 @@ def written(source: str, what: str, seed: int, folder: Path) -> Any:
 
 
 def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
-    """The kind of what comes of one file, with details."""
+    """Return the kind of a file's outcome, with details."""
     import traceback
 
     from ecs_eco.config import load
@@ -147,7 +147,7 @@ def _refused(error: Any) -> dict[str, Any]:
 
 
 def _run(config: Any) -> dict[str, Any]:
-    """Run an accepted world in little."""
+    """Run an accepted world at small size."""
     from ecs_eco import World
     from ecs_eco.config import load
     from ecs_eco.engine.errors import ConfigError
@@ -162,8 +162,8 @@ def _run(config: Any) -> dict[str, Any]:
 
 
 def _less(config: Any) -> dict[str, Any]:
-    """Values that make an accepted world small enough for milliseconds;
-    none of them may be why it would be wrong."""
+    """Return values that make an accepted world small enough to run in milliseconds; none of these values
+    may hide an error."""
     less: dict[str, Any] = {}
     for group in ("species", "objects"):
         less |= {
@@ -193,7 +193,7 @@ def _less(config: Any) -> dict[str, Any]:
 
 
 def odd(world: Any) -> list[str]:
-    """The columns in which the living have numbers that are not finite."""
+    """Return the columns in which living organisms have numbers that are not finite."""
     wrong = []
     for table in world.tables.values():
         rows = table.rows()

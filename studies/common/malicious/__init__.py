@@ -1,5 +1,5 @@
-"""Malicious files and messages: worlds, checkpoints, manifests, recordings, policies,
-journals of searches, messages to the viewer.
+"""Malicious files and messages: worlds, checkpoints, manifests, recordings, policies, journals of searches,
+and messages to the viewer.
 
-Each carries a payload that leaves a mark, a file in a folder of its own, if it ever runs.
+Each carries a payload that leaves a mark if it ever runs: a file in a separate folder.
 """

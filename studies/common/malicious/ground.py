@@ -1,12 +1,12 @@
-"""Where malicious files are tried: a folder with the module `evil`, payloads of all kinds, marks, and
-harmless files to start from."""
+"""The place where malicious files are tried: a folder with the module `evil`, payloads of all kinds,
+marks, and harmless files to start from."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import os
-import pickle  # noqa: TID251  # to write what nobody may read
+import pickle  # noqa: TID251  # to write files that no reader may load
 import shutil
 import sys
 import tempfile
@@ -34,7 +34,8 @@ KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
 
 @dataclass(frozen=True)
 class Attack:
-    """One malicious file or message: what is done with it, and the words of which a refusal has to say one."""
+    """One malicious file or message: how it is used, and the words of which a refusal must contain at
+    least one."""
 
     label: str
     words: Sequence[str]
@@ -42,7 +43,7 @@ class Attack:
 
 
 class Shell:
-    """What runs a shell command when it is unpickled."""
+    """An object that runs a shell command when it is unpickled."""
 
     def __init__(self, command: str) -> None:
         self.command = command
@@ -52,7 +53,7 @@ class Shell:
 
 
 class Ground:
-    """A folder of its own in which nothing was allowed to run, and where Python finds `evil` on its path."""
+    """A separate folder in which no code is allowed to run, with `evil` on Python's path."""
 
     def __init__(self, home: Path) -> None:
         self.home, self.marks = home, home / "marks"
@@ -70,7 +71,7 @@ class Ground:
         return folder
 
     def new(self) -> Path:
-        """Return a folder that is not there yet."""
+        """Return a path for a new folder."""
         self._number += 1
         return self.home / f"case-{self._number}"
 
@@ -79,17 +80,17 @@ class Ground:
         return self.put_evil(self.new())
 
     def marked(self) -> list[str]:
-        """Return the marks that are there, and remove them."""
+        """Return the marks that exist, and remove them."""
         paths = sorted(self.marks.iterdir())
         for path in paths:
             path.unlink()
         return [path.name for path in paths]
 
-    # --- what payloads are in
+    # --- carriers of payloads
 
     @cached_property
     def blobs(self) -> dict[str, bytes]:
-        """Files that run a shell command when Python, numpy or torch unpickles them, by what they are."""
+        """Return files, by kind, that run a shell command when Python, numpy or torch unpickles them."""
         pickled = pickle.dumps(Shell(self.shell))
         array, arrays, torch_ = io.BytesIO(), io.BytesIO(), io.BytesIO()
         np.save(array, np.array([Shell(self.shell)], dtype=object), allow_pickle=True)
@@ -109,7 +110,7 @@ class Ground:
 
     @cached_property
     def texts(self) -> list[str]:
-        """Texts that some reader of texts would run."""
+        """Return texts that some parser would execute."""
         python = f"__import__('os').system('{self.shell}')"
         return [
             python,
@@ -131,12 +132,12 @@ class Ground:
 
     @cached_property
     def garden(self) -> dict[str, Any]:
-        """A world that names no code."""
+        """Return a world that names no code."""
         return world_of("systems.*") | {"systems": []}
 
     @cached_property
     def run(self) -> Path:
-        """A recorded run of the garden, with checkpoints."""
+        """Return a recorded run of the garden, with checkpoints."""
         from ecs_eco.record import run_to_folder
 
         run_to_folder(
@@ -151,7 +152,7 @@ class Ground:
 
     @cached_property
     def checkpoint(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Meta and arrays of its last checkpoint."""
+        """Return metadata and arrays of its last checkpoint."""
         from ecs_eco.record import checkpoint as file
 
         return file.read(sorted((self.run / "checkpoints").iterdir())[-1])
@@ -165,8 +166,8 @@ class Ground:
 
 @contextlib.contextmanager
 def ground() -> Iterator[Ground]:
-    """A ground for as long as it is needed: with a user who allowed nothing, modules that would be found
-    and leave a mark, and none of the modules that this process took from worlds before."""
+    """Yield a ground for as long as it is needed: a user without allowed code, importable modules that
+    would leave a mark, and none of the modules that this process loaded from earlier worlds."""
     from ecs_eco.inputs import trust
 
     before, allowed, path, config = (
@@ -199,7 +200,7 @@ def ground() -> Iterator[Ground]:
 
 
 def cli(*words: Any) -> Callable[[], str]:
-    """A command in this process; returns what it said where it refused, "" where it did not."""
+    """Run a command in this process; return its error message if it refused, "" if it did not."""
 
     def command() -> str:
         from typer.testing import CliRunner
@@ -217,8 +218,8 @@ def cli(*words: Any) -> Callable[[], str]:
 
 
 def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
-    """What became of one attack: how its attempts ended, marks, modules of the payload that are loaded,
-    and tracebacks."""
+    """Return the outcome of one attack: how its attempts ended, marks, modules of the payload that were
+    loaded, and tracebacks."""
     import traceback
 
     counts, outputs = dict.fromkeys(KINDS, 0), []
@@ -243,8 +244,7 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
 
 
 def _forgotten() -> list[str]:
-    """Forget the payload's modules that are loaded, so that a next import of them runs them again;
-    return their names."""
+    """Unload the payload's modules, so that the next import runs them again; return their names."""
     loaded = _loaded()
     for module in loaded:
         del sys.modules[module]

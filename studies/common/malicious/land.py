@@ -1,5 +1,6 @@
-"""Malicious land: rasters and layers that are of another kind than their names say, that name addresses, that
-are pipes or lie elsewhere, or whose coordinates are nowhere on the earth. A request leaves a mark."""
+"""Malicious land data: rasters and layers that are not what their names claim, contain network addresses,
+are pipes, refer to other folders, or have coordinates outside the earth. A request to an address leaves a
+mark."""
 
 from __future__ import annotations
 
@@ -76,13 +77,13 @@ def address(ground: Ground) -> str:
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Rasters and layers of all kinds."""
+    """Yield handmade rasters and layers of all kinds."""
     for i, (label, terrain, content) in enumerate((*_rasters(ground), *_layers(ground))):
         yield _attack(ground, label, terrain, content, i)
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Harmless files with bytes changed, lost or doubled."""
+    """Yield harmless files with bytes changed, lost or duplicated."""
     files = list(_harmless(ground).items())
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
@@ -97,7 +98,7 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def _naming(name: str) -> dict[str, Any]:
-    """A terrain with a file in the place for its kind."""
+    """Return a terrain that uses a file as input of its kind."""
     if name.startswith("layer"):
         return {"layers": [{"file": name, "make": "lakes"}]}
     return {"raster": name}
@@ -106,7 +107,8 @@ def _naming(name: str) -> dict[str, Any]:
 def _attack(
     ground: Ground, label: str, terrain: dict[str, Any], content: dict[str, bytes | None], turn: int
 ) -> Attack:
-    """A world on this land, checked; each fourth also runs. Content of None is a pipe."""
+    """Return an attack with a world on this land, which is checked; every fourth world also runs. If
+    content is None, the file is a pipe."""
     folder = ground.new()
     folder.mkdir()
     (folder / "plain.asc").write_text(HEAD + ROWS)
@@ -179,7 +181,7 @@ def _rasters(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, by
 
 
 def _numbers(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, bytes | None]]]:
-    """Heads, values and axes of rasters that no land has."""
+    """Return rasters with headers, values and axes that no real land has."""
     for old, new in (
         ("xllcorner 0", "xllcorner 1e17"),
         ("yllcorner 0", "yllcorner -1e17"),
@@ -280,7 +282,7 @@ def _npz(ground: Ground, **arrays: Any) -> bytes:
 
 @cache
 def _harmless(ground: Ground) -> dict[str, bytes]:
-    """Small files of all kinds that can be written here."""
+    """Return small files of every kind that this installation can write."""
     out = {
         "a.asc": (HEAD + ROWS).encode(),
         "a.npz": _npz(ground, dx=5.0, dy=5.0),

@@ -1,5 +1,5 @@
-"""Malicious messages to the viewer: what a page says to the player,
-which hands it on to a living world or to a recording."""
+"""Malicious messages from a page to the player of the viewer, which passes them to a living world or to a
+recording."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ MESSAGES: list[dict[str, Any]] = [
 
 
 class Page:
-    """A page that keeps what it is told."""
+    """A page that stores the messages it receives."""
 
     def __init__(self, player: Any) -> None:
         self.received: list[dict[str, Any]] = []
@@ -48,11 +48,11 @@ class Page:
         player.say(self, {"kind": "join"})
 
     def send(self, messages: list[str | bytes]) -> None:
-        """Take what the player sends."""
+        """Store a message from the player."""
         self.received += [json.loads(m) for m in messages if isinstance(m, str)]
 
     def ask(self, message: dict[str, Any]) -> str:
-        """Say something, let a tick pass; return the errors that come back."""
+        """Send a message, run one tick, and return the errors that come back."""
         self.received.clear()
         self.player.say(self, message)
         self.player.playing = False
@@ -67,7 +67,7 @@ class Page:
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Interventions that name code at every key, and kinds, colours and whom that are no such things."""
+    """Return interventions that name code at every key, and invalid kinds, colors and targets."""
     for i, pattern in enumerate(KEYS):
         key = pattern.replace("*", "snail", 1).removesuffix(".*")
         for k, name in enumerate(("evil:feel", "os:system", NAMES[i % len(NAMES)])):
@@ -83,7 +83,7 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Messages with a payload at some place."""
+    """Return messages with a payload somewhere in them."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
         message = copy.deepcopy(chance.choice(MESSAGES))
@@ -97,7 +97,7 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def attack(ground: Ground, message: dict[str, Any]) -> Attack:
-    """A message to a page's player of a living world, then of a recording."""
+    """Return a message sent to the player of a living world, then of a recording."""
     kind = str(message.get("kind"))[:40]
     live, recorded = _players(ground)
     return Attack(

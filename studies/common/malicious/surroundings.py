@@ -1,5 +1,5 @@
-"""The folder that a command runs in, the modules that `check` imports, and controls:
-payloads that are to leave their mark."""
+"""The working folder of a command, the modules that `check` imports, and controls: payloads that must
+leave their mark."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ NAMES = sorted(
         "ecs_eco",
     }
 )
-"""Of modules that would hide Python's own, those of libraries, or this package."""
+"""Names of modules that would shadow Python's standard library, other libraries, or this package."""
 
 
 def folders(ground: Ground) -> Iterator[Attack]:
-    """A folder with settings of matplotlib and numba and modules that would hide others,
-    in which commands run."""
+    """Return folders with settings of matplotlib and numba and with modules that shadow others, for
+    commands to run in."""
     place = ground.beside()
     for name in SHADOWS:
         (place / name).write_text(ground.text, encoding="utf-8")
@@ -99,7 +99,7 @@ def folders(ground: Ground) -> Iterator[Attack]:
 
 
 def modules(ground: Ground) -> Iterator[Attack]:
-    """A folder with modules that would hide others, in which commands run that start processes."""
+    """Return folders with modules that shadow others, for commands that start processes."""
     place = ground.new()
     place.mkdir()
     for name in NAMES:
@@ -141,7 +141,10 @@ def modules(ground: Ground) -> Iterator[Attack]:
     if find_spec("ray") is not None:
         commands.insert(4, [*script, "sweep", "plan.toml", "--on", "ray", *two])
     for i, command in enumerate(commands):
-        if command[1:3] == ["-m", "ecs_eco"]:  # Python looks for this name before it runs any of the package
+        if command[1:3] == [
+            "-m",
+            "ecs_eco",
+        ]:  # Python looks for this name before it runs any code of the package
             (place / "ecs_eco.py").unlink()
         words = [*command, "--out", f"out-{i}"] if "-q" in command else command
 
@@ -153,7 +156,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
                 capture_output=True,
                 text=True,
                 env={**os.environ, "RAY_ADDRESS": "local"},
-            )  # none of somebody else's
+            )  # no module of another project
             if done.returncode:
                 raise RuntimeError(done.stderr[-600:])
             return ""
@@ -163,7 +166,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
 
 
 def _tools(ground: Ground) -> Path:
-    """A folder of programs that leave a mark when somebody typesets a figure."""
+    """Return a folder of programs that leave a mark when a figure is typeset."""
     tools = ground.new()
     tools.mkdir()
     for name in ("latex", "pdflatex", "xelatex", "dvipng", "kpsewhich", "gs"):
@@ -173,8 +176,8 @@ def _tools(ground: Ground) -> Path:
 
 
 def controls(ground: Ground) -> list[dict[str, Any]]:
-    """Whether payloads leave their mark where they are meant to run:
-    only then does a ground without marks say something."""
+    """Return whether payloads leave their mark where they are meant to run; without this control, a ground
+    without marks proves nothing."""
     path = ground.beside() / "world.toml"
     path.write_text(as_toml(world_of("systems.*", code=["evil.py"])), encoding="utf-8")
     out = []
@@ -200,8 +203,8 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
 
 
 def imported(ground: Ground) -> dict[str, Any]:
-    """The modules that a process has which checked a world with code: those beyond a harmless world's,
-    and those that are nobody's."""
+    """Return the modules loaded by a process that checked a world with code: the modules beyond those of a
+    harmless world, and the modules of unknown origin."""
     from importlib.metadata import packages_distributions
 
     modules = {}

@@ -1,5 +1,5 @@
-"""A table of worlds that name code, one for each key that can, found from the types of the fields;
-and the names that they give."""
+"""A table of worlds that name code, one for each key that accepts code, derived from the types of the
+fields; and the names that they use."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def judge(series):
 def count(world):
     return world.tables["snail"].n
 """
-"""A module that leaves a mark when it is run, with a function for each key."""
+"""A module that leaves a mark when it runs, with a function for each key."""
 
 SNAIL: dict[str, Any] = {
     "count": 3,
@@ -69,7 +69,7 @@ SNAIL: dict[str, Any] = {
     },
 }
 
-KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
+KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and its value; the module is evil
     "systems.*": ["evil:Wait"],
     "species.*.components.*": ["evil:Wool"],
     "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
@@ -112,11 +112,11 @@ NAMES = (
     ":evil",
     "evil.py:Wait",
 )
-"""Names of code that is not listed, besides those of the module `evil`."""
+"""Names of unlisted code, apart from the names in the module `evil`."""
 
 
 def world_of(pattern: str, **more: Any) -> dict[str, Any]:
-    """A world that names code of the module `evil` at one key."""
+    """Return a world that names code of the module `evil` at one key."""
     data: dict[str, Any] = {
         "format": 1,
         "name": "garden",
@@ -131,11 +131,11 @@ def world_of(pattern: str, **more: Any) -> dict[str, Any]:
 
 
 def put(data: dict[str, Any], pattern: str, value: Any) -> None:
-    """Set what stands at a key of the table in the data of a world of snails."""
+    """Set the value at a key of the table in the data of a world of snails."""
     snail = data["species"]["snail"]
     if pattern in PLACES:
         snail[PLACES[pattern]] = value
-        if pattern.endswith("network"):  # what has a policy has a reward
+        if pattern.endswith("network"):  # a species with a policy needs a reward
             snail["happiness"] = {"formula": "energy", "minimum": 0.0}
     elif ".genome." in pattern:
         snail["genome"][pattern.split(".")[3]] = value
@@ -148,8 +148,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
 
 
 def renamed(pattern: str, name: str, shell: str) -> Any:
-    """What stands at a key of the table, with another name in the place of that of `evil`, and a shell
-    command where it takes more."""
+    """Return the value at a key of the table with another name in place of the one in `evil`, and a shell
+    command where the value allows it."""
 
     def inside(value: Any) -> Any:
         if isinstance(value, dict):
@@ -163,7 +163,7 @@ def renamed(pattern: str, name: str, shell: str) -> Any:
 
 
 def models(model: type[BaseModel], seen: set[type]) -> set[type]:
-    """All models that are reached from one."""
+    """Return all models that are reachable from a model."""
 
     def inside(annotation: Any) -> None:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -179,7 +179,7 @@ def models(model: type[BaseModel], seen: set[type]) -> set[type]:
 
 
 def fields_that_name_code() -> set[str]:
-    """The names of all fields of a world that may name code, found from their types."""
+    """Return the names of all fields of a world that may name code, derived from their types."""
     from ecs_eco.config import WorldConfig
     from ecs_eco.config.names import fields_of
 

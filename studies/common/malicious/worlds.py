@@ -1,5 +1,5 @@
-"""Malicious world files: code named at every key that can, listed in every way, in formulas and texts;
-and by mutation."""
+"""Malicious world files: code named at every key that accepts it, listed in every way, in formulas and
+texts, and inserted by mutation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ENTRIES = (
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Every key with code that is not listed, that is listed and not allowed, and that is Python's own; then
+    """Yield every key with code that is unlisted, listed but not allowed, or part of Python itself; then
     lists, formulas and texts."""
     for i, pattern in enumerate(KEYS):
         mine = world_of(pattern)
@@ -56,7 +56,7 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
 
 
 def _elsewhere(ground: Ground) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Keys with formulas, texts, files, and values that are set later."""
+    """Return keys with formulas, texts, files, and values that are set later."""
     snail = ("species", "snail")
     for text in ground.texts[:5]:
         yield (*snail, "happiness"), {"formula": text, "minimum": 0.0}
@@ -83,7 +83,7 @@ def _elsewhere(ground: Ground) -> Iterator[tuple[tuple[str, ...], Any]]:
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Worlds with a payload at some place, or at some key that is put somewhere."""
+    """Yield worlds with a payload at a random place, or at a key inserted at a random place."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
         data = world_of(chance.choice(list(KEYS))) if chance.random() < 0.5 else copy.deepcopy(ground.garden)
@@ -99,8 +99,8 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def payloads(ground: Ground) -> list[Any]:
-    """Values that would run something where they are taken for code, for a shell,
-    for a template or for a file."""
+    """Return values that would run code if treated as code, as a shell command, as a template or as a
+    file."""
     names = ["evil:Wait", "evil:feel", "evil:mutate", *NAMES]
     return [
         *names,
@@ -113,7 +113,7 @@ def payloads(ground: Ground) -> list[Any]:
 
 
 def mutate(data: Any, chance: random.Random, values: list[Any], keys: list[str]) -> str:
-    """Put a payload at some place in the data, in place or at another key; return where."""
+    """Put a payload at a random place in the data, at that key or another; return the place."""
     places = list(_places(data))
     holder, key = chance.choice(places)
     value = copy.deepcopy(chance.choice(values))
@@ -137,12 +137,12 @@ def _set(data: dict[str, Any], key: tuple[str, ...], value: Any) -> None:
 
 
 def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attack:
-    """A world as a file, checked and run, and given to one more command, which goes by turns."""
+    """Return a world as a file that is checked, run, and passed to one more command, in rotation."""
     folder = ground.beside()
     path = folder / "world.toml"
     try:
         text = as_toml(data)
-    except (TypeError, ValueError, AttributeError):  # it cannot be written as a table: broken text then
+    except (TypeError, ValueError, AttributeError):  # not expressible as a table: use broken text
         text = "\n".join(f"{json.dumps(k)} = {json.dumps(v)}" for k, v in data.items())
     path.write_text(text, encoding="utf-8")
     some = ["--ticks", "2", "--seed", "1"]
@@ -191,7 +191,7 @@ def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attac
 
 
 def _watched(path: Path) -> None:
-    """The world shown to a page for a tick."""
+    """Show the world to a page for a tick."""
     from ecs_eco import World
     from ecs_eco.view.live import Live
     from ecs_eco.view.player import Player

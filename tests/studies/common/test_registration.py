@@ -57,8 +57,8 @@ def test_a_hypothesis_is_decided_in_its_own_words(tmp_path):
     [
         (('goal = "most"', ""), "hypotheses.lost.goal is missing"),
         (("ticks = 100", ""), "ticks is missing"),
-        (("studies.drift:lost", "lost"), "must be module:function"),
-        (('name = "drift"', 'name = "drifts"'), "name is 'drifts'; it must be 'drift'"),
+        (("studies.drift:lost", "lost"), "expected module:function"),
+        (('name = "drift"', 'name = "drifts"'), "name is 'drifts'; expected 'drift'"),
         (('name = "drift"', "name = drift"), "drift.toml"),
     ],
 )
@@ -87,7 +87,7 @@ def test_what_is_registered_is_committed_before_a_study_runs(tmp_path):
             verdict("beside it", 1, "reported", True),
         ],
     )
-    with pytest.raises(RuntimeError, match="commit it first"):
+    with pytest.raises(RuntimeError, match="commit it before you run"):
         study.execute(results=tmp_path)
     git(tmp_path, "add", "drift.toml")
     git(tmp_path, "commit", "-qm", "what will be found")
@@ -97,7 +97,7 @@ def test_what_is_registered_is_committed_before_a_study_runs(tmp_path):
     assert [line.get("registered") for line in result["verdicts"]] == ["lost", None]
     assert result["config"]["registered"] == drift.sha256
     written(tmp_path, FILE + "# changed\n")
-    with pytest.raises(RuntimeError, match="commit it first"):
+    with pytest.raises(RuntimeError, match="commit it before you run"):
         study.execute(results=tmp_path)
 
 

@@ -157,9 +157,9 @@ def test_few_or_equal_runs():
     assert not equivalence([0.0], 0.05).equivalent
     assert equivalence([0.01, 0.01], 0.05).equivalent
     assert not equivalence([0.05, 0.05], 0.05).equivalent
-    with pytest.raises(ValueError, match="the margin is 0; it must be above 0"):
+    with pytest.raises(ValueError, match="the margin is 0; expected above 0"):
         equivalence([1.0, 2.0], 0)
-    with pytest.raises(ValueError, match="one finite number per run"):
+    with pytest.raises(ValueError, match="expected one finite number per run"):
         pooled([1.0, np.nan])
 
 
@@ -197,7 +197,7 @@ def test_too_few_increments_say_nothing():
     assert frequency_increment_test([0.0, 1.0, 0.0], [0, 1, 2]).n == 0
     with pytest.raises(ValueError, match="generations must ascend"):
         increments([0.5, 0.6, 0.7], [0, 1, 1])
-    with pytest.raises(ValueError, match="shares lie from 0 to 1, got 3"):
+    with pytest.raises(ValueError, match="expected shares from 0 to 1, got 3"):
         increments([0.5, 3.0], [0, 1])
     with pytest.raises(ValueError, match=r"share \(2,\), generation \(3,\)"):
         increments([0.5, 0.6], [0, 1, 2])

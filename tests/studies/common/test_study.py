@@ -138,7 +138,7 @@ def test_the_short_form_leaves_the_result_alone(study: Study) -> None:
 
 
 def test_misuse_is_refused(study: Study) -> None:
-    assert "--workers must be 1 or more, got 0" in study.run("--workers", "0").stderr
+    assert "--workers: expected 1 or more, got 0" in study.run("--workers", "0").stderr
     script = study.folder / "sums.py"
     script.write_text(SCRIPT.replace("(1, 2, 3, 5)", "(1, 2, 1)"))
     assert "the case {'seed': 1} twice" in study.run().stderr
