@@ -202,9 +202,8 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
             took: list[list[list[float]]] = []  # by set, turn and process
             for _ in range(sets):
                 with living([before, before, ROOT], [world, changes, turn_ticks, one]) as turn:
-                    took.append(
-                        [turn(number) for number in range(2 + TURNS)][2:]
-                    )  # after two turns that compile
+                    # the first two turns compile
+                    took.append([turn(number) for number in range(2 + TURNS)][2:])
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
             after = [statistics.median(t[2] / t[0] for t in turns) for turns in took]
             control = [statistics.median(t[1] / t[0] for t in turns) for turns in took]

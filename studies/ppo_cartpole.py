@@ -1,5 +1,4 @@
-"""PPO as shipped solves CartPole-v1 in as few steps as Stable-Baselines3 with its tuned settings, and in less
-time.
+"""PPO as shipped solves CartPole-v1 in as few steps as Stable-Baselines3 with tuned settings, in less time.
 
     python -m studies.ppo_cartpole [--short]
 

@@ -73,7 +73,6 @@ class Move(System):
             "terrain.rocks": "Rocks stop an animal where they begin.",
             "interventions.kind=fence": "Fences stop an animal where they begin.",
             "terrain.roads": "Roads multiply speed by `pace` and cost by `cost`.",
-            "ectothermy": "Pace multiplies the speed, and its square the cost.",
             "growth.pace": "The speed of the young is multiplied by `(mass/adult mass)^pace`.",
         },
         changes=("Position", "Velocity"),

@@ -27,7 +27,10 @@ class SlowDown(System):
     submodel = Submodel(
         "Temperature dependence",
         reads=("ectothermy",),
-        rules={"": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884)."},
+        rules={
+            "": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884). Pace multiplies the speed, and its square "
+            "the cost."
+        },
         changes=("SpeedScale.pace",),
     )
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)

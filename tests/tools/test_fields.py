@@ -34,7 +34,7 @@ def test_a_count_has_wilsons_interval(statement, value, text):
 
 
 def test_what_is_no_count_is_refused():
-    with pytest.raises(ValueError, match=r"'0\.5' is no count"):
+    with pytest.raises(ValueError, match=r"'0\.5' is not a count"):
         fields.share({"statement": "share", "value": 0.5})
 
 
