@@ -290,14 +290,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
         "",
     ),
     "spacing": ("spacing = 1.0", "spacing = 9.0", "grass.reproduction.spacing", "9.0", "smaller spacing", ""),
-    "near": (
-        'place = "anywhere", rate = 0.01',
-        'place = "near", rate = 0.01',
-        "goat.reproduction.dispersal",
-        "",
-        "[m]",
-        "",
-    ),
+    "near": ("spacing = 1.0", 'spacing = 1.0, place = "near"', "grass.reproduction.dispersal", "", "[m]", ""),
     "min max": ("min = 0.0", "min = 1.0, max = 0.9", "goat.lethal.0.min", "1.0", "less than 0.9", ""),
     "born dead": ("min = 0.0", "min = 0.5", "goat.lethal.0.min", "0.5", "around the value at birth", ""),
     "same name": (
