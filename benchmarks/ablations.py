@@ -38,7 +38,7 @@ FORM = "a form for calls from kernels, without machine code"
 PREFETCHING = "prefetching"
 TWO = "(with: two processes at the first start)"
 TRICKS = {
-    "arrays lent, not owned, by a call from Python": """
+    "arrays borrowed, not owned, by a call from Python": """
 from numba.core.lowering import Lower
 from ecs_eco.compiled import numba_private
 numba_private.OuterLowering.lowering_class = property(lambda self: Lower)

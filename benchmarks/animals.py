@@ -59,7 +59,7 @@ def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
         "plants": world.tables["plant"].n,
         "threads": threads,
         "learning": learn,
-        "neighbours in reach": round(in_reach(world, "grazer"), 1),
+        "neighbors in reach": round(in_reach(world, "grazer"), 1),
         "ns per animal and tick": best / n * 1e9,
         "M organism-steps/s": n / best / 1e6,
     }

@@ -157,7 +157,7 @@ def main() -> None:
             rows.append(row | ({"beside": given.beside} if given.beside else {}))
             _bench.save(
                 given.name,
-                "Animals that sense, think and act, beside an earlier commit",
+                "Animals that sense, think and act, against an earlier commit",
                 rows,
                 {"before": given.before},
             )

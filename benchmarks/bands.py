@@ -220,7 +220,7 @@ def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
         "ghosts per tick": best["ghosts"],
         "bytes received per tick": best["bytes"],
         "processor time of the halo per tick [ms]": best["halo"] / best["ticks"] * 1e3,
-        "of what all are told [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
+        "of broadcasts [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
         "of all [ms]": best["cpu"] / best["ticks"] * 1e3,
     }
 
@@ -253,7 +253,7 @@ def predicted(
         for name in ("ghosts per tick", "bytes received per tick")
     )
     first, each_ghost = line(halos, "ghosts per tick", "processor time of the halo per tick [ms]")
-    begin, told = line(halos, "animals", "of what all are told [ms]")
+    begin, told = line(halos, "animals", "of broadcasts [ms]")
     own = shared + alike - told * 1e-3
     parts = (
         n * own / p
@@ -336,7 +336,7 @@ def conclude(
         return
     _bench.save("bands", "One world over several processes", list(cases.values()), notes)
     _bench.save("bands_halo", "What the halo of a band costs", halos)
-    _bench.save("bands_model", "What a model says of one world over many processes", model)
+    _bench.save("bands_model", "One world over many processes, by a model", model)
 
 
 def part(what: str, *arguments: str) -> None:

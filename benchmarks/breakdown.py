@@ -44,7 +44,7 @@ def timed(world: World) -> Counter[str]:
             watch(table.species.nerves.brain, "forward", "of Decide: the networks")
     for method in ("flush_deaths", "flush_births"):
         watch(world, method, method)
-    watch(world, "index", "of several: neighbour indexes")
+    watch(world, "index", "of several: neighbor indexes")
     return spent
 
 

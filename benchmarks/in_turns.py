@@ -102,7 +102,7 @@ def start(place: Path, code: str) -> subprocess.Popen[str]:
 
 
 def turn(process: subprocess.Popen[str]) -> float:
-    """Let a process work once; return its figure."""
+    """Run one process once; return its figure."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("\n")
@@ -155,7 +155,7 @@ def main() -> None:
             rows.append(measure(before, work, unit, more, code, min(given.turns, most)))
             _bench.save(
                 "in_turns",
-                "Work of other benchmarks, beside an earlier commit",
+                "Work of other benchmarks, against an earlier commit",
                 rows,
                 {"before": given.before},
             )

@@ -107,7 +107,7 @@ class Plain:
             self.forward(self.now)
 
     def update(self) -> None:
-        """Let the whole population learn from its rollouts."""
+        """Train the whole population on its rollouts."""
         s = SETTINGS
         with torch.no_grad():
             logits, old = self.forward(self.x)
@@ -159,7 +159,7 @@ def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, rep
     plain.act()
     plain.update()
     rounds, acts, updates = [], [], []
-    for _ in range(repeats):  # of a horizon each: everybody learns once
+    for _ in range(repeats):  # of a horizon each: every animal learns once
         rounds.append(np.mean([herd.live() for _ in range(horizon)], axis=0) * 1e3)
         acts.append(shortest(plain.act, 10, threads))
         updates.append(shortest(plain.update, 1, threads) / horizon)

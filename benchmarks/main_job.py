@@ -68,9 +68,9 @@ from ecs_eco.lab.pretraining import pretrain
 ticks, _ = json.loads(sys.argv[1])
 pretrain("predator-prey", 1, 130)  # reads the kernels
 wall, own = time.perf_counter(), time.process_time()
-learnt = pretrain("predator-prey", 1, ticks)["policies"]
+learned = pretrain("predator-prey", 1, ticks)["policies"]
 took = time.perf_counter() - wall, time.process_time() - own
-weights = [array.tobytes() for _, state in sorted(learnt.items()) for _, array in sorted(state.items())]
+weights = [array.tobytes() for _, state in sorted(learned.items()) for _, array in sorted(state.items())]
 print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 """
 

@@ -138,7 +138,7 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
             ]
         return rows, {
             "browser": f"Chromium {browser.version}",
-            "frames of each colour, at least": n,
+            "frames of each color, at least": n,
             "drawn by": "software (SwiftShader), in a process of its own",
         }
 

@@ -69,7 +69,7 @@ def main() -> None:
             print(json.dumps(rows[-1]), flush=True)
     _bench.save(
         "portable",
-        "The portable mode beside the native one",
+        "The portable mode against the native one",
         rows,
         {
             "ticks": TICKS,

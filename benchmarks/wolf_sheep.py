@@ -36,8 +36,8 @@ REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
 SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and the factor on the number of seeds
 WRONG = {
     "regrowth one tick early": ("regrowth", lambda v: v - 1),
-    "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
-    "wolves gain 10 % more": ("wolf_gain", lambda v: 1.1 * v),
+    "sheep bear 10% more often": ("sheep_reproduce", lambda v: 1.1 * v),
+    "wolves gain 10% more": ("wolf_gain", lambda v: 1.1 * v),
 }
 COUNTED = ("sheep", "wolves", "grass")
 

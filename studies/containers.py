@@ -267,7 +267,7 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
 
 
 def _slurm(place: Any) -> Path:
-    """Return a folder with SLURM commands that do all that a script says except its job."""
+    """Return a folder with SLURM commands that do all of a script except its job."""
     tools = place.home / "tools"
     tools.mkdir()
     for name, text in (

@@ -70,7 +70,7 @@ def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Let one optimizer search for a chain; return the quality of its best candidate after various numbers
+    """Search for a chain with one optimizer; return the quality of its best candidate after various numbers
     of candidates."""
     import time
 

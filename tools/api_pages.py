@@ -95,7 +95,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
     ),
     "systems": (
         "Systems",
-        "What happens to organisms and objects in a tick, in the order of "
+        "Systems act on organisms and objects in each tick, in the order of "
         "[the schedule](../../explanation/design.md#the-tick).",
         ("ecs_eco.systems:*", "ecs_eco.systems.schedule:schedule"),
     ),

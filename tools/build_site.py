@@ -163,7 +163,7 @@ def main() -> int:
     sys.path.insert(0, str(ROOT))
     shutil.rmtree(STAGE, ignore_errors=True)
     stage(notebooks=not asked.no_notebooks)
-    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder beside it
+    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to it
         return status
     shutil.rmtree(asked.out, ignore_errors=True)
     shutil.copytree(BUILT, asked.out)

@@ -105,7 +105,7 @@ def opening(series: Series) -> list[str]:
 
 def multiplies(series: Series, species: str) -> bool:
     """Return whether a species can have offspring: it had some, its configuration has reproduction, or there
-    is no configuration."""
+    is not a configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})
     return bool(known.get("reproduction")) or bool(
         "births" in series.columns and series.of(species, "births").any()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state: bool = False) -> Any:
-    """Let this process share the work of a world with the other processes of an MPI communicator.
+    """Share the work of a world with the other processes of an MPI communicator.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ class Type:
             if len(fixed) == len(self.shape):
                 np.broadcast_to(array, fixed)
         except (TypeError, ValueError, OverflowError) as error:
-            raise ValueError(f"{where}: {value!r} is no {self!r} ({error})") from None
+            raise ValueError(f"{where}: {value!r} is not {self!r} ({error})") from None
 
     def resolve(self, dims: dict[str, int], where: str) -> tuple[int, ...]:
         """Return the shape with every name replaced by its size in `dims`."""

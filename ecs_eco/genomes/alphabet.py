@@ -87,7 +87,7 @@ class Alphabet:
         Raises
         ------
         ValueError
-            For a number that is no letter's, with its position.
+            For a number that is not a letter's, with its position.
 
         Examples
         --------

@@ -27,7 +27,7 @@ def problems_of_parameters(
     thing: Callable[..., Any], given: Mapping[str, object], n: int, key: tuple[str | int, ...]
 ) -> list[Problem]:
     """Return the problems of the parameters of a function or class that is called with `n` further
-    arguments: unknown names, wrong types, missing parameters. Nothing is called."""
+    arguments: unknown names, wrong types, missing parameters. The function is not called."""
     try:
         every = list(inspect.signature(thing).parameters.values())
     except (TypeError, ValueError):  # its signature is unknown

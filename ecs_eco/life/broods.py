@@ -88,7 +88,7 @@ def in_the_way(
     table: Table, world: SpatialWorld, n: int, kin: bool
 ) -> tuple[int, np.ndarray, np.ndarray] | None:
     """Return the number of a table among all, how many rows of each table to check, and how near the
-    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are no obstacles; `kin` is
+    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not obstacles; `kin` is
     whether its own species is checked. None if there are many bodies, or bodies other than spheres."""
     tables = world.tables.values()
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1

@@ -152,7 +152,9 @@ class Nerves:
         """
         if group not in self.ranges.groups:
             raise UnknownName(
-                unknown_name(f"nerves of {table.name!r}", "continuous action", group, self.ranges.groups)
+                unknown_name(
+                    f"nervous system of {table.name!r}", "continuous action", group, self.ranges.groups
+                )
             )
         amounts: np.ndarray = table[Motor].command[:, self.ranges.groups.index(group)]
         return amounts

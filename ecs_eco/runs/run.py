@@ -85,7 +85,7 @@ def run_to_folder(
     policies : str, Path or Mapping, default "trained"
         As for `World.from_config`.
     learn : bool, optional
-        Whether species learn; default: as the world file says.
+        Whether species learn; default: as in the world file.
     progress : callable, optional
         `progress(done, ticks)`, called about ten times a second.
     threads : int, default 1

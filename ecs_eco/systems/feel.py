@@ -82,7 +82,7 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
     """Store happiness of entries first … last − 1, the result of the steps of a formula but at least
-    `least`, and its change; the first happiness of a life is no change."""
+    `least`, and its change; the first happiness of a life is not a change."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

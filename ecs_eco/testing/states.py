@@ -162,7 +162,7 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
 
 
 def act(world: World, kind: type[System]) -> None:
-    """Let one system of a world act once, outside of any tick.
+    """Run one system of a world once, outside of any tick.
 
     Births and deaths that it requests take effect with `world.flush()`.
 

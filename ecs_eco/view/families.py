@@ -117,7 +117,7 @@ EACH = 4  # grandchildren of one child
 def tree(known: Genealogy, families: Families, request: Message) -> Message:
     """Return the message "tree" about the organism in a request; raise ValueError if it is unknown.
 
-    `lives` holds the focal organism, its nearest ABOVE ancestors, last BESIDE siblings, BELOW children (the
+    `lives` holds the focal organism, its nearest `ABOVE` ancestors, last `BESIDE` siblings, `BELOW` children (the
     most fertile ones) and the last EACH grandchildren per child. In each life, `young` counts all its
     children if that number is known, and `clade` is its value, 0 to 255, for the color `by` of the request if
     that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism.

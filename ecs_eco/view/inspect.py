@@ -274,7 +274,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Empty for an organism without nerves.
+        Empty for an organism without a nervous system.
 
     Examples
     --------

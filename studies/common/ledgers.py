@@ -1,4 +1,4 @@
-"""How exactly the ledgers of energy and matter close, and small random worlds to measure it in."""
+"""The exactness of the ledgers of energy and matter, measured in small random worlds."""
 
 from __future__ import annotations
 

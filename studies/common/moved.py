@@ -1,4 +1,4 @@
-"""How far learning moves a shared policy: the KL divergence of the earlier policy from the present one."""
+"""KL divergence of an earlier shared policy from the present one: how far learning moved it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How hunters and prey move by their distance to the nearest animal of the other species: how many run,
+"""Movements of hunters and prey by their distance to the nearest animal of the other species: how many run,
 and in which direction."""
 
 from __future__ import annotations

@@ -342,7 +342,7 @@ def spawn(world: Any, chance: random.Random) -> None:
 
 
 def within(world: Any, chance: random.Random) -> None:
-    """Let a test system write within the next tick, in any phase."""
+    """Make a test system write within the next tick, in any phase."""
     import esper
 
     from ecs_eco.engine.phases import priority_of

@@ -44,7 +44,7 @@ def show(world: Any, table: Any) -> None:
 
 
 def carry(world: Any, table: Any, odd: Any) -> None:
-    """Let currents of extreme speed move copies of the positions."""
+    """Move copies of the positions by currents of extreme speed."""
     from ecs_eco.components import Position
     from ecs_eco.space import water
 
@@ -70,7 +70,7 @@ def carry(world: Any, table: Any, odd: Any) -> None:
 
 
 def breed(table: Any, odd: Any) -> None:
-    """Let every operator create genomes from valid letters; genomes with invalid letters are refused by
+    """Create genomes from valid letters by every operator; genomes with invalid letters are refused by
     name."""
     from deap import tools
     from deap.base import Toolbox

@@ -75,7 +75,7 @@ class Hills(Section):
 class Landmark(Section):
     """A mountain, a rock or a lake: a disc on the ground."""
 
-    at: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("centre", "m")
+    at: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("center", "m")
     radius: Positive = quantity("radius of the disc", "m")
     height: NonNegative = quantity("height of the top above the surrounding ground; not for a lake", "m", 0.0)
 

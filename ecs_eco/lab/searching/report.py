@@ -96,7 +96,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         ]
         for world, c in both.items()
     ]
-    caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
+    caption = "Proportion of runs in which all species are alive, with 95% bands (Kaplan–Meier)."
     return [
         "<h2>Confirmation</h2>",
         drawn(lives, folder / "survival.svg", caption),

@@ -81,7 +81,7 @@ def search(
     plan = plan_of(config)
     if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
         near = nearest(optimiser, known)
-        raise ConfigError([Problem((), "no such optimiser", optimiser, listed(known), near, "--optimiser")])
+        raise ConfigError([Problem((), "no such optimizer", optimiser, listed(known), near, "--optimiser")])
     if optimiser in SAMPLERS:
         if plan.fit is None:
             allowed = 'a world with [data], and [search] objective = "data"'
