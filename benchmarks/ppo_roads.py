@@ -60,7 +60,9 @@ def main() -> None:
             ("a horizon of 1,000 individual learners, 16-16-8", SMALL),
         )
     ]
-    _bench.save("ppo_roads", "PPO of one shared network and of individual networks, against an earlier commit", rows)
+    _bench.save(
+        "ppo_roads", "PPO of one shared network and of individual networks, against an earlier commit", rows
+    )
 
 
 if __name__ == "__main__":
