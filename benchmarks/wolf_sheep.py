@@ -4,7 +4,7 @@
 
 Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are
 processor times, on which other work on the machine has less influence. The script needs Python 3.12 and Mesa:
-pip install 'ecs-eco[bench]'.
+pip install -e '.[bench]'.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def mesa(width, ticks, seed, p):
     try:
         from mesa.examples.advanced.wolf_sheep.model import WolfSheep, WolfSheepScenario
     except ImportError:
-        sys.exit("this benchmark also runs Mesa 3.5: pip install 'ecs-eco[bench]', on Python 3.12 or newer")
+        sys.exit("this benchmark also runs Mesa 3.5: pip install -e '.[bench]', on Python 3.12 or newer")
     world = WolfSheep(
         WolfSheepScenario(
             height=width,

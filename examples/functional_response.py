@@ -23,13 +23,13 @@ def plain(n: int, handling: float, scent: bool) -> World:
     eater = {
         "count": 20,
         "body": {"radius": 0.25},
-        "metabolism": {"energy": 0.0, "energy_max": 1e6, "digestion": handling},
+        "metabolism": {"energy": 0.0, "energy_max": 1e6, "handling_time": handling},
         "locomotion": {"speed": {"sit": 0.0, "walk": SPEED}},
         "wander": {"turn": 0.2},
         "diet": [{"eats": "seed", "reach": REACH - 0.3, "gain": 1.0}],
         "actions": {"speed": ["sit", "walk"], "eat": ["eat"]},
-        "automatic": ["eat"],
-        "neutral": {"speed": "sit" if scent else "walk"},
+        "always_on": ["eat"],
+        "default_action": {"speed": "sit" if scent else "walk"},
     }
     seed = {"count": n, "body": {"radius": 0.05, "opaque": False}, "renewal": 1000.0}
     content = {"format": 1, "name": "plain", "dt": DT, "space": {"size": [SIDE, SIDE]}}

@@ -38,7 +38,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         "World files",
         "Load and check world files, and declare keys of your own. Every built-in key is in "
         "[the world file](../world/index.md).",
-        ("ecs_eco.config:*", "ecs_eco.engine.errors:ConfigError"),
+        ("ecs_eco.config:*", "ecs_eco.engine.errors:ConfigError", "ecs_eco.odd:describe"),
     ),
     "runs": (
         "Runs and their records",
@@ -64,6 +64,8 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         "[measurements](../../how-to/measurements.md).",
         (
             "ecs_eco.lab:*",
+            "ecs_eco.lab.folder:read_sweep",
+            "ecs_eco.lab.table:collect",
             "ecs_eco.lab.searching.fit:Fit",
             "ecs_eco.lab.searching.sampler:Sampler",
             "ecs_eco.lab.searching.sampler:Population",

@@ -54,7 +54,7 @@ class Archipelago:
     ...     "body": {"radius": 0.1},
     ...     "locomotion": {"speed": {"fly": 0.5}},
     ...     "actions": {"speed": ["fly"]},
-    ...     "automatic": ["fly"],
+    ...     "always_on": ["fly"],
     ... }
     >>> plan = {"islands": 2, "migration_interval": 5, "migration_probability": {"moth": 0.2}}
     >>> pair = {"format": 1, "name": "pair", "space": {"size": [20.0, 20.0]}, "species": {"moth": moth}}

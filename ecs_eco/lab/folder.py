@@ -139,7 +139,23 @@ class Sweep:
 
 
 def read_sweep(folder: str | Path) -> Sweep:
-    """Return the sweep in a folder. Raises RecordingError if there is none, or it is damaged."""
+    """Return the sweep in a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder of a sweep, finished or not.
+
+    Returns
+    -------
+    Sweep
+        Its plan and its jobs.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or if it is damaged.
+    """
     path = Path(os.path.abspath(folder))
     try:
         status = (path / SWEEP).stat()

@@ -36,7 +36,20 @@ class Collected:
 def collect(sweep: Sweep) -> Collected:
     """Write runs.parquet, sweep.html and figures/ from all finished jobs.
 
-    Raises RecordingError if there are none.
+    Parameters
+    ----------
+    sweep : Sweep
+        From `read_sweep`.
+
+    Returns
+    -------
+    Collected
+        The files, the number of jobs that are not finished, and a summary.
+
+    Raises
+    ------
+    RecordingError
+        If no job is finished.
     """
     rows = rows_of(sweep)
     if not rows:

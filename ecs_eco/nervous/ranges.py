@@ -42,7 +42,7 @@ class Ranges:
             for k, group in enumerate(self.groups)
             for end, column in ((0, self.low), (1, self.high))
         }
-        keys |= {f"neutral.{group}": self.rest[k] for k, group in enumerate(self.groups)}
+        keys |= {f"default_action.{group}": self.rest[k] for k, group in enumerate(self.groups)}
         values = own_values(table, keys)
         if not isinstance(values[0], np.ndarray):
             return self

@@ -39,8 +39,29 @@ REFERENCE = (
 def describe(world: World | WorldSource, *, trust: bool = False) -> Document:
     """Return the ODD description of a world.
 
-    `world` is a living world, or an argument of `World.from_config`; `trust` allows its own code to run.
-    Raises ConfigError like `World.from_config`.
+    Parameters
+    ----------
+    world : World, str, Path, Mapping or WorldConfig
+        A living world, or an argument of `World.from_config`.
+    trust : bool, default False
+        Whether code that the world file names may run.
+
+    Returns
+    -------
+    Document
+        The seven elements of the protocol (Grimm et al. 2020, JASSS 23(2) 7); `markdown()` and `html()`
+        return it as text.
+
+    Raises
+    ------
+    ConfigError
+        If the world is not valid.
+
+    Examples
+    --------
+    >>> from ecs_eco.odd import describe
+    >>> describe("reflexes").markdown().splitlines()[0]
+    '# Goats, three grasses, and the genes for not eating them: ODD description'
     """
     if not isinstance(world, World):
         world = _built(world if isinstance(world, WorldConfig) and not trust else load(world, trust=trust))

@@ -39,7 +39,7 @@ class Decide(System):
     submodel = Submodel(
         "Decision",
         where=("actions",),
-        reads=("actions", "neutral", "automatic", "reflex", "policy"),
+        reads=("actions", "default_action", "always_on", "reflex", "policy"),
         rules={
             "": "The decision is `H(y + z)`, with `H(v) = 1` if v > 0 and 0 otherwise (Strannegård et al. "
             "2021). The reflex network outputs y: −1 blocks an action, 0 leaves it to the policy, 1 forces "

@@ -68,7 +68,7 @@ class Feed(System):
             "chance)^dt`. An item goes to the nearest of the animals that want it, and an animal with "
             "several items takes the nearest first. The eaten die.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
-            "diet.until": "An animal eats only while its energy is below `until`.",
+            "diet.satiation": "An animal eats only while its energy is below `satiation`.",
             "diet.efficiency": "A meal adds `efficiency` times the energy that the item holds, up to "
             "`energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",

@@ -151,7 +151,7 @@ def _overgrazing(
     plant["reproduction"]["rate"] *= drawn["grows"]
     plant["reproduction"]["seed_rain"] *= drawn["grows"] / 4
     grazer["diet"][0]["chance"] = min(1.0, grazer["diet"][0]["chance"] * drawn["eats"])
-    grazer["diet"][0]["until"] = 1.0
+    grazer["diet"][0]["satiation"] = 1.0
     grazer["reproduction"]["rate"] *= drawn["births"]
 
 
@@ -160,7 +160,7 @@ def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
     territory."""
     hunter = species[drawn["predator"]]
     drawn["reach"], drawn["births"] = rng.uniform(1.5, 4), rng.uniform(1.5, 4)
-    hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "until": 1.0}
+    hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "satiation": 1.0}
     hunter["locomotion"]["speed"]["walk"] *= rng.uniform(1.2, 2)
     hunter["reproduction"]["rate"] *= drawn["births"]
     hunter["reproduction"]["spacing"] = float(rng.uniform(0, 2))

@@ -47,7 +47,7 @@ def test_carriers_of_genes_without_a_place_are_found_by_promoters_once_for_each_
     genes = {
         "alphabet": "ACGT",
         "ploidy": 2,
-        "max_length": 12,
+        "longest": 12,
         "separator": "|",
         "genes": [
             {"name": "red", "promoter": "TA", "letters": 1, "trait": None, "values": [0.0, 0.0, 0.0, -1.0]},

@@ -77,9 +77,9 @@ def test_types_say_what_they_are():
         ({}, TypeError, r"Bad: a component needs at least one field"),
         ({"fields": (f32, 0)}, TypeError, r"Bad.fields: handles use this name"),
         ({"_x": (f32, 0)}, TypeError, r"Bad._x: handles use this name"),
-        ({"x": (u8, 300)}, ValueError, r"Bad.x: 300 is no uint8 \(.*out of bounds"),
-        ({"x": (f32, "warm")}, ValueError, r"Bad.x: 'warm' is no float32"),
-        ({"x": (f32[3], [1, 2])}, ValueError, r"Bad.x: \[1, 2\] is no float32\[3\]"),
+        ({"x": (u8, 300)}, ValueError, r"Bad.x: 300 is not uint8 \(.*out of bounds"),
+        ({"x": (f32, "warm")}, ValueError, r"Bad.x: 'warm' is not float32"),
+        ({"x": (f32[3], [1, 2])}, ValueError, r"Bad.x: \[1, 2\] is not float32\[3\]"),
     ],
 )
 def test_a_wrong_declaration_is_refused_at_once(fields, error, message):
@@ -100,7 +100,7 @@ def test_a_component_inherits_nothing():
 def test_an_unknown_field_names_the_nearest():
     with pytest.raises(TypeError, match=r"unknown field .lenght.*did you mean .length"):
         Fur(lenght=1)
-    with pytest.raises(ValueError, match=r"Fur.rgb: \[1, 2\] is no float32\[3\]"):
+    with pytest.raises(ValueError, match=r"Fur.rgb: \[1, 2\] is not float32\[3\]"):
         Fur(rgb=[1, 2])
     with pytest.raises(AttributeError):
         Fur().lenght = 2

@@ -260,14 +260,14 @@ def test_the_manifest_names_the_genes_of_a_layout():
                 "letters": 1,
                 "trait": "reflex.red.weight",
                 "values": [0.0, 0.0, 0.0, -1.0],
-                "expression": "first",
+                "dominance": "first",
             },
             {
                 "name": "size",
                 "at": 1,
                 "letters": 4,
                 "trait": "body.radius",
-                "expression": "first",
+                "dominance": "first",
                 "range": {"low": 0.2, "high": 0.6, "code": "positional", "scale": "linear", "codons": 1},
             },
             {
@@ -276,7 +276,7 @@ def test_the_manifest_names_the_genes_of_a_layout():
                 "letters": 2,
                 "trait": None,
                 "values": [float(v) for v in range(16)],
-                "expression": "first",
+                "dominance": "first",
             },
         ],
     }

@@ -82,7 +82,7 @@ def test_a_world_of_mean_animals_has_their_values():
     values = {"deer": {"pace": 0.9, "sight": 7.0}, "wolf": {"pace": 1.1, "sight": 5.0}}
     one, own = (study.world(config, {}, v) for v in (values, None))
     deer, wolf = one.species["deer"], one.species["wolf"]
-    assert deer.sensors[study.SIGHT["deer"][1]].radius == 7.0
-    assert wolf.sensors[study.SIGHT["wolf"][1]].radius == 5.0
+    assert deer.sensors[study.SIGHT["deer"][1]].range == 7.0
+    assert wolf.sensors[study.SIGHT["wolf"][1]].range == 5.0
     assert wolf.locomotion.speed["run"] == pytest.approx(1.1 * own.species["wolf"].locomotion.speed["run"])
     assert deer.locomotion.cost["run"] == pytest.approx(0.81 * own.species["deer"].locomotion.cost["run"])

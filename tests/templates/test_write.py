@@ -87,7 +87,7 @@ def test_what_the_meadow_says_of_learning_works(meadow):
     text = (meadow / "my-world.toml").read_text(encoding="utf-8")
     document = tomllib.loads(text)
     rabbit = document["species"]["rabbit"]
-    del rabbit["reflex"], rabbit["neutral"], document["code"], document["systems"]
+    del rabbit["reflex"], rabbit["default_action"], document["code"], document["systems"]
     for line in text.splitlines():
         if line.startswith("#   "):
             rabbit |= tomllib.loads(line.removeprefix("#   "))

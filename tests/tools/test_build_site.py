@@ -60,7 +60,7 @@ def test_every_component_and_command_is_in_the_reference(tool):
 
     pages = tool.generated()
     assert all(f"## {name}\n" in pages["reference/api/components.md"] for name in ecs_eco.components.__all__)
-    assert "| `energy` | `f32` | `1.0` | [energy] |" in pages["reference/api/components.md"]
+    assert "| `energy` | `f32` | `1.0` | [energy] energy held |" in pages["reference/api/components.md"]
     commands = pages["reference/commands.md"]
     assert [name for name in COMMANDS if f"\n## {name}\n" not in commands] == []
     within = ("sweep run", "sweep status", "sweep resume", "sweep collect", "cache warm", "world from-raster")

@@ -235,7 +235,7 @@ def test_listed_values_are_those_that_may_change():
     listed = {p["key"]: p for p in message["list"]}
     basal = listed["species.deer.metabolism.basal"]
     assert (basal["value"], basal["unit"], basal["low"], basal["high"]) == (0.004, "energy/s", 0.0, None)
-    assert basal["about"] == "energy burnt by living"
+    assert basal["about"] == "basal metabolic rate"
     assert listed["species.deer.diet.0.chance"]["high"] == 1
     assert not {k for k in listed if k.endswith(".count") or k.startswith(("space", "training", "seed"))}
     for key in list(listed)[::7]:  # a sample: each of them may really be set

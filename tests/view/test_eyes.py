@@ -45,4 +45,4 @@ def test_who_sees_by_light_sees_less_far_in_the_dark():
         reach.append(live.organism(uid).get("reach", {})[str(number)])
     sensor = world.config.species["krill"].sensors[number]
     assert reach[1] == pytest.approx(sensor.blind, abs=0.01)
-    assert sensor.blind < reach[0] <= sensor.radius
+    assert sensor.blind < reach[0] <= sensor.range

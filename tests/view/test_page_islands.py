@@ -59,7 +59,7 @@ def test_an_island_that_is_none_is_refused_with_the_nearest_name(tmp_path):
     shown._wake.wait = lambda seconds: shown.close()
     shown.run()
     assert [message["kind"] for message in page.got] == ["islands", "said", "said"]
-    assert "expected: north, east, south; did you mean 'north'?" in page.got[1]["text"]
+    assert "expected north, east, south; did you mean 'north'?" in page.got[1]["text"]
 
 
 @pytest.mark.slow

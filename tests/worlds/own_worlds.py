@@ -251,7 +251,7 @@ ONLY = {  # what each world shows; the meadow shows all others
         "actions.",
         "metabolism.energy_max",
     ),
-    "drift": ("neutral.", "actions.turn.continuous.0"),
+    "drift": ("default_action.", "actions.turn.continuous.0"),
     "winter": ("ectothermy.",),
     "stroll": ("wander.",),
 }
