@@ -1,6 +1,6 @@
-"""Systems of lambs, which breathe, suckle, and burn glucose with oxygen.
+"""What lambs do that other animals of this package do not: breathe, suckle, and burn glucose with oxygen.
 
-Breathing and suckling come right after the decision, before any animal moves: they happen where the lamb felt
+Breathing and suckling come right after the decision, before anybody moves: they happen where the lamb felt
 what it decided on. Amounts are concentrations in the body [mol/L]; every number is our choice (README.md).
 """
 
@@ -30,7 +30,7 @@ NOSTRILS = (-1.2, 1.2)
 
 @component
 class Sucking:
-    """The time for which a lamb has sucked at an udder without a pause."""
+    """How long a lamb has sucked at an udder without a pause."""
 
     since: f32 = 0.0  # [s]
 
@@ -55,7 +55,7 @@ class Breathe(System):
     water = 1.0  # [mol/L/s] water while inhaling it
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Breathe: one species."""
+        """Let one species breathe."""
         nerves = table.species.nerves
         if "breathe" in nerves.groups:
             rows, wet = touching(table, world, "water", NOSTRILS)
@@ -103,7 +103,7 @@ class Suckle(System):
                 table.add_component(Sucking)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Suckle: one species."""
+        """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
             with booked(world, table, "brought_in"):
