@@ -1,4 +1,4 @@
-"""Write the reference of the world file, docs/reference/world, from its models; --check: only compare.
+"""Write the reference of the world file, docs/reference/world, from its models; with --check, only compare.
 
 Each section has a page with its keys, their type, range, unit, default and meaning, and an example from
 tools/world_examples. The index keeps the text above its mark, which is written by hand.
@@ -61,7 +61,7 @@ class Part:
 
 
 def page_of(path: str) -> str:
-    """Return the page of a path: that of its first key or, in a species or an object, of the key below."""
+    """Return the page of a path: the page named after its first key or, in a species or an object, after the next key."""
     keys = path.replace("[]", "").split(".")
     return (keys[2] if keys[0] in PARENTS and len(keys) > 2 else keys[0]) or "file"
 

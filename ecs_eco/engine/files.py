@@ -33,7 +33,7 @@ def writing(path: str | Path) -> Iterator[Path]:
     """Yield the name of an empty file next to `path`, which replaces `path` at the end; after an exception
     nothing is left.
 
-    The file gets the mode of the user's umask. Raises OSError that names `path`.
+    The file gets the mode of the user's umask. Raises an OSError that names `path`.
     """
     path = Path(path)
     beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")

@@ -110,7 +110,7 @@ class Registry:
             self._changed()
 
     def number(self, table: Table, row: int) -> int:
-        """Return the number of a row's living entity, assigned now if it has none."""
+        """Return the number of a row's living entity, assigning one if it has none."""
         if table.along[UID][row] != table.uid[row]:
             self._drop(int(table.along[NUMBER][row]))
             table.along[NUMBER][row], table.along[UID][row] = next(self.numbers), table.uid[row]

@@ -145,7 +145,7 @@ class Code:
         ]
 
     def _unseen(self, name: object) -> bool:
-        """Return whether a name belongs to a listed text that may not run, or fails to."""
+        """Return whether a name belongs to a listed source file that may not run, or failed to."""
         return (
             isinstance(name, str)
             and name not in SHIPPED

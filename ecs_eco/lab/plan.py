@@ -267,7 +267,7 @@ def number_of_points(plan: Plan) -> int:
 
 
 def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of the ranges of a plan's hypercube."""
+    """Yield problems with the ranges of a plan's hypercube."""
     cube = plan.latin_hypercube
     data = base.model_dump() if cube is not None else {}
     for name, span in (cube.ranges if cube is not None else {}).items():

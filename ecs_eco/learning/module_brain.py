@@ -1,4 +1,4 @@
-"""A brain that is any torch module: its requirements, and how a world runs it.
+"""Any torch module as a brain: what it must provide, and how a world runs it.
 
 `Net(n_observations, groups)` is an ordinary `torch.nn.Module` with `forward(observations f32[n, d]) → (logits
 f32[n, k], values f32[n])`, k = sum(groups). A module with a memory declares how many numbers each organism

@@ -341,7 +341,9 @@ class Nerves:
         report = minds.learn(
             table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split, **began
         )
-        self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: only the last
+        self.reports[:] = [
+            {"tick": world.tick, **report}
+        ]  # keep only the last: some species learn in nearly every tick
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         owner = getattr(network, "__self__", network)  # of a method

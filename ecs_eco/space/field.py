@@ -54,7 +54,7 @@ class Field:
         self.shape = (n[0], n[1], n[2] if space.volume else 1)
         self.diffusion, self.decay = diffusion, decay
         self.substance: str | None = None  # the substance whose concentrations [mol/L] it holds
-        self.litres = 0.0  # of a cell, if it holds a substance
+        self.litres = 0.0  # volume of a cell, if the field holds a substance
         self.initial: np.ndarray | None = None  # [mol/L], if it holds a substance
         self.renewal = 0.0  # [1/s]
         self.value = np.zeros(self.shape[::-1], np.float32)

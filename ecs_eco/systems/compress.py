@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Compress(System):
-    """The pressure in a compressible body is that of its place; in others it stays as it was at birth."""
+    """A compressible body has the pressure at its position; other bodies keep the pressure of their birth."""
 
     needs = (Position, Physical)
     phase = "metabolise"

@@ -44,7 +44,7 @@ class Decide(System):
             "": "The decision is `H(y + z)`, with `H(v) = 1` if v > 0 and 0 otherwise (Strannegård et al. "
             "2021). The reflex network outputs y: −1 blocks an action, 0 leaves it to the policy, 1 forces "
             "it. The policy network outputs z, which is 1 for the action chosen in each group; z is 1 for "
-            "automatic actions, too. The first action that is on in a group is executed, otherwise the "
+            "automatic actions, too. The first active action of a group is executed, or if there is none, the "
             "default action.",
             "policy.kind=individual": "Each individual has its own policy network: layers of tanh units "
             "(`hidden`), then a softmax over the actions of each group, from which the action is drawn.",

@@ -35,7 +35,7 @@ def world_from_raster(
     cell: float | None = None,
     crs: str | None = None,
 ) -> Path:
-    """Write a world file on the elevations of a raster and return its path.
+    """Write a world file based on the elevations of a raster, and return its path.
 
     By default the file is in the current folder and has the raster's name. `cell` [m] is required if the
     raster does not state its cell size. Raises ConfigError, also if the file exists.

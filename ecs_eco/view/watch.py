@@ -175,7 +175,7 @@ def view(
     height: int = 640,
     port: int = 0,
 ) -> Panel | None:
-    """Show a living world: in a notebook in the output cell, elsewhere in the browser until Ctrl-C.
+    """Show a live world, in a notebook in the output cell, elsewhere in the browser until Ctrl-C.
 
     The world runs for `ticks` more ticks, or without end. `speed` is in ticks/s, None for full speed;
     `height` is in px. The notebook must run on this machine, because the page comes from 127.0.0.1.

@@ -72,7 +72,7 @@ class Registration:
         }
 
     def note(self) -> dict[str, str]:
-        """Return the note that a result keeps: file, hash, and the commit of the file.
+        """Return the entry stored with a result: the file, its hash and its commit.
 
         Raises RuntimeError if the file has uncommitted changes.
         """

@@ -2,7 +2,7 @@
 
 `case` reads the run, and `limits` finds the limiting factors of each species. `diagnose` traces causes back
 to the first one, `advice` selects values of the world file that affect it, and `page` and `figure` present
-the results. Statistics of general use belong to `ecs_eco.analysis`.
+the results. General-purpose statistics belong in `ecs_eco.analysis`.
 """
 
 from ecs_eco.analysis.why.case import Case, Food

@@ -156,7 +156,7 @@ def learns(species: Species) -> bool:
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Yield problems of fences or roads in the order of time: one must be `there`, by line and region, to
+    """Yield problems of fences or roads in chronological order: one must be `there`, by line and region, to
     be removed."""
     missing, lines, gone, allowed = {
         Fence: (

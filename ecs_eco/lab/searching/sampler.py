@@ -19,7 +19,7 @@ FEWEST = 3  # accepted candidates to draw around
 
 
 class Population(NamedTuple):
-    """Candidates that were kept, the nearest first.
+    """Accepted candidates, nearest first.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Sampler:
     # --- the posterior
 
     def posterior(self) -> Population:
-        """Return the candidates that are kept so far.
+        """Return the candidates kept so far.
 
         Returns
         -------
