@@ -61,7 +61,7 @@ class Part:
 
 
 def page_of(path: str) -> str:
-    """Return the page of a path: the page named after its first key or, in a species or an object, after the next key."""
+    """Return the page of a path, named after its first key or, in a species or an object, after the next."""
     keys = path.replace("[]", "").split(".")
     return (keys[2] if keys[0] in PARENTS and len(keys) > 2 else keys[0]) or "file"
 
