@@ -79,7 +79,7 @@ def test_lynx_follow_hares_in_cycles_of_ten_years(tmp_path):
         (HARE_LYNX.replace("36.3", ""), {"match": {"hare": "deer"}}, "or gaps between them"),
         (HARE_LYNX.replace("36.3", "-1"), {"match": {"hare": "deer"}}, "numbers below 0"),
         (HARE_LYNX[:57], {"match": {"hare": "deer"}}, "expected: 12 to "),
-        (HARE_LYNX + "1921,3\n", {"match": {"hare": "deer"}}, "row 23 has not as many columns"),
+        (HARE_LYNX + "1921,3\n", {"match": {"hare": "deer"}}, "row 23 does not have as many columns"),
         (HARE_LYNX, {"match": {"hare": "deer"}, "time": "yaer"}, 'did you mean "year"?'),
         ("year,deer\n" + "".join(f"{i},0\n" for i in range(20)), {}, "only zeros"),
         ("", {}, "has no head"),

@@ -62,7 +62,7 @@ def _digest(mine: Path, other: Path) -> str:
     whole = container.read(mine, Manifest)
     whole["islands"]["east"]["digest"] = "0" * 64
     container.write(mine, Manifest, whole)
-    return rf"{BARRIER}: has another digest than archipelago\.json says of the island east"
+    return rf"{BARRIER}: has another digest than archipelago\.json records for the island east"
 
 
 @pytest.mark.parametrize("put", [_exports, _neighbour, _island, _manifest, _link, _digest])

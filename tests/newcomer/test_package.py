@@ -1,6 +1,6 @@
 """A newcomer's package, by nothing but what the pages say: how-to/running.md (a starter world) and
 how-to/extending.md (a component, a system, a test for it). 5 commands; 33 lines in an editor. Before there
-was `ecs-eco new` the package itself, 143 lines in nine files, was to be written too, and no page said how.
+was `ecs-eco new` the package itself, 144 lines in nine files, was to be written too, and no page said how.
 """
 
 import os

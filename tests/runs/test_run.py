@@ -227,7 +227,7 @@ def test_what_cannot_go_on_says_why(menagerie, tmp_path):
         resume(tmp_path / "run", until=3)
     with pytest.raises(FileExistsError, match="not an empty folder"):
         fork(tmp_path / "run", tmp_path / "run")
-    for text, word in (("{", "is damaged"), ("[]", "no manifest"), ('{"format": 7}', "another version")):
+    for text, word in (("{", "is damaged"), ("[]", "not the manifest"), ('{"format": 7}', "another version")):
         (tmp_path / "run" / "manifest.json").write_text(text)
         with pytest.raises(RecordingError, match=word):
             resume(tmp_path / "run")

@@ -166,5 +166,5 @@ def test_the_command_says_what_an_address_is_good_for(capsys):
     announce("http://127.0.0.1:1/#code=b")
     first, *about, second = capsys.readouterr().out.splitlines()
     assert first == "Savanna: http://127.0.0.1:1/#code=a"
-    assert "one page" in " ".join(about)
+    assert "works once" in " ".join(about)
     assert second == "Link for another page: http://127.0.0.1:1/#code=b"
