@@ -22,7 +22,7 @@ const RAMPS = {
 /** @param {string} hex */
 export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
 
-/** @param {number[]} color */
+/** @param {number[]} colour */
 const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
 
 /**
@@ -50,10 +50,10 @@ export function safe(kinds, dark) {
   return found;
 }
 
-/** @param {number[]} color */
+/** @param {number[]} colour */
 const nearGrey = (colour) => Math.max(...colour) - Math.min(...colour) < 24;
 
-/** The hue of a color [degrees]. @param {number[]} color */
+/** The hue of a color [degrees]. @param {number[]} colour */
 const hueOf = ([r, g, b]) => (Math.atan2(Math.sqrt(3) * (g - b), 2 * r - g - b) * 180) / Math.PI;
 
 /** The angle between two hues [degrees]. @param {number} a @param {number} b */

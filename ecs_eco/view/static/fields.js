@@ -8,7 +8,7 @@ const FOOD = "food of ";
 /**
  * Offers the fields of a world; returns the receiver of the server's maps.
  * @param {import("./stage.js").Stage} stage
- * @param {(name: string | null) => void} requests a field from the server
+ * @param {(name: string | null) => void} ask requests a field from the server
  */
 export function fields(stage, ask) {
   const { hello } = stage;

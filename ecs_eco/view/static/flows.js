@@ -8,7 +8,7 @@ import { levels } from "./world.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
 /** @typedef {{from: string, to: string, energy: number, meals: number | null}} Meal */
-/** @typedef {{name: string, level: number, color: string, light: number, other: number, burned: number, dead: number, died: number, given: number}} Node the flows of a species per tick */
+/** @typedef {{name: string, level: number, colour: string, light: number, other: number, burnt: number, dead: number, died: number, given: number}} Node the flows of a species per tick */
 
 const KEPT = "ecs-eco-flows"; // in localStorage: energy or numbers
 const UNITS = [["energy", "energy per tick"], ["meals", "organisms eaten per tick"]];

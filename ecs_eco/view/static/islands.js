@@ -186,7 +186,7 @@ function table(between) {
   return [h("h2", { text: "Islands" }), grid(head, rows), h("h2", { text: "Migrants, from row to column" }), grid(["from", ...islands.map(({ name }) => name)], cross)];
 }
 
-/** @param {number[]} values @param {string} color */
+/** @param {number[]} values @param {string} colour */
 function spark(values, colour) {
   const [wide, high] = SPARK;
   const every = Math.max(1, Math.floor(values.length / wide));

@@ -84,7 +84,7 @@ export class Lanes {
  * @param {(bin: number) => number} at left edge of a bin [px]
  * @param {number} base
  * @param {number} reach height of the fullest bin
- * @param {string} color
+ * @param {string} colour
  */
 export function density(pen, bins, at, base, reach, colour) {
   const most = bins.reduce((a, b) => Math.max(a, b), 0);

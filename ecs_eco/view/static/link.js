@@ -3,7 +3,7 @@
 import { Vector3 } from "./vendor.js";
 import { $, announce } from "./dom.js";
 
-/** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, color?: string, field?: string}} Sight */
+/** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string}} Sight */
 
 /** Parses the fragment of an address; null if it has no parameters. @param {string} hash @returns {Sight | null} */
 export function read(hash) {

@@ -5,7 +5,7 @@ import { s } from "./dom.js";
 
 /**
  * @param {import("./protocol.js").Kind} kind
- * @param {string} color
+ * @param {string} colour
  */
 export function sign(kind, colour) {
   const shapes = kind.inanimate
@@ -41,7 +41,7 @@ export function kindsOf({ species, objects, foods, size }) {
 export const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3], [4, 2]];
 
 /**
- * @param {string} color
+ * @param {string} colour
  * @param {number[]} dash
  */
 export function stroke(colour, dash) {

@@ -7,7 +7,7 @@ import { sight } from "./sight.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, color: string, by: number}} Mark */
+/** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, colour: string, by: number}} Mark */
 
 export const LASTS = 5; // [ticks] for which a mark is shown
 const MOST = 300; // marks
@@ -86,7 +86,7 @@ export class Over {
     for (const mark of marks) this.mark(mark);
   }
 
-  /** A line with an outline, so that it is visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} color @param {number} width @param {number[]} [dash] @param {number} [alpha] */
+  /** A line with an outline, so that it is visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
   line(points, colour, width, dash = [], alpha = 1) {
     const { pen } = this;
     for (const [stroke, wide] of /** @type {[string, number][]} */ ([[css("--card"), width + 2], [colour, width]])) {
@@ -106,7 +106,7 @@ export class Over {
     pen.globalAlpha = 1;
   }
 
-  /** Text with an outline. @param {string} text @param {number} x @param {number} y @param {string} [color] */
+  /** Text with an outline. @param {string} text @param {number} x @param {number} y @param {string} [colour] */
   words(text, x, y, colour = css("--ink")) {
     const { pen } = this;
     pen.lineWidth = 3.5;

@@ -183,7 +183,7 @@ export class Timeline {
    * @param {import("./stretch.js").Ends} ends
    * @param {number} top
    * @param {number} low
-   * @param {string} color
+   * @param {string} colour
    */
   band(pen, at, [from, to], top, low, colour) {
     const [left, right] = [at(from), at(to)];
