@@ -177,6 +177,6 @@ def test_heights_of_light_are_those_where_it_has_fallen(page):
       const map = {name: 'light', message, stage: {hello: {size: [1, 1, 64]}}};
       return FieldMap.prototype.levels.call(map);
     }""")
-    assert [words.split()[0] for _, words in levels] == ["50", "10", "1"]
+    assert [words.split()[0] for _, words in levels] == ["50%", "10%", "1%"]
     for (height, _), share in zip(levels, (0.5, 0.1, 0.01), strict=True):
         assert height == pytest.approx(63.5 + 10 * math.log(share), abs=2.0)
