@@ -29,9 +29,9 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
         policy["file"] = None
         if kind is not None:
             policy |= {"kind": kind, "hidden": [12]}
-            species["ppo"] |= {"horizon": 16, "epochs": 2, "minibatch": 2048}
+            species["ppo"] |= {"horizon": 16, "epochs": 2, "minibatch_size": 2048}
         if policy["kind"] != "individual":
-            policy |= {"inherit": "none", "mutation": 0.0}
+            policy |= {"inherit": "none", "mutation_sd": 0.0}
     return config
 
 

@@ -102,7 +102,7 @@ def config_of(source: str) -> Any:
             learns = "happiness" in kind
             policy |= {"hidden": [HIDDEN], "learn": learns}
             if learns:
-                kind["ppo"] = kind.get("ppo", {}) | {"horizon": HORIZON, "minibatch": 16, "epochs": 1}
+                kind["ppo"] = kind.get("ppo", {}) | {"horizon": HORIZON, "minibatch_size": 16, "epochs": 1}
     return load(data)
 
 
