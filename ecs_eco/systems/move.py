@@ -328,8 +328,7 @@ def go_ahead(
 def over_land(
     row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed, cost
 ):
-    """Move one organism ahead at a speed v until its path is blocked; moving uphill costs
-    more. Return its speed."""
+    """Move one organism ahead at speed v until its path is blocked; uphill costs more. Return its speed."""
     if ground.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
         speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
