@@ -133,7 +133,7 @@ def test_a_recorded_stretch_is_played_again_and_again(replay):
     first, last = choose(page, 90, 115)
     page.get_by_role("button", name="Repeat").click()
     assert page.locator("#loop").get_attribute("aria-pressed") == "true"
-    assert f"Ticks {first} to {last}" in page.locator("#loop").get_attribute("title")
+    assert f"Repeating ticks {first} to {last}" in page.locator("#loop").get_attribute("title")
     play(page)
     for _ in range(2):
         until(page, f"ecs.tick > {(first + last) // 2}")
