@@ -111,13 +111,13 @@ def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
         return field and field.annotation, own
     inner = (get_args(kind) or (None,))[-1]
     if isinstance(data, list):
-        names = [
+        if str(part).isdecimal() and len(str(part)) < 10:  # int() refuses thousands of digits
+            return inner, data[int(part)] if int(part) < len(data) else None
+        names = (
             e.get("name") if isinstance(e, dict) else label
             for e, label in zip(data, labels(data), strict=True)
-        ]
-        number = str(part).isdecimal() and len(str(part)) < 10  # int() refuses thousands of digits
-        place = int(part) if number else names.index(part) if part in names else len(data)
-        return inner, data[place] if place < len(data) else None
+        )
+        return inner, next((e for e, name in zip(data, names, strict=True) if name == part), None)
     return inner, data.get(part) if isinstance(data, dict) else None
 
 

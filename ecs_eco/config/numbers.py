@@ -1,6 +1,7 @@
 """Every number in a section of the world file: its key, range and unit."""
 
 import types
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -127,12 +128,12 @@ def labels(entries: list[Any]) -> list[str]:
         for word in ("label", "name", "eats", "property"):
             own = own or getattr(entry, word, None)
         names.append(str(own or i))
-    if len({*names}) == len(names):
-        return names
-    return [
-        name if names.count(name) == 1 else f"{name}_{names[: i + 1].count(name)}"
-        for i, name in enumerate(names)
-    ]
+    shared, seen = Counter(names), Counter[str]()
+    for i, name in enumerate(names):
+        seen[name] += 1
+        if shared[name] > 1:
+            names[i] = f"{name}_{seen[name]}"
+    return names
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:
