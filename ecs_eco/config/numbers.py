@@ -122,12 +122,8 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 def labels(entries: list[Any]) -> list[str]:
     """Return the labels of list entries in keys: name, food or property, numbered if shared, or else the
     index."""
-    names = []
-    for i, entry in enumerate(entries):
-        own: Any = None
-        for word in ("label", "name", "eats", "property"):
-            own = own or getattr(entry, word, None)
-        names.append(str(own or i))
+    words = ("label", "name", "eats", "property")
+    names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()
     for i, name in enumerate(names):
         seen[name] += 1

@@ -138,7 +138,8 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
         )
     if mark.after != after:
         raise ForeignFile(
-            f"{path}: does not follow the previous part: one of the two belongs to another run of {_run(manifest)}"
+            f"{path}: does not follow {path.with_name(name_of(number - 1)) if number else 'nothing'}: "
+            f"one of the two is damaged or belongs to another run of {_run(manifest)}"
         )
     return own
 

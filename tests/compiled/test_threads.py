@@ -22,7 +22,7 @@ def learn(n, workers):
     "Let a population of n learn twelve times; a digest of the weights after each update."
     brain, rng, rows, digests = Brain(24, (3, 3), seed=1), np.random.default_rng(0), np.arange(n), []
     split = Workers(workers).split
-    learner = Learner(brain, PPO(horizon=2, minibatch=4096, epochs=1), seed=2, workers=workers)
+    learner = Learner(brain, PPO(horizon=2, minibatch_size=4096, epochs=1), seed=2, workers=workers)
     for _ in range(12):
         for _ in range(2):
             x = rng.standard_normal((n, 24), dtype=np.float32)

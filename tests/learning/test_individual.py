@@ -242,7 +242,7 @@ def test_lives_depend_neither_on_rows_nor_on_threads(minibatch):
     """Births and deaths in mid-rollout, in two blocks of rows."""
     ends = []
     for split, below in ((whole, 0), (in_pieces, 0), (whole, 40)):
-        individuals = minds(minibatch=minibatch)
+        individuals = minds(minibatch_size=minibatch)
         table, learnt = herd(individuals, 250, below=below), 0
         for tick in range(30):
             learnt += live(table, individuals, tick, split)

@@ -121,7 +121,7 @@ class Plain:
     [
         ((6,), {}),
         ((), {"clip_value": 0.1, "max_grad_norm": 0}),
-        ((6, 4), {"minibatch": 3, "weight_decay": 0.3}),
+        ((6, 4), {"minibatch_size": 3, "weight_decay": 0.3}),
         ((5, 4, 3), {"horizon": 40, "normalise_advantage": False, "weight_decay": 0.1}),
     ],
 )

@@ -11,7 +11,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.learning import MLP, Brain, ModuleBrain, from_torch
 from tests.learning.networks import Gru, Lstm, Plain
 
-LEARN = {"horizon": 8, "minibatch": 512, "epochs": 2, "unroll": 4}
+LEARN = {"horizon": 8, "minibatch_size": 512, "epochs": 2, "unroll": 4}
 BREED = {"kind": "asexual", "rate": 0.05, "energy_min": 0.4, "energy_given": 0.2, "dispersal": 3.0}
 
 
