@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 import numba
 from numba import _dynfunc, types  # type: ignore[attr-defined]
-from numba.core import compiler_machinery
+from numba.core import compiler_machinery, ir
 from numba.core import serialize as serialize
 from numba.core.caching import NullCache as NullCache
 from numba.core.ccallback import CFunc
@@ -52,6 +52,14 @@ if TYPE_CHECKING:
     from numba.core.typing import Signature as Signature
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
+_READING = (
+    "getattr",
+    "static_getitem",
+    "build_tuple",
+    "exhaust_iter",
+    "cast",
+    "phi",
+)  # of numba's expressions
 ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that hold environments
 
 
@@ -74,8 +82,47 @@ def stand_in(description: FunctionDescriptor, environment: Environment, library:
     return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
 
 
+class _Uncounted(NativeLowering):
+    """numba's lowering, without reference counts in kernels that cannot keep an array: counts take time, and
+    prevent vector code where a loop reads arrays from named tuples."""
+
+    def run_pass(self, state: StateDict) -> bool:
+        """Lower a function."""
+        context = state.targetctx
+        if not _counts_references(state):
+            state.targetctx = context.subtarget(enable_nrt=False)
+        try:
+            return bool(super().run_pass(state))  # type: ignore[no-untyped-call]
+        finally:
+            state.targetctx = context
+
+
+def _counts_references(state: StateDict) -> bool:
+    """Return whether a function may create an array, or keep one for longer than its caller."""
+    models, kinds = state.targetctx.data_model_manager, state.typemap
+    managed = {name for name, kind in kinds.items() if models[kind].contains_nrt_meminfo()}
+    counted = [kind for kind in state.args if models[kind].contains_nrt_meminfo()]
+    if not borrows(types.none, counted) or models[state.return_type].contains_nrt_meminfo():
+        return True
+    return any(
+        assigned.target.name in managed and not _reads(assigned.value, kinds[assigned.target.name], kinds)
+        for block in state.func_ir.blocks.values()
+        for assigned in block.find_insts(ir.Assign)
+    )
+
+
+def _reads(value: Any, result: Any, kinds: dict[str, Any]) -> bool:
+    """Return whether an expression gives an existing array, a part of it, or a tuple of such."""
+    op = value.op if isinstance(value, ir.Expr) else "getattr"
+    if op == "call":
+        return isinstance(kinds[value.func.name], types.NamedTupleClass)
+    if op == "getitem":  # an array as index copies elements
+        return isinstance(kinds[value.index.name], types.Integer | types.SliceType)
+    return op in _READING or (op == "binop" and isinstance(result, types.BaseTuple))
+
+
 @_register(mutates_CFG=True, analysis_only=False)
-class InnerLowering(NativeLowering):
+class InnerLowering(_Uncounted):
     """numba's lowering, without machine code."""
 
     _name = "inner_lowering"
@@ -86,7 +133,7 @@ class InnerLowering(NativeLowering):
         state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()
         state.flags.no_compile = True
-        super().run_pass(state)  # type: ignore[no-untyped-call]
+        super().run_pass(state)
         done, library = state["cr"], state.library
         function = stand_in(done.fndesc, done.env, library)
         state.targetctx.insert_user_function(function, done.fndesc, [library])
@@ -115,7 +162,7 @@ class OuterLower(Lower):
 
 
 @_register(mutates_CFG=True, analysis_only=False)
-class OuterLowering(NativeLowering):
+class OuterLowering(_Uncounted):
     """numba's lowering, which then links machine code to the environments of all functions in it."""
 
     _name = "outer_lowering"
@@ -127,7 +174,7 @@ class OuterLowering(NativeLowering):
 
     def run_pass(self, state: StateDict) -> bool:
         """Lower a function that Python calls."""
-        super().run_pass(state)  # type: ignore[no-untyped-call]
+        super().run_pass(state)
         for variable in state.library._final_module.global_variables:
             if variable.name.startswith(ENVIRONMENT):
                 environment = lookup_environment(variable.name)

@@ -8,20 +8,28 @@ views of them, in code that is generated here from the annotations; see benchmar
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable
 from itertools import chain
 from types import FunctionType
 from typing import Any, TypeAlias
 
 View: TypeAlias = type[Any]  # a class of named tuples
+SEVERAL = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
 def views_of(function: Callable[..., Any]) -> dict[str, View]:
-    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names."""
-    known = {} if not isinstance(function, FunctionType) else function.__globals__
+    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names; none
+    for a function with defaults or a variable number of arguments, which numba takes as it is."""
+    if (
+        not isinstance(function, FunctionType)
+        or function.__defaults__
+        or function.__code__.co_flags & SEVERAL
+    ):
+        return {}
     notes = {
-        name: known.get(note) if isinstance(note, str) else note
-        for name, note in getattr(function, "__annotations__", {}).items()
+        name: function.__globals__.get(note) if isinstance(note, str) else note
+        for name, note in function.__annotations__.items()
         if name != "return"
     }
     return {name: kind for name, kind in notes.items() if isinstance(kind, type) and hasattr(kind, "_fields")}
@@ -32,7 +40,7 @@ def taking_fields(
 ) -> Callable[..., Any]:
     """Return the function that takes the fields of views and calls `inner`, which takes the views."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
-    fields = {name: [f"{name}_{one}" for one in kind._fields] for name, kind in views.items()}
+    fields = {name: [f"{name}__{one}" for one in kind._fields] for name, kind in views.items()}
     parameters = ", ".join(", ".join(fields.get(name, [name])) for name in names)
     made_of = ", ".join(f"view_{n}({', '.join(fields[n])})" if n in views else n for n in names)
     held = {"inner": inner, **{f"view_{name}": kind for name, kind in views.items()}}

@@ -28,6 +28,7 @@ from ecs_eco.engine import random
 from ecs_eco.inputs.code import handed_over
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.settings import PPO
+from ecs_eco.life.gaits import Gaits
 from ecs_eco.life.heredity import apply_heredity
 from ecs_eco.life.sizes import masses_differ
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
@@ -175,7 +176,7 @@ def apply_species(
             nerves.reflex = None
 
 
-def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
+def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
     """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions of locomotion,
     and the drag; for a continuous speed all gaits, from slow to fast."""
     layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
@@ -198,7 +199,8 @@ def gaits(way: Locomotion, nerves: Nerves) -> tuple[Any, ...]:
         [climbing.get(a, 0.0) for a in climbs],
         [pitching.get(a, 0.0) for a in climbs],
     )
-    return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
+    columns = (np.array(a or [0.0], np.float32) for a in arrays)
+    return Gaits._make((layout, *columns, np.float32(way.drag)))
 
 
 def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:

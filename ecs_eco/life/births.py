@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.components import Biology, Genome, LifeHistory, Metabolism, Parentage, Policy, Position
+from ecs_eco.components import (
+    Biology,
+    Genome,
+    Gestation,
+    LifeHistory,
+    Metabolism,
+    Parentage,
+    Policy,
+    Position,
+)
 from ecs_eco.engine import random
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.life import sizes
@@ -24,23 +33,50 @@ if TYPE_CHECKING:
 LITTER_MAX = 65_535  # the largest number that a mother's column can store
 
 
-def life_history(table: Table, way: Any) -> tuple[Any, ...]:
-    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column, or the species' value
-    as an array of one.
+class Lives(NamedTuple):
+    """Life histories, for kernels: each a column, or the species' value as an array of one.
 
-    `own` tells them apart: the value of a row is at [row] if it is true, at [0] otherwise.
+    `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
     """
+
+    own: bool
+    age_min: np.ndarray
+    energy_min: np.ndarray
+    energy_given: np.ndarray
+    litter: np.ndarray
+    choice: np.ndarray
+
+
+def life_history(table: Table, way: Any) -> Lives:
+    """Return the life histories of a table that breeds in some way."""
     if LifeHistory in table:
         h = table[LifeHistory]
-        return True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice
+        return Lives(True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice)
     known = table.species.life_history
     if known is None or known[0] is not way:
         values = (
             np.array([v], np.float32) for v in (way.age_min, way.energy_min, way.energy_given, way.litter)
         )
         choice = np.array([CHOICES.index(getattr(way, "choice", "nearest"))], np.uint8)
-        known = table.species.life_history = (way, (False, *values, choice))
-    return known[1]
+        known = table.species.life_history = (way, Lives._make((False, *values, choice)))
+    lives: Lives = known[1]
+    return lives
+
+
+class Wombs(NamedTuple):
+    """Pregnancies, for kernels: [rows]."""
+
+    carrying: np.ndarray
+    due: np.ndarray
+    father: np.ndarray
+    energy: np.ndarray
+    rest: np.ndarray
+
+
+def wombs_of(table: Table) -> Wombs:
+    """Return the pregnancies of a table."""
+    g = table[Gestation]
+    return Wombs(g.carrying, g.due, g.father, g.energy, g.rest)
 
 
 class Litters(NamedTuple):

@@ -16,11 +16,14 @@ from ecs_eco.components import Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.addresses import column_at
 from ecs_eco.engine.random import by_lot, draw, mix
-from ecs_eco.life.places import APART, TRIES, draw_places, keep_apart, radius_of, range_of, takes_room
-from ecs_eco.space.bodies import rocks
+from ecs_eco.life.places import APART, TRIES, Around, draw_places, keep_apart, radius_of, range_of, takes_room
+from ecs_eco.space.bodies import ground_of
+from ecs_eco.space.geometry import Extent
 from ecs_eco.space.sight import offset
+from ecs_eco.space.terrain import Ground
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -40,6 +43,15 @@ class Brood(NamedTuple):
     energy: np.ndarray
 
 
+class Others(NamedTuple):
+    """Who may be in the way of newborn, for kernels."""
+
+    table: int  # the number of the newborn's own table among all
+    columns: np.ndarray  # u64[tables, …], addresses of `SpatialWorld.whereabouts`
+    high: np.ndarray  # i64[tables], how many rows of each to look at
+    apart: np.ndarray  # f32[tables] [m], how near the surfaces of its bodies may be; below 0: anywhere
+
+
 def small_brood(
     table: Table,
     world: SpatialWorld,
@@ -55,7 +67,7 @@ def small_brood(
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
     if others is None:
         return None
-    space, (place, high, apart) = world.space, others
+    place, high, apart = others
     which, born = np.empty(n, np.int64), np.zeros(parents.size, np.int64)
     names, values = np.empty((2, n), np.uint64), np.empty((5, n), np.float32)
     m = settle(
@@ -64,14 +76,9 @@ def small_brood(
         given,
         dispersal,
         spacing,
-        place,
-        world.whereabouts(),
-        high,
-        apart,
-        space.lengths,
-        space.torus,
-        space.volume,
-        *rocks(world),
+        Others(place, world.whereabouts(), high, apart),
+        world.space.extent,
+        ground_of(world),
         world.key,
         which,
         names,
@@ -123,30 +130,24 @@ def name(uid, number, which, identity):
 
 @njit
 def settle(
-    parents,
-    number,
-    given,
-    dispersal,
-    spacing,
-    table,
-    columns,
-    high,
-    apart,
-    lengths,
-    torus,
-    volume,
-    ground,
-    ground_inverse,
-    key,
-    which,
-    names,
-    values,
-    born,
-):
-    """Identify the newborn, find a place for each, and write those that have one, in order: `which`
-    litter, `names` u64[2, n] identity and mother, `values` f32[5, n] position, heading and energy; count
-    those of each parent, and return their number. `columns` u64[tables, …] are addresses of
-    `SpatialWorld.whereabouts`."""
+    parents: np.ndarray,
+    number: np.ndarray,
+    given: np.ndarray,
+    dispersal: Number,
+    spacing: np.float32,
+    others: Others,
+    space: Extent,
+    ground: Ground,
+    key: np.uint64,
+    which: np.ndarray,
+    names: np.ndarray,
+    values: np.ndarray,
+    born: np.ndarray,
+) -> int:
+    """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
+    `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
+    parent, and return their number."""
+    table, columns = others.table, others.columns
     n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
     for row in parents:
         rows = max(rows, row + 1)
@@ -158,31 +159,15 @@ def settle(
         column = column_at(columns[table, 2 + axis], np.float32, rows)
         for i in range(n):
             at[axis, i] = column[parents[which[i]]]
-    px, py, pz = at[0], at[1], at[2]
+    where = Around(at[0], at[1], at[2], dispersal, spacing)
     free, out, left = np.zeros(n, np.bool_), np.zeros((n, 4), np.float32), n
     homeless = by_lot(key, names[0], APART) if spacing > 0 else np.arange(n)
     for attempt in range(TRIES):
         some = homeless[:left]
-        draw_places(
-            some,
-            names[0],
-            px,
-            py,
-            pz,
-            dispersal,
-            lengths,
-            torus,
-            volume,
-            ground,
-            ground_inverse,
-            key,
-            attempt,
-            out,
-            free,
-        )
+        draw_places(some, names[0], where, space, ground, key, attempt, out, free)
         crowded, taken = np.zeros(left, np.bool_), np.zeros(left, np.bool_)
-        look(some, free, out, spacing, table, columns, high, apart, lengths, torus, crowded, taken)
-        left = keep_apart(some, spacing, lengths, torus, crowded, taken, free, out)
+        look(some, free, out, spacing, others, space, crowded, taken)
+        left = keep_apart(some, spacing, space, crowded, taken, free, out)
         if left == 0:
             break
     for i in homeless[:left]:
@@ -200,9 +185,10 @@ def settle(
 
 
 @njit
-def look(homeless, free, places, spacing, table, columns, high, apart, lengths, torus, crowded, taken):
+def look(homeless, free, places, spacing, others, space, crowded, taken):
     """Find the places of newborn i of `homeless` that are within `spacing` of a member of `table`, and
     those nearer than `apart` to the surface of a body of any table."""
+    table, columns, high, apart = others
     for t in range(high.size):
         rows = high[t]
         alive = column_at(columns[t, 0], np.bool_, rows)
@@ -218,7 +204,7 @@ def look(homeless, free, places, spacing, table, columns, high, apart, lengths, 
             i = homeless[k]
             ax, ay, az, kin, body = places[i, 0], places[i, 1], places[i, 2], False, False
             for row in range(rows if free[i] else 0):  # no branches: this compiles to vector code
-                dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], lengths, torus)
+                dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], space)
                 distance2, near = dx * dx + dy * dy + dz * dz, apart[t] + radius[row]
                 kin |= alive[row] & (distance2 < close)
                 body |= alive[row] & (distance2 < near * near)

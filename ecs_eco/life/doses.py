@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Position
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.life.matter import bodies, held, hold
+from ecs_eco.life.matter import Bodies, bodies, held, hold
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def dose_bodies(
     if region is not None:
         p = table[Position]
         rows = rows[region.has(p.x[rows], p.y[rows])]
-    brought = give(rows, *bodies(table), s, amount)
+    brought = give(rows, bodies(table), s, amount)
     if world.matter is not None:
         world.matter.book(("table", table.name), BROUGHT, brought, s)
 
@@ -78,11 +78,11 @@ def _columns(field: Any, region: Region | None) -> np.ndarray:
 
 
 @njit
-def give(rows, volume, molarity, residue, s, amount):
+def give(rows: np.ndarray, bodies: Bodies, s: int, amount: float) -> float:
     """Add an amount [mol] of a substance to bodies; return the total [mol]."""
-    brought = 0.0
+    volume, brought = bodies.volume, 0.0
     for row in rows:
-        before = held(molarity, residue, row, s)
-        after = hold(molarity, residue, row, s, max(before + amount / volume[row], 0.0))
+        before = held(bodies, row, s)
+        after = hold(bodies, row, s, max(before + amount / volume[row], 0.0))
         brought += (after - before) * volume[row]
     return brought

@@ -3,27 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:
+    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
 SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers for both directions
 
 
-def own_gaits(table: Table) -> tuple[Any, ...]:
-    """Return the layout of the actions of locomotion, their speeds, costs, turns, climbs and pitches
-    f32[k], and the drag, as `life.apply.gaits` returns them; if a gene codes for any of these, all as
-    arrays [high, k] and drag [high], each organism's own."""
-    shared: Any = table.species.gaits
+class Gaits(NamedTuple):
+    """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, neutral) of speed, turn,
+    climb and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
+
+    layout: np.ndarray
+    speeds: np.ndarray  # f32[k] [m/s], or [high, k] where each organism has its own
+    costs: np.ndarray
+    turns: np.ndarray  # [rad/s]
+    climbs: np.ndarray  # [m/s]
+    pitches: np.ndarray  # [rad]
+    drag: Number  # [1/s]
+
+
+def own_gaits(table: Table) -> Gaits | None:
+    """Return the gaits of a table; where a gene codes for any of these, all as arrays [high, k] and drag
+    [high], each organism's own."""
+    shared: Gaits | None = table.species.gaits
     traits = table.species.traits
     if shared is None or not traits or not any(key.startswith("locomotion.") for key in traits):
         return shared
-    layout, _, _, _, _, _, drag = shared
+    layout, drag = shared.layout, shared.drag
     way, groups = table.species.locomotion, table.species.nerves.groups
     names = groups.get("speed", [])
     if layout[0, 1] < 0:  # of a continuous speed, in the order that cost_between requires
@@ -44,7 +57,7 @@ def own_gaits(table: Table) -> tuple[Any, ...]:
     )
     drag = own_value(table, "locomotion.drag", np.float32(drag))
     each = np.broadcast_to(np.asarray(drag, np.float32), table.high).copy()
-    return layout, speeds, costs, turns, climbs, pitches, each
+    return Gaits(layout, speeds, costs, turns, climbs, pitches, each)
 
 
 def _each(table: Table, values: Sequence[tuple[str, float]]) -> np.ndarray:

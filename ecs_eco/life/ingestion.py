@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Chemistry, Matter, Position
-from ecs_eco.life.matter import bodies, book, held, hold, release
+from ecs_eco.life.matter import Bodies, bodies, book, held, hold, release
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -32,7 +32,7 @@ def swallow(
     if not eaten.size or Matter not in table or Chemistry not in prey:
         return
     left = np.zeros((eaten.size, len(world.substances)))
-    taken = ingest(eaters, eaten, share, *bodies(table), *bodies(prey), left)
+    taken = ingest(eaters, eaten, share, bodies(table), bodies(prey), left)
     book(world, prey, "eaten", -taken)
     book(world, table, "eaten", taken)
     p = table[Position]
@@ -40,17 +40,19 @@ def swallow(
 
 
 @njit
-def ingest(eaters, eaten, share, volume, molarity, residue, food_volume, food_molarity, food_residue, left):
+def ingest(
+    eaters: np.ndarray, eaten: np.ndarray, share: Number, bodies: Bodies, foods: Bodies, left: np.ndarray
+) -> np.ndarray:
     """Empty the eaten, fill the eaters, write the unassimilated rest to `left` f64[k, substances] [mol];
     return the amounts eaten f64[substances] [mol]."""
-    taken = np.zeros(molarity.shape[1])
+    taken, volume = np.zeros(bodies.molarity.shape[1]), bodies.volume
     for i in range(eaten.size):
         row, food = eaters[i], eaten[i]
         for s in range(taken.size):
-            amount = held(food_molarity, food_residue, food, s) * food_volume[food]
-            hold(food_molarity, food_residue, food, s, 0.0)
-            before = held(molarity, residue, row, s)
-            now = hold(molarity, residue, row, s, before + of_row(share, row) * amount / volume[row])
+            amount = held(foods, food, s) * foods.volume[food]
+            hold(foods, food, s, 0.0)
+            before = held(bodies, row, s)
+            now = hold(bodies, row, s, before + of_row(share, row) * amount / volume[row])
             taken[s] += amount
             left[i, s] = amount - (now - before) * volume[row]
     return taken

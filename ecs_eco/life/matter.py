@@ -133,7 +133,7 @@ class Books:
         """Record the content of migrants, "imported" or "exported": rows i64[k]."""
         if ("table", table.name) in self.holders:
             sign = 1 if flow == "imported" else -1
-            self.book(("table", table.name), flow, sign * total(rows, *bodies(table)))
+            self.book(("table", table.name), flow, sign * total(rows, bodies(table)))
 
     def born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Record the content of newborn: rows i64[k]. Objects with a parent are its remains."""
@@ -142,7 +142,7 @@ class Books:
         left = parents != 0 if table.species.is_object else np.zeros(rows.size, np.bool_)
         for flow, which in (("remains", rows[left]), ("endowed", rows[~left])):
             if which.size:
-                self.book(("table", table.name), flow, total(which, *bodies(table)))
+                self.book(("table", table.name), flow, total(which, bodies(table)))
 
     def died(self, table: Table, rows: np.ndarray) -> None:
         """Record the content of the dying, before their rows are free: rows i64[k]. The eaten are empty if
@@ -154,7 +154,7 @@ class Books:
             left[:] = False
         for flow, which in (("remains", rows[left]), ("lost", rows[~left])):
             if which.size:
-                self.book(("table", table.name), flow, -total(which, *bodies(table)))
+                self.book(("table", table.name), flow, -total(which, bodies(table)))
 
     def turn(self, stock: np.ndarray) -> None:
         """Start a new page with these stocks."""
@@ -176,7 +176,7 @@ def stocks(world: SpatialWorld, books: Books) -> np.ndarray:
     for (kind, name), i in books.holders.items():
         if kind == "table":
             table = world.tables[name]
-            out[i] = total(table.rows(), *bodies(table))
+            out[i] = total(table.rows(), bodies(table))
         else:
             field = world.fields[name]
             assert field.substance is not None
@@ -205,9 +205,9 @@ def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
         yield
         return
     rows = table.rows()
-    before = total(rows, *bodies(table))
+    before = total(rows, bodies(table))
     yield
-    book(world, table, flow, total(rows, *bodies(table)) - before)
+    book(world, table, flow, total(rows, bodies(table)) - before)
 
 
 def release(
@@ -235,26 +235,26 @@ def part_lost(rate: Any) -> Any:
 
 
 @njit
-def held(molarity, residue, row, s):
+def held(bodies, row, s):
     """Return a concentration in float64."""
-    rest = np.float64(residue[row, s]) if residue.size else 0.0
-    return np.float64(molarity[row, s]) + rest
+    rest = np.float64(bodies.residue[row, s]) if bodies.residue.size else 0.0
+    return np.float64(bodies.molarity[row, s]) + rest
 
 
 @njit
-def hold(molarity, residue, row, s, value):
+def hold(bodies, row, s, value):
     """Set a concentration; return the stored value."""
-    molarity[row, s] = np.float32(value)
-    if residue.size:
-        residue[row, s] = np.float32(value - np.float64(molarity[row, s]))
-    return held(molarity, residue, row, s)
+    bodies.molarity[row, s] = np.float32(value)
+    if bodies.residue.size:
+        bodies.residue[row, s] = np.float32(value - np.float64(bodies.molarity[row, s]))
+    return held(bodies, row, s)
 
 
 @njit
-def total(rows, volume, molarity, residue):
+def total(rows: np.ndarray, bodies: Bodies) -> np.ndarray:
     """Return the content of bodies of each substance: f64[substances] [mol]."""
-    out = np.zeros(molarity.shape[1])
+    out = np.zeros(bodies.molarity.shape[1])
     for row in rows:
         for s in range(out.size):
-            out[s] += held(molarity, residue, row, s) * volume[row]
+            out[s] += held(bodies, row, s) * bodies.volume[row]
     return out

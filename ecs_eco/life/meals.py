@@ -4,18 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Shape
 from ecs_eco.engine.random import lot, lots
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.index import Index
+
+
+class Appetite(NamedTuple):
+    """Those who may eat, for kernels: f32[rows], or numbers where all are alike."""
+
+    radius: Number  # [m]
+    reach: Number  # [m]
+    chance: Number  # of success in a tick
+    until: Number  # the energy that is enough
+    decision: np.ndarray  # u8[rows, actions]
+    column: int  # of the action eat, -1 where there is none
+    cause: np.ndarray  # i32[rows], of death
+    energy: np.ndarray
+    digesting: np.ndarray  # i32[rows], ticks that are left
+
+
+class Foods(NamedTuple):
+    """What may be eaten, for kernels: f32[rows]."""
+
+    radius: Number  # [m]
+    toughness: np.ndarray  # the share of bites that fail; one for all, or empty where none does
+    cause: np.ndarray  # i32[rows], of death
+
+
+class Eaters(NamedTuple):
+    """The columns of eaters that a meal changes, for kernels: [rows]."""
+
+    cause: np.ndarray
+    killer: np.ndarray
+    energy: np.ndarray
+    digesting: np.ndarray
+    taken: np.ndarray
+
+
+class Eaten(NamedTuple):
+    """The columns of food that a meal reads or changes, for kernels: [rows]."""
+
+    cause: np.ndarray
+    killer: np.ndarray
+    uid: np.ndarray
+    held: np.ndarray  # the energy before all meals; empty where it holds none
+    poison: np.ndarray  # one for all, or empty where there is none
+
+
+class Effect(NamedTuple):
+    """What a meal does, for kernels: numbers, or arrays [rows] where each eater has its own."""
+
+    gain: Number  # energy, whatever the food holds
+    efficiency: Number  # the share of what the food holds
+    ceiling: Number  # the most energy
+    digestion: Number  # ticks
+    until: Number  # the energy that is enough
 
 
 @dataclass(slots=True)
@@ -31,8 +83,7 @@ class Meals:
     """The item that each eater proposes, −1 for none: i32[eaters]."""
     distance2: np.ndarray
     """The square of its distance: f32[eaters] [m^2]."""
-    effect: tuple[Any, ...]
-    """Gain, efficiency, maximum energy, ticks of handling, and the energy of satiation."""
+    effect: Effect
     poison: np.ndarray
     held: np.ndarray
     """The energy of the food before all meals."""

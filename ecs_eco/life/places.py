@@ -9,19 +9,21 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.sizes import radii_differ
 from ecs_eco.space.barriers import POINT
-from ecs_eco.space.bodies import rocks, solids
-from ecs_eco.space.geometry import into
+from ecs_eco.space.bodies import ground_of, solids
+from ecs_eco.space.geometry import Extent, into
+from ecs_eco.space.index import Entries
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.solids import Solids
 from ecs_eco.space.solids import around as solids_around
-from ecs_eco.space.terrain import ROCK, WATER, ground_at
+from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -74,30 +76,15 @@ def around(table: Table, way: Any, parents: np.ndarray) -> Around:
 
 def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.ndarray) -> np.ndarray:
     """Find (x, y, z, whether it is free) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
-    space, ground = world.space, rocks(world)
+    space, ground = world.space.extent, ground_of(world)
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = random.by_lot(world.key, identity, APART)
     for attempt in range(TRIES):
-        draw_places(
-            homeless,
-            identity,
-            where.x,
-            where.y,
-            where.z,
-            where.dispersal,
-            space.lengths,
-            space.torus,
-            space.volume,
-            *ground,
-            world.key,
-            attempt,
-            out,
-            free,
-        )
+        draw_places(homeless, identity, where, space, ground, world.key, attempt, out, free)
         forbidden = _forbidden(table, world, where, homeless, out, free)
         if world.bands.divided:
             forbidden = world.bands.either(forbidden)
-        left = keep_apart(homeless, where.spacing, space.lengths, space.torus, *forbidden, free, out)
+        left = keep_apart(homeless, where.spacing, space, *forbidden, free, out)
         homeless = homeless[:left]
         if not homeless.size:
             return out
@@ -118,61 +105,19 @@ def _forbidden(
     crowded, taken = forbidden
     widest = float(spacing.max() if isinstance(spacing, np.ndarray) else spacing)
     if widest > 0:
-        _crowded(
-            who,
-            asked,
-            out,
-            spacing,
-            own.x,
-            own.y,
-            own.z,
-            own.start,
-            space.reach(widest),
-            *space.shape,
-            space.inverse,
-            space.lengths,
-            space.torus,
-            crowded,
-        )
+        _crowded(who, asked, out, spacing, own.entries, space.reach(widest), space.extent, crowded)
     radius = radius_of(table)
     for other in world.tables.values():
         if takes_room(other):
             if Shape in other.columns:
                 bodies = solids(world, [other.name])
-                _occupied_by_solids(
-                    who,
-                    asked,
-                    out,
-                    bodies.form,
-                    *space.shape,
-                    space.inverse,
-                    space.lengths,
-                    space.torus,
-                    space.volume,
-                    *bodies.cells,
-                    np.float32(radius),
-                    POINT,
-                    taken,
-                )
+                reach = np.float32(radius)
+                _occupied_by_solids(who, asked, out, bodies, space.extent, reach, POINT, taken)
                 continue
             index = own if other is table else world.index(other)
             apart = np.float32(radius) + other[Body].radius[index.rows]
-            _occupied(
-                who,
-                asked,
-                out,
-                index.x,
-                index.y,
-                index.z,
-                index.start,
-                apart,
-                space.reach(float(np.maximum.reduce(apart, initial=0))),
-                *space.shape,
-                space.inverse,
-                space.lengths,
-                space.torus,
-                taken,
-            )
+            furthest = space.reach(float(np.maximum.reduce(apart, initial=0)))
+            _occupied(who, asked, out, index.entries, apart, furthest, space.extent, taken)
     return forbidden
 
 
@@ -201,74 +146,84 @@ def bound_of(table: Table) -> float:
 
 @njit
 def draw_places(
-    homeless,
-    identity,
-    px,
-    py,
-    pz,
-    dispersal,
-    lengths,
-    torus,
-    volume,
-    ground,
-    ground_inverse,
-    key,
-    attempt,
-    out,
-    free,
-):
+    homeless: np.ndarray,
+    identity: np.ndarray,
+    where: Around,
+    space: Extent,
+    ground: Ground,
+    key: np.uint64,
+    attempt: int,
+    out: np.ndarray,
+    free: np.ndarray,
+) -> None:
     """Draw a place for each newborn i of `homeless`; free[i] tells whether neither water nor rock forbids
     it."""
-    salt = attempt << 10
+    salt, lengths, torus = attempt << 10, space.lengths, space.torus
     for i in homeless:
         u, v, w = (
             draw(key, identity[i], random.PLACE + salt),
             draw(key, identity[i], random.PLACE + (1 << 8) + salt),
             draw(key, identity[i], random.PLACE + (2 << 8) + salt),
         )
-        furthest = of_row(dispersal, i)
+        furthest = of_row(where.dispersal, i)
         if furthest < 0:
             x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
         else:
             r, a = furthest * np.sqrt(u), np.float32(6.2831855) * v
             x, y = (
-                into(px[i] + r * np.cos(a), lengths[0], torus),
-                into(py[i] + r * np.sin(a), lengths[1], torus),
+                into(where.x[i] + r * np.cos(a), lengths[0], torus),
+                into(where.y[i] + r * np.sin(a), lengths[1], torus),
             )
             z = (
-                into(pz[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
-                if volume
-                else pz[i]
+                into(where.z[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
+                if space.volume
+                else where.z[i]
             )
         free[i] = True
-        if ground.size > 1:  # fences leave a place free
-            kind = ground_at(ground, ground_inverse, x, y)
+        if ground.kind.size > 1:  # fences leave a place free
+            kind = ground_at(ground, x, y)
             free[i] = kind not in (WATER, ROCK)
         out[i, 0], out[i, 1], out[i, 2] = x, y, z
 
 
 @njit
 def _crowded(
-    who, asked, places, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, crowded
-):
+    who: np.ndarray,
+    asked: np.ndarray,
+    places: np.ndarray,
+    spacing: Number,
+    own: Entries,
+    reach: int,
+    space: Extent,
+    crowded: np.ndarray,
+) -> None:
     """Find the places with a member of the species within `spacing`, for those newborn i of `who` that are
     checked."""
+    ox, oy, oz = own.x, own.y, own.z
     near = np.empty(ox.size, np.int64)
     for k in range(who.size):
         i = who[k]
         x, y, z, apart = places[i, 0], places[i, 1], places[i, 2], of_row(spacing, i)
         if not (asked[i] and apart > 0):
             continue
-        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(x, y, z, reach, own, space, near)
         for q in range(n):
-            dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
+            dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], space)
             if dx * dx + dy * dy + dz * dz < apart * apart:
                 crowded[k] = True
                 break
 
 
 @njit
-def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
+def keep_apart(
+    homeless: np.ndarray,
+    spacing: Number,
+    space: Extent,
+    crowded: np.ndarray,
+    taken: np.ndarray,
+    free: np.ndarray,
+    out: np.ndarray,
+) -> int:
     """Give each newborn i of `homeless` its place, out[i, 3] = 1, if it is free and not crowded, and no
     other newborn of this tick has one within `spacing`; move those without a place to the front of
     `homeless`, and return their number."""
@@ -280,7 +235,7 @@ def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
     for i in homeless:
         apart, x, y, z = of_row(spacing, i), out[i, 0], out[i, 1], out[i, 2]
         for j in range(len(out) if free[i] and apart > 0 else 0):
-            dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], lengths, torus)
+            dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], space)
             if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < apart * apart:
                 free[i] = False
         out[i, 3] = 1 if free[i] else 0
@@ -293,18 +248,26 @@ def keep_apart(homeless, spacing, lengths, torus, crowded, taken, free, out):
 
 @njit
 def _occupied(
-    who, asked, places, ox, oy, oz, start, apart, reach, nx, ny, nz, inverse, lengths, torus, taken
-):
+    who: np.ndarray,
+    asked: np.ndarray,
+    places: np.ndarray,
+    others: Entries,
+    apart: np.ndarray,
+    reach: int,
+    space: Extent,
+    taken: np.ndarray,
+) -> None:
+    ox, oy, oz = others.x, others.y, others.z
     near = np.empty(ox.size, np.int64)
     for k in range(who.size):
         i = who[k]
         if taken[k] or not asked[i]:
             continue
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(x, y, z, reach, others, space, near)
         for q in range(n):
             e = near[q]
-            dx, dy, dz = offset(x, y, z, ox[e], oy[e], oz[e], lengths, torus)
+            dx, dy, dz = offset(x, y, z, ox[e], oy[e], oz[e], space)
             if dx * dx + dy * dy + dz * dz < apart[e] * apart[e]:
                 taken[k] = True
                 break
@@ -312,23 +275,28 @@ def _occupied(
 
 @njit
 def _occupied_by_solids(
-    who, asked, places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius, point, taken
-):
+    who: np.ndarray,
+    asked: np.ndarray,
+    places: np.ndarray,
+    others: Solids,
+    space: Extent,
+    radius: np.float32,
+    point: np.ndarray,
+    taken: np.ndarray,
+) -> None:
     """Do the same as `_occupied` for capsules and boxes, whose surfaces must be at least `radius` [m] from
     a free place."""
+    form, r = others.form, np.float64(radius)
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
-    r = np.float64(radius)
     for k in range(who.size):
         i = who[k]
         if taken[k] or not asked[i]:
             continue
         x, y, z = np.float64(places[i, 0]), np.float64(places[i, 1]), np.float64(places[i, 2])
-        n = solids_around(x, y, z, r, r, r, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
+        n = solids_around(x, y, z, r, r, r, others, space, seen, near)
         for q in range(n):
             e = near[q]
-            gap, _, _, _ = touching(
-                point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2], lengths, torus, volume
-            )
+            gap, _, _, _ = touching(point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2], space)
             if gap < r:
                 taken[k] = True
                 break

@@ -1,6 +1,8 @@
 """The decision: H(y + z), with y from the reflex and z from the policy (the paper's section on
 decision-making)."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
@@ -8,6 +10,17 @@ from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
 
 HIGHEST = np.finfo(np.float32).max
+
+
+class Will(NamedTuple):
+    """What decides besides choices, for kernels."""
+
+    offsets: np.ndarray  # of each group's options among all
+    targets: np.ndarray  # the action of each option, -1 for none
+    has_policy: bool
+    reflex: np.ndarray  # y, i8[n, actions]
+    has_reflex: bool
+    automatic: np.ndarray  # bool[actions]
 
 
 @njit
@@ -33,12 +46,15 @@ def uniforms(first, last, key, uid, group, out):
 
 
 @njit
-def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision):
+def decide(
+    first: int, last: int, choice: np.ndarray, will: Will, rows: np.ndarray, decision: np.ndarray
+) -> None:
     """Write H(y + z) of organism i to decision[rows[i]]: u8[capacity, actions].
 
     z is 1 for the chosen action of each group (choice[i, g] indexes the group's options, targets maps options
     to actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 if v > 0.
     """
+    offsets, targets, has_policy, y, has_reflex, automatic = will
     n_actions = decision.shape[1]
     for i in range(first, last):
         row = rows[i]

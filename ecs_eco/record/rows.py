@@ -3,7 +3,7 @@ the living of one species."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,18 @@ SUMMED = 128  # numbers that numpy adds in one block
 ENDOWED, FLOW, LOST, AFTER = (
     LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
 )
-NOWHERE = 0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty((2, 0), np.uint8)
+
+
+class Lines(NamedTuple):
+    """Where births or deaths are noted, for kernels: from the column `first` on, as in `Rows`."""
+
+    first: int
+    longs: np.ndarray
+    floats: np.ndarray
+    small: np.ndarray
+
+
+NOWHERE = Lines(0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np.empty((2, 0), np.uint8))
 
 
 class Rows:
@@ -35,15 +46,15 @@ class Rows:
             np.empty((2, 64), np.uint8),
         )
 
-    def more(self, k: int) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the index of the next k rows, and the arrays to write them to."""
+    def more(self, k: int) -> Lines:
+        """Return where the next k go."""
         first, self.n = self.n, self.n + k
         if self.n > self.small.shape[1]:
             self.longs, self.floats, self.small = (
                 np.concatenate([a, np.empty((len(a), self.n), a.dtype)], 1)
                 for a in (self.longs, self.floats, self.small)
             )
-        return first, self.longs, self.floats, self.small
+        return Lines(first, self.longs, self.floats, self.small)
 
     def taken(self, kind: str, last: int) -> list[tuple[np.ndarray, ...]]:
         """Return the columns of "births" or "deaths", named as in EVENTS, up to tick `last` first, and
@@ -85,7 +96,7 @@ def note_births(
         table.high,
         columns,
         page,
-        *(NOWHERE if into is None else into.more(rows.size)),
+        NOWHERE if into is None else into.more(rows.size),
     )
 
 
@@ -119,7 +130,7 @@ def note_deaths(
         columns,
         page,
         died,
-        *(NOWHERE if into is None else into.more(rows.size)),
+        NOWHERE if into is None else into.more(rows.size),
     )
 
 
@@ -133,18 +144,39 @@ def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
 
 
 @njit
-def born(rows, parents, second, tick, s, high, columns, page, first, longs, floats, small):
+def born(
+    rows: np.ndarray,
+    parents: np.ndarray,
+    second: np.ndarray,
+    tick: int,
+    s: int,
+    high: int,
+    columns: np.ndarray,
+    page: np.ndarray,
+    into: Lines,
+) -> None:
     """Add up the energy of newborns and record each. `columns` are addresses of `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
-    for k in range(rows.size if small.shape[1] else 0):
-        i = first + k
-        note(i, rows[k], tick, s, high, columns, longs, floats, small)
-        longs[2, i], longs[3, i] = parents[k], second[k]
+    for k in range(rows.size if into.small.shape[1] else 0):
+        i = into.first + k
+        note(i, rows[k], tick, s, high, columns, into)
+        into.longs[2, i], into.longs[3, i] = parents[k], second[k]
 
 
 @njit
-def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs, floats, small):
+def lose(
+    rows: np.ndarray,
+    tick: int,
+    dt: float,
+    s: int,
+    first_flow: int,
+    high: int,
+    columns: np.ndarray,
+    page: np.ndarray,
+    died: np.ndarray,
+    into: Lines,
+) -> None:
     """Add up the losses of dying organisms, count their causes, and record each. `columns` are addresses
     of `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
@@ -154,17 +186,18 @@ def lose(rows, tick, dt, s, first_flow, high, columns, page, died, first, longs,
     birth, cause = column_at(columns[1], np.int64, high), column_at(columns[2], np.uint8, high)
     killer = column_at(columns[3], np.uint64, high)
     for k in range(rows.size):
-        i, row = first + k, rows[k]
+        i, row = into.first + k, rows[k]
         died[cause[row]] += 1
-        if small.shape[1]:
-            note(i, row, tick, s, high, columns, longs, floats, small)
-            longs[2, i], small[1, i] = killer[row], cause[row]
-            floats[4, i] = np.float32((tick - birth[row]) * dt)
+        if into.small.shape[1]:
+            note(i, row, tick, s, high, columns, into)
+            into.longs[2, i], into.small[1, i] = killer[row], cause[row]
+            into.floats[4, i] = np.float32((tick - birth[row]) * dt)
 
 
 @njit
-def note(i, row, tick, s, high, columns, longs, floats, small):
+def note(i, row, tick, s, high, columns, into):
     """Write the common values of births and deaths: zeros if a table lacks the component."""
+    _, longs, floats, small = into
     longs[0, i], longs[1, i], small[0, i] = tick, column_at(columns[0], np.uint64, high)[row], s
     for k in range(PLACE, ENERGY + 1):
         value = np.float32(0.0)

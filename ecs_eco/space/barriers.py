@@ -9,8 +9,8 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape, Velocity
 from ecs_eco.space.bodies import solids
-from ecs_eco.space.geometry import back_into
-from ecs_eco.space.shapes import contact, ray, shift_to
+from ecs_eco.space.geometry import Extent, Places, back_into
+from ecs_eco.space.shapes import contact, image_of, ray
 from ecs_eco.space.solids import Solids, around
 
 if TYPE_CHECKING:
@@ -51,23 +51,7 @@ def hold_back(
         if not space.wrap[axis]:
             furthest = np.nextafter(space.lengths[axis], np.float32(0))
             np.clip(way[:, axis], -at, furthest - at, out=way[:, axis])
-    world.split(
-        shorten,
-        x.size,
-        x,
-        y,
-        z,
-        walls.form,
-        *space.shape,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        space.volume,
-        *walls.cells,
-        POINT,
-        way,
-        share,
-    )
+    world.split(shorten, x.size, Places(x, y, z), walls, space.extent, POINT, way, share)
     return share
 
 
@@ -88,11 +72,19 @@ def stop(
 
 @njit
 def shorten(
-    first, last, x, y, z, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, way, share
-):
+    first: int,
+    last: int,
+    places: Places,
+    walls: Solids,
+    space: Extent,
+    point: np.ndarray,
+    way: np.ndarray,
+    share: np.ndarray,
+) -> None:
     """Run `hold_back` for displacements first … last − 1, in parts of half a torus, for each of which it
     checks the nearest images."""
-    near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
+    (x, y, z), lengths, torus, n = places, space.lengths, space.torus, len(walls.form)
+    near, seen = np.empty(n, np.int64), np.zeros(n + 1, np.int64)
     half = np.float64(min(lengths[0], lengths[1])) / 2 if torus else np.inf
     most = np.float64(lengths[0] + lengths[1]) if torus else np.inf
     for i in range(first, last):
@@ -105,27 +97,7 @@ def shorten(
         wx, wy, wz = wx * whole / parts, wy * whole / parts, wz * whole / parts
         px, py, pz, free, part = np.float64(x[i]), np.float64(y[i]), np.float64(z[i]), 1.0, 0
         while free == 1 and part < parts:
-            free = _free_part(
-                px,
-                py,
-                pz,
-                wx,
-                wy,
-                wz,
-                form,
-                nx,
-                ny,
-                nz,
-                inverse,
-                lengths,
-                torus,
-                volume,
-                start,
-                entry,
-                point,
-                near,
-                seen,
-            )
+            free = _free_part(px, py, pz, wx, wy, wz, walls, space, point, near, seen)
             px, py, pz, part = px + wx, py + wy, pz + wz, part + 1
             if torus:
                 px -= lengths[0] * math.floor(px / lengths[0])
@@ -137,42 +109,21 @@ def shorten(
 
 
 @njit
-def _free_part(
-    px, py, pz, wx, wy, wz, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, point, near, seen
-):
+def _free_part(px, py, pz, wx, wy, wz, walls, space, point, near, seen):
     """Return the share of a displacement of at most half a torus at which a barrier begins, 1 if there is
     none."""
-    images, free = 2 if torus else 1, 1.0
-    for q in range(
-        around(
-            px + wx / 2,
-            py + wy / 2,
-            pz + wz / 2,
-            abs(wx) / 2,
-            abs(wy) / 2,
-            abs(wz) / 2,
-            nx,
-            ny,
-            nz,
-            inverse,
-            lengths,
-            torus,
-            start,
-            entry,
-            seen,
-            near,
-        )
-    ):
+    images, free, form = 2 if space.torus else 1, 1.0, walls.form
+    x, y, z = px + wx / 2, py + wy / 2, pz + wz / 2
+    for q in range(around(x, y, z, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, walls, space, seen, near)):
         e = near[q]
         dx, dy, dz = px - form[e, 0], py - form[e, 1], pz - form[e, 2]
         for image in range(images * images):
-            ax = shift_to(dx, lengths[0], np.float64(lengths[0]), image % 2) if torus else dx
-            ay = shift_to(dy, lengths[1], np.float64(lengths[1]), image // 2) if torus else dy
+            ax, ay = image_of(dx, dy, space, image)
             t = ray(form, e, ax, ay, dz, wx, wy, wz)
             if t >= free:
                 continue
             if t == 0:
-                _, ox, oy, oz = contact(point, 0, form, e, ax, ay, dz, volume, 1.0)
+                _, ox, oy, oz = contact(point, 0, form, e, ax, ay, dz, space.volume, 1.0)
                 if ox * wx + oy * wy + oz * wz >= 0:  # on its way out
                     continue
             free = t

@@ -7,37 +7,31 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Position, Shape
-from ecs_eco.space import sight
-from ecs_eco.space.solids import Solids
-from ecs_eco.space.terrain import ROCK
+from ecs_eco.space.solids import Solids, listed_solids
+from ecs_eco.space.spheres import Spheres, merged_spheres
+from ecs_eco.space.terrain import OPEN_GROUND, ROCK, Ground
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 
-NO_SCALE = np.zeros(2, np.float32)
+def ground_of(world: "SpatialWorld") -> Ground:
+    """Return the ground, as kernels take it."""
+    return OPEN_GROUND if world.terrain is None else world.terrain.maps
 
 
-def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
-    """Return the ground map and its scale; a map of one cell represents open ground."""
-    if world.terrain is None:
-        return sight.NO_GROUND, NO_SCALE
-    return world.terrain.ground, world.terrain.inverse
-
-
-def opaque_ground(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
-    """Return the ground map and its scale, for sight; a map of one cell if there is no rock."""
-    if world.terrain is None:
-        return sight.NO_GROUND, NO_SCALE
-    ground, inverse = rocks(world)
-    return ground if (ground == ROCK).any() else sight.NO_GROUND, inverse
-
-
-def relief(world: "SpatialWorld") -> np.ndarray:
-    """Return the heights of the ground f32[ny, nx] [m] if hills block sight, otherwise a map of one cell."""
+def opaque_ground(world: "SpatialWorld") -> Ground:
+    """Return the ground for those who look: a map of one cell where no rock is, and one of heights
+    where hills hide nothing."""
     terrain = world.terrain
-    return sight.NO_HILLS if terrain is None or not terrain.hides else terrain.height
+    if terrain is None:
+        return OPEN_GROUND
+    return Ground(
+        terrain.ground if (terrain.ground == ROCK).any() else OPEN_GROUND.kind,
+        terrain.height if terrain.hides else OPEN_GROUND.height,
+        terrain.inverse,
+    )
 
 
 def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
@@ -61,11 +55,11 @@ def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...
     return spheres, others
 
 
-def merged(world: "SpatialWorld", names: Sequence[str]) -> sight.Bodies:
+def merged(world: "SpatialWorld", names: Sequence[str]) -> Spheres:
     """Return the bodies of several tables in one index, rebuilt after any of them has changed."""
 
-    def build() -> sight.Bodies:
-        return sight.Bodies(
+    def build() -> Spheres:
+        return merged_spheres(
             world.space,
             [(world.index(table), table[Body].radius) for table in map(world.tables.__getitem__, names)],
         )
@@ -80,7 +74,7 @@ def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
     def build() -> Solids:
         tables = [world.tables[name] for name in names]
         rows = [world.index(table).rows.copy() for table in tables]
-        return Solids(
+        return listed_solids(
             world.space, [(form_of(table, r), r, table.uid[r]) for table, r in zip(tables, rows, strict=True)]
         )
 

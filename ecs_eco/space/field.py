@@ -7,8 +7,8 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import power, scalars
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.compiled.per_row import of_row
-from ecs_eco.space.geometry import BLOCK, Space, cells_at, floor_between
+from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.space.geometry import BLOCK, Places, Space, cells_at, floor_between
 
 NOWHERE = np.empty(0, np.float32)
 NOBODY = NOWHERE, NOWHERE, NOWHERE, np.float32(0)  # emits nothing
@@ -75,7 +75,7 @@ class Field:
             Coordinates [m].
         amount : float32 or array of float32, shape (n,)
         """
-        _deposit(self.source, x, y, z, amount, self.inverse)
+        _deposit(self.source, Places(x, y, z), amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
         """Make it hold the concentrations of a substance [mol/L], in float64 so that nothing is lost:
@@ -96,7 +96,7 @@ class Field:
         amount : array of float64, shape (n,)
             [mol]
         """
-        _deposit(self.value, x, y, z, amount / self.litres, self.inverse)
+        _deposit(self.value, Places(x, y, z), amount / self.litres, self.inverse)
 
     def held(self) -> float:
         """Return the amount of the field's substance in it.
@@ -122,11 +122,13 @@ class Field:
         if self._steps[0] != made_from:
             self._steps = made_from, *self._plan(dt)
         _, steps, a, left, arrives = self._steps
+        x, y, z, amount = emitted or NOBODY
         _flow(
             self.value,
             self.source,
             self._next,
-            *(emitted or NOBODY),
+            Places(x, y, z),
+            amount,
             self.inverse,
             steps,
             a,
@@ -159,25 +161,36 @@ class Field:
         out : array of float32, shape (n,)
             Receives the values.
         """
-        sample(self.value, x, y, z, self.inverse, self.space.torus, out)
+        sample(self.value, Places(x, y, z), self.inverse, self.space.torus, out)
 
 
 @lone_njit
-def _deposit(source, x, y, z, amount, inverse):
-    nz, ny, nx = source.shape
+def _deposit(source: np.ndarray, places: Places, amount: Number, inverse: np.ndarray) -> None:
     flat, cell = source.reshape(-1), np.empty(BLOCK, np.int32)
-    for first in range(0, x.size, BLOCK):
-        size = min(BLOCK, x.size - first)
-        cells_at(first, size, x, y, z, nx, ny, nz, inverse[0], inverse[1], inverse[2], cell)
+    for first in range(0, places.x.size, BLOCK):
+        size = min(BLOCK, places.x.size - first)
+        cells_at(first, size, places, source.shape, inverse, cell)
         for k in range(size):
             flat[np.uint32(cell[k])] += of_row(amount, first + k)
 
 
 @njit
-def _flow(value, source, other, x, y, z, amount, inverse, steps, a, left, arrives, torus):
+def _flow(
+    value: np.ndarray,
+    source: np.ndarray,
+    other: np.ndarray,
+    places: Places,
+    amount: Number,
+    inverse: np.ndarray,
+    steps: int,
+    a: tuple[np.float32, ...],
+    left: np.floating,
+    arrives: np.floating,
+    torus: bool,
+) -> None:
     """Add amounts to the source, scale source and field by their remaining shares, and diffuse the sum in
     steps, back and forth between two arrays: after an odd number of steps the result is in `other`."""
-    _deposit(source, x, y, z, amount, inverse)
+    _deposit(source, places, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):
             for i in range(value.shape[2]):
@@ -262,7 +275,8 @@ def _plane(v, i0, i1, j0, j1, fx, fy):
 
 
 @njit
-def sample(value, x, y, z, inverse, torus, out):
+def sample(value: np.ndarray, places: Places, inverse: np.ndarray, torus: bool, out: np.ndarray) -> None:
     """Write the field at each place to `out`."""
+    x, y, z = places
     for i in range(x.size):
         out[i] = at(value, x[i], y[i], z[i], inverse, torus)

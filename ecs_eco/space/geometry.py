@@ -3,12 +3,33 @@
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 
 BLOCK = 128  # places whose cells are computed at once
+
+
+class Extent(NamedTuple):
+    """How far a space goes, for kernels: the cells of its neighbour index, its sides and its edges."""
+
+    nx: int  # cells along x, y and z
+    ny: int
+    nz: int
+    inverse: np.ndarray  # f32[3], cells to the metre
+    lengths: np.ndarray  # f32[3] [m]
+    torus: bool
+    volume: bool
+
+
+class Places(NamedTuple):
+    """Places, for kernels: f32[n] [m]."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
 
 
 class Space:
@@ -64,6 +85,7 @@ class Space:
             np.float32,
         )
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
+        self.extent = Extent(*self.shape, self.inverse, self.lengths, self.torus, self.volume)
         side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest side of a cell
         # how many cells a search radius [m] spans to each side: few radii are asked for, but often
         self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
@@ -130,10 +152,11 @@ def cell_of(place, n):
 
 
 @lone_njit
-def cells_at(first, size, x, y, z, nx, ny, nz, ix, iy, iz, cell):
-    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest,
-    as `cell_of` computes it; ix, iy, iz are cells per meter. No branches, so that it compiles to vector
-    code."""
+def cells_at(first, size, places, shape, inverse, cell):
+    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as
+    `cell_of` has it; `shape` is (nz, ny, nx). Without branches, so that it becomes vector code."""
+    (x, y, z), (nz, ny, nx) = places, shape
+    ix, iy, iz = inverse[0], inverse[1], inverse[2]
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)
     fx, fy, fz = np.float32(nx), np.float32(ny), np.float32(nz)
     for k in range(size):

@@ -4,12 +4,12 @@ or updated if only births and deaths took place."""
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.space.geometry import Space, cell_of
+from ecs_eco.space.geometry import Extent, Places, Space, cell_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
@@ -17,6 +17,17 @@ if TYPE_CHECKING:
 
 NOWHERE = 2**31 - 1  # beyond all cells
 NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
+
+
+class Entries(NamedTuple):
+    """The living of a table sorted by cell, for kernels: cell c holds entries start[c] to start[c + 1]."""
+
+    rows: np.ndarray  # i64[n]
+    x: np.ndarray  # f32[n] [m]
+    y: np.ndarray
+    z: np.ndarray
+    uid: np.ndarray  # u64[n]
+    start: np.ndarray  # i64[cells + 1]
 
 
 class Index:
@@ -48,9 +59,8 @@ class Index:
 
     def _allocate(self, n: int) -> None:
         self._cell = np.full(n, NOWHERE, np.int32)
-        self._rows = np.empty(n, np.int64)
-        self._x, self._y, self._z = (np.empty(n, np.float32) for _ in range(3))
-        self._uid = np.empty(n, np.uint64)
+        x, y, z = (np.empty(n, np.float32) for _ in range(3))
+        self._all: tuple[np.ndarray, ...] = np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64)
         self._spare: tuple[np.ndarray, ...] | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
@@ -62,19 +72,11 @@ class Index:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
         self.flat, self.top = sort_cells(
             alive,
-            x,
-            y,
-            z,
+            Places(x, y, z),
             uid,
-            *self.space.shape,
-            self.space.inverse,
+            self.space.extent,
             self._cell,
-            self.start,
-            self._rows,
-            self._x,
-            self._y,
-            self._z,
-            self._uid,
+            Entries._make((*self._all, self.start)),
         )
         self._show()
 
@@ -85,45 +87,36 @@ class Index:
         k = gone.size + born.size
         if (
             4 * k > self.n
-            or self.n + k > self._rows.size
+            or self.n + k > self._all[0].size
             or table.high > self._cell.size
             or (born.size and uids[0] <= self.top)
         ):
             return False
         if born.size:
             self.top = int(uids[-1])
-        entries, spare = (self._rows, self._x, self._y, self._z, self._uid), self._spare
-        if spare is None or spare[0].size != self._rows.size:
+        entries, spare = self._all, self._spare
+        if spare is None or spare[0].size != entries[0].size:
             spare = tuple(map(np.empty_like, entries))
         self.flat &= not put_in(
             gone,
             their,
             born,
             uids,
-            places.x,
-            places.y,
-            places.z,
+            Places(places.x, places.y, places.z),
             table.uid,
-            *self.space.shape,
-            self.space.inverse,
+            self.space.extent,
             self._cell,
-            self.start,
-            *entries,
-            *spare,
+            Entries._make((*entries, self.start)),
+            Entries._make((*spare, self.start)),
         )
-        (self._rows, self._x, self._y, self._z, self._uid), self._spare = spare, entries
+        self._all, self._spare = spare, entries
         self._show()
         return True
 
     def _show(self) -> None:
         self.n = n = int(self.start[-1])
-        self.rows, self.x, self.y, self.z, self.uid = (
-            self._rows[:n],
-            self._x[:n],
-            self._y[:n],
-            self._z[:n],
-            self._uid[:n],
-        )
+        self.rows, self.x, self.y, self.z, self.uid = living = tuple(column[:n] for column in self._all)
+        self.entries = Entries._make((*living, self.start))
 
 
 def changes(table: Table, version: int) -> list[np.ndarray]:
@@ -146,14 +139,17 @@ def changes(table: Table, version: int) -> list[np.ndarray]:
 
 
 @njit
-def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, sy, sz, su):
+def sort_cells(
+    alive: np.ndarray, places: Places, uid: np.ndarray, space: Extent, cell: np.ndarray, into: Entries
+) -> tuple[bool, np.uint64]:
     """Sort the living rows by cell (counting sort, x fastest), then by uid within a cell (insertion sort).
     Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
 
     The dead are sorted, too, behind the last cell: a branch for each would take longer.
     """
-    n_cells = nx * ny * nz
-    find_cells(alive, x, y, z, np.int32(nx), np.int32(ny), np.int32(nz), inverse, cell)
+    (x, y, z), (rows, sx, sy, sz, su, start) = places, into
+    n_cells = space.nx * space.ny * space.nz
+    find_cells(alive, x, y, z, space, cell)
     start[:] = 0
     for row in range(alive.size):
         start[np.uint32(cell[row])] += 1
@@ -186,38 +182,26 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
 
 @lone_njit
 def put_in(
-    gone,
-    their,
-    born,
-    uids,
-    x,
-    y,
-    z,
-    now,
-    nx,
-    ny,
-    nz,
-    inverse,
-    cell,
-    start,
-    rows,
-    sx,
-    sy,
-    sz,
-    su,
-    rows_,
-    sx_,
-    sy_,
-    sz_,
-    su_,
-):
-    """Copy the entries of an index, without the dead and with the newborn, into other arrays; return whether
-    the z of any newborn is not 0.
+    gone: np.ndarray,
+    their: np.ndarray,
+    born: np.ndarray,
+    uids: np.ndarray,
+    places: Places,
+    now: np.ndarray,
+    space: Extent,
+    cell: np.ndarray,
+    before: Entries,
+    after: Entries,
+) -> bool:
+    """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
+    any z of the latter is not 0. Both have the same `start`.
 
-    `gone` and `born` are rows, with uids. The uids of the newborn are in ascending order and larger than all
-    others: each comes last in its cell. Entities that were born and have died since are left out: `now` are
-    the uids of the rows.
+    `gone` and `born` are rows, with uids. Those of the newborn are in their order and larger than all others:
+    each comes last in its cell. Who was born and died since is left out: `now` are the uids of the rows.
     """
+    (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
+    rows, sx, sy, sz, su, start = before
+    rows_, sx_, sy_, sz_, su_, _ = after
     n_cells, high = nx * ny * nz, False
     touched, last, next_ = np.int32(-2), np.full(n_cells, -1, np.int32), np.empty(born.size, np.int32)
     for k in range(gone.size):
@@ -264,12 +248,13 @@ def insert(i, cell, rows, su):
 
 
 @lone_njit
-def find_cells(alive, x, y, z, nx, ny, nz, inverse, cell):
+def find_cells(alive, x, y, z, space, cell):
     """Write the cell of each living row, as `cell_of` computes it, and the number of cells for the dead:
     i32[rows].
 
     No branches, so that it compiles to vector code.
     """
+    nx, ny, nz, inverse = np.int32(space.nx), np.int32(space.ny), np.int32(space.nz), space.inverse
     zero, one = np.float32(0.0), np.int32(1)
     fx, fy, fz, ix, iy, iz = (
         np.float32(nx),

@@ -6,13 +6,30 @@ distances and nearest entries stay in vector registers. About 18 ns per seeker w
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.vectors import LANES, every, floor, load, spread, store, where_less
-from ecs_eco.space.index import Index
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.index import Entries, Index
+
+
+class Search(NamedTuple):
+    """How far all look, and for whom, for kernels."""
+
+    reach: int  # cells to each side
+    radius2: np.float32  # [m^2]
+    same: bool  # whether they look for their own kind
+    flat: bool  # whether z is 0 everywhere
+
+
+class Found(NamedTuple):
+    """Who is nearest to each, for kernels to write."""
+
+    entry: np.ndarray  # i32[n] of the index of targets, -1 for nobody
+    distance2: np.ndarray  # f32[n] [m^2]
 
 
 def nearest(
@@ -33,39 +50,27 @@ def nearest(
     a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by `more`.
     """
     space = seekers.space
-    nx, ny, nz = space.shape
-    arguments = (
-        seekers.x,
-        seekers.y,
-        seekers.z,
-        seekers.start,
-        targets.x,
-        targets.y,
-        targets.z,
-        targets.start,
-        seekers is targets,
-        space.reach(radius),
-        nx,
-        ny,
-        nz,
-        space.lengths,
-        space.torus,
-        seekers.flat and targets.flat,
-        np.float32(radius * radius),
-        target,
-        distance2,
-    )
+    _, ny, nz = space.shape
+    search, found = search_of(seekers, targets, radius), Found(target, distance2)
+    arguments = seekers.entries, targets.entries, space.extent, search, found
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
         split(kernel or seek, ny * nz, *arguments, *more, work=2 * seekers.n)
 
 
+def search_of(seekers: Index, targets: Index, radius: float) -> Search:
+    """Return how kernels look for targets within a radius [m]."""
+    flat = seekers.flat and targets.flat
+    return Search(seekers.space.reach(radius), np.float32(radius * radius), seekers is targets, flat)
+
+
 @njit
-def _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block):
+def _compare(a, b, i0, search, targets, shift_x, shift_y, block):
     """Offer the targets a … b − 1 to all lanes of a block whose first seeker is i0; flat: all z are 0."""
     if a >= b:
         return
+    tx, ty, tz, same, flat = targets.x, targets.y, targets.z, search.same, search.flat
     x, y, z = load(block, 0), load(block, LANES), load(block, 2 * LANES)
     best, entry = load(block, 3 * LANES), load(block, 4 * LANES)
     shifted = shift_x != 0 or shift_y != 0
@@ -87,13 +92,14 @@ def _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block):
 
 
 @njit
-def _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, lx, ly, block):
+def _compare_wrapped(a, b, i0, search, targets, shift_x, shift_y, space, block):
     """Do the same as `_compare` for a block that spans the torus: every difference is wrapped by itself."""
     if a >= b:
         return
+    tx, ty, tz, same, flat = targets.x, targets.y, targets.z, search.same, search.flat
     x, y, z = load(block, 0), load(block, LANES), load(block, 2 * LANES)
     best, entry = load(block, 3 * LANES), load(block, 4 * LANES)
-    wide, high, half = spread(lx), spread(ly), spread(np.float32(0.5))
+    wide, high, half = spread(space.lengths[0]), spread(space.lengths[1]), spread(np.float32(0.5))
     for j in range(a, b):
         dx, dy = every(tx, j) + spread(shift_x) - x, every(ty, j) + spread(shift_y) - y
         dx = dx - wide * floor(dx / wide + half)
@@ -111,46 +117,34 @@ def _compare_wrapped(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, lx, ly,
 
 
 @njit
-def _fill(block, ox, oy, oz, i0, m, radius2):
+def _fill(block, mine, i0, m, radius2):
     """Copy the places of the m seekers from i0 on into a block, and those of the last one into the
     remaining lanes."""
     store(block, 3 * LANES, spread(radius2))
     store(block, 4 * LANES, spread(np.float32(-1)))
     if m == LANES:
-        store(block, 0, load(ox, i0))
-        store(block, LANES, load(oy, i0))
-        store(block, 2 * LANES, load(oz, i0))
+        store(block, 0, load(mine.x, i0))
+        store(block, LANES, load(mine.y, i0))
+        store(block, 2 * LANES, load(mine.z, i0))
         return
     for lane in range(LANES):
         i = i0 + min(lane, m - 1)
-        block[lane], block[LANES + lane], block[2 * LANES + lane] = ox[i], oy[i], oz[i]
+        block[lane], block[LANES + lane], block[2 * LANES + lane] = mine.x[i], mine.y[i], mine.z[i]
 
 
 @njit
 def seek(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ostart,
-    tx,
-    ty,
-    tz,
-    tstart,
-    same,
-    k,
-    nx,
-    ny,
-    nz,
-    lengths,
-    torus,
-    flat,
-    radius2,
-    target,
-    distance2,
-):
+    first: int, last: int, mine: Entries, targets: Entries, space: Extent, search: Search, found: Found
+) -> None:
     """Run `nearest` for the seekers in the rows of cells first … last − 1."""
+    nx, ny, nz, lengths, torus = space.nx, space.ny, space.nz, space.lengths, space.torus
+    k, ostart, tstart, target, distance2 = (
+        search.reach,
+        mine.start,
+        targets.start,
+        found.entry,
+        found.distance2,
+    )
     # x, y, z, least distance, its target, and an infinity among zeros: one array, so that
     # no check for overlap is compiled in
     block = np.zeros(7 * LANES, np.float32)
@@ -165,7 +159,7 @@ def seek(
         i0 = begin
         while i0 < end:
             m = min(LANES, end - i0)
-            _fill(block, ox, oy, oz, i0, m, radius2)
+            _fill(block, mine, i0, m, search.radius2)
             while ostart[r * nx + ca + 1] <= i0:
                 ca += 1
             cb = ca
@@ -200,13 +194,11 @@ def seek(
                             a, b = tstart[base], tstart[base + high - nx + 1]
                             shift_x = Lx
                         if whole or all_rows:
-                            _compare_wrapped(
-                                a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, Lx, Ly, block
-                            )
+                            _compare_wrapped(a, b, i0, search, targets, shift_x, shift_y, space, block)
                         else:
-                            _compare(a, b, i0, same, flat, tx, ty, tz, shift_x, shift_y, block)
+                            _compare(a, b, i0, search, targets, shift_x, shift_y, block)
             for lane in range(m):
                 # float32 rounds beyond 2^24
-                target[i0 + lane] = min(int(block[4 * LANES + lane]), tx.size - 1)
+                target[i0 + lane] = min(int(block[4 * LANES + lane]), targets.x.size - 1)
                 distance2[i0 + lane] = block[3 * LANES + lane]
             i0 += m

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.space.geometry import Space, back_into, floor_between
-from ecs_eco.space.index import Index
+from ecs_eco.space.geometry import Extent, Places, Space, back_into, floor_between
+from ecs_eco.space.index import Entries, Index
 
 
 class Pairs(NamedTuple):
@@ -49,24 +49,8 @@ def pairs(
     runs a kernel over 0…n in parts.
     """
     space, n = targets.space, len(rows)
-    nx, ny, nz = space.shape
     start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
-    arguments = (
-        *places,
-        radius,
-        same,
-        targets.x,
-        targets.y,
-        targets.z,
-        targets.start,
-        nx,
-        ny,
-        nz,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        start,
-    )
+    arguments = (Places(*places), radius, same, targets.entries, space.extent, start)
     _run(split, n, *arguments, *nothing)
     np.cumsum(start, out=start)
     k = int(start[-1])
@@ -150,9 +134,9 @@ def _shorter(d, length):
 
 
 @njit
-def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
+def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
     """Return how many of the targets begin … end − 1, except `own`, are near a place."""
-    n = np.int64(0)
+    n, tx, ty, tz = np.int64(0), targets.x, targets.y, targets.z
     for t in range(begin, end):  # no branches: this compiles to vector code
         dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
         if seam:
@@ -162,13 +146,14 @@ def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
 
 
 @njit
-def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop, entry, distance2):
+def _write(begin, end, own, x, y, z, radius2, targets, seam, lengths, n, stop, entry, distance2):
     """Write the targets that `_count` counts, from n on, until all are found at `stop`; return the position
     after them.
 
     Every target is written, and overwritten by the next one if it was not near: that costs less than a
     branch.
     """
+    tx, ty, tz = targets.x, targets.y, targets.z
     for t in range(begin, end):
         if n == stop:
             break
@@ -183,30 +168,21 @@ def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop
 
 @njit
 def pair(
-    first,
-    last,
-    px,
-    py,
-    pz,
-    radius,
-    same,
-    tx,
-    ty,
-    tz,
-    tstart,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    start,
-    entry,
-    distance2,
-):
+    first: int,
+    last: int,
+    places: Places,
+    radius: np.ndarray,
+    same: bool,
+    targets: Entries,
+    space: Extent,
+    start: np.ndarray,
+    entry: np.ndarray,
+    distance2: np.ndarray,
+) -> None:
     """Count the targets near the places first … last − 1 into start[place + 1]; or, if `distance2` is not
     empty, write them from start[place] on."""
-    counts = distance2.size == 0
+    (px, py, pz), (nx, ny, nz, inverse, lengths, torus, _) = places, space
+    counts, tstart = distance2.size == 0, targets.start
     for i in range(first, last):
         x, y, z, r = px[i], py[i], pz[i], radius[i]
         x0, x1 = _cells(x, r, lengths[0], inverse[0], nx, torus)
@@ -223,7 +199,7 @@ def pair(
                         continue
                     c, d, own = tstart[base + a], tstart[base + b + 1], i if same else -1
                     if counts:
-                        n += _count(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths)
+                        n += _count(c, d, own, x, y, z, r * r, targets, seam, lengths)
                     else:
                         n = _write(
                             c,
@@ -233,9 +209,7 @@ def pair(
                             y,
                             z,
                             r * r,
-                            tx,
-                            ty,
-                            tz,
+                            targets,
                             seam,
                             lengths,
                             n,

@@ -12,6 +12,7 @@ from ecs_eco.components import Body, Position, Shape
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.pairs import radii
+from ecs_eco.space.sight import Poses
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -19,33 +20,11 @@ if TYPE_CHECKING:
 
 
 class Seekers:
-    """The living members of a table in an order that does not depend on rows.
+    """The living of a table as things stand now, in canonical order, which does not depend on rows: `n` of
+    them, their `rows` i64[n], neighbour `index` (uids and places), `heading` [rad], its `cos` and `sin`, and
+    `radius` [m], f32[n]. Kernels take their `poses`.
 
-    Sensors receive one, and systems make one in `update`. Never hold one across ticks.
-
-    Parameters
-    ----------
-    world : World
-    table : Table
-
-    Attributes
-    ----------
-    n : int
-    rows : array of int64, shape (n,)
-    index : Index
-        With uids and places.
-    heading : array of float32, shape (n,)
-        [rad], counter-clockwise from the x axis; `cos` and `sin` have its cosine and sine.
-    radius : array of float32, shape (n,)
-        [m]
-
-    Examples
-    --------
-    >>> from ecs_eco import World
-    >>> from ecs_eco.space import Seekers
-    >>> world = World.from_config("predator-prey", seed=1)
-    >>> Seekers(world, world.table("deer")).n
-    700
+    Sensors get one, and systems make one in `update`: keep none, rows change.
     """
 
     def __init__(self, world: SpatialWorld, table: Table) -> None:
@@ -58,11 +37,17 @@ class Seekers:
         self.radius: np.ndarray = (
             table[Body].radius.take(self.rows) if Body in table else np.zeros(self.n, np.float32)
         )
+        mine = self.index
+        self.poses = Poses(mine.x, mine.y, mine.z, mine.uid, self.cos, self.sin)
         self.half: tuple[np.ndarray, ...] | None = None
         """Half of the length, width and height of each body, f32[n] [m]; None if all are spheres."""
         if Shape in table:
             *sides, rounding = (side[self.rows] for side in extents(table))
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
+
+    def poses_at(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Poses:
+        """Return their poses, as if each were at one of the places f32[n] [m]."""
+        return Poses(x, y, z, *self.poses[3:])
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest member of another table for each organism.

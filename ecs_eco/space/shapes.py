@@ -213,20 +213,30 @@ def shift_to(d, length, limit, image):
 
 
 @njit
-def touching(form, i, other, e, dx, dy, dz, lengths, torus, volume):
+def image_of(dx, dy, space, image):
+    """Return differences around a torus as those of the nearest image (0) or a next one along x (1), y (2)
+    or both (3); infinite where that one is further than the torus is long. As they are between walls."""
+    if not space.torus:
+        return dx, dy
+    wide, high = space.lengths[0], space.lengths[1]
+    ax = shift_to(dx, wide, np.float64(wide), image % 2)
+    return ax, shift_to(dy, high, np.float64(high), image // 2)
+
+
+@njit
+def touching(form, i, other, e, dx, dy, dz, space):
     """Return the distance between the surfaces of two bodies [m], around a torus by the shorter way, negative
     if they overlap; and the vector from the center of i to its point nearest to e.
 
     (dx, dy, dz) is the center of i from the center of e [m].
     """
-    images, best, wx, wy, wz = 2 if torus else 1, np.inf, 0.0, 0.0, 0.0
+    images, best, wx, wy, wz = 2 if space.torus else 1, np.inf, 0.0, 0.0, 0.0
     r = np.float64(form[i, ROUND])
     for image in range(images * images):
-        ax = shift_to(dx, lengths[0], np.float64(lengths[0]), image % 2) if torus else dx
-        ay = shift_to(dy, lengths[1], np.float64(lengths[1]), image // 2) if torus else dy
+        ax, ay = image_of(dx, dy, space, image)
         if abs(ax) == np.inf or abs(ay) == np.inf:
             continue
-        gap, nx, ny, nz = contact(form, i, other, e, ax, ay, dz, volume, 1.0)
+        gap, nx, ny, nz = contact(form, i, other, e, ax, ay, dz, space.volume, 1.0)
         if gap < best:
             best = gap
             px, py, _, _ = closest(form, i, other, e, ax, ay)

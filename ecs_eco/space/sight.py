@@ -1,88 +1,55 @@
 """Sight: rays and lines of sight that end at the first opaque body, rock or hill."""
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row, row_of
-from ecs_eco.space.geometry import Space, cell_of, floor_between, half_cells, wrapped
-from ecs_eco.space.index import Index
-from ecs_eco.space.terrain import ROCK, ground_at, hill_between
-
-NO_GROUND = np.zeros((1, 1), np.uint8)
-NO_HILLS = np.zeros((1, 1), np.float32)
+from ecs_eco.compiled.per_row import Number, of_row, row_of
+from ecs_eco.space.geometry import Extent, cell_of, floor_between, half_cells, wrapped
+from ecs_eco.space.spheres import Spheres
+from ecs_eco.space.terrain import ROCK, Ground, ground_at, hill_between
 
 
-class Bodies:
-    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m], of radius[i]
-    [m]."""
+class Poses(NamedTuple):
+    """From where and in which direction each of a table looks, in canonical order, for kernels."""
 
-    def __init__(self, space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> None:
-        """Merge the indexes of `tables`, each with the radii of its rows f32[capacity]."""
-        n, there = 0, 0
-        for index, _ in tables:
-            n += index.n
-        four = np.empty((4, n), np.float32)  # one by one: unpacking an array takes longer
-        self.x, self.y, self.z, self.radius = four[0], four[1], four[2], four[3]
-        self.uid, self.kind = np.empty(n, np.uint64), np.empty(n, np.int32)
-        self.start, self.largest = np.zeros(space.n_cells + 1, np.int64), 0.0
-        for kind, (index, radius) in enumerate(tables):
-            most = merge(
-                there,
-                kind,
-                index.start,
-                index.x,
-                index.y,
-                index.z,
-                index.uid,
-                radius,
-                index.rows,
-                self.start,
-                self.x,
-                self.y,
-                self.z,
-                self.radius,
-                self.uid,
-                self.kind,
-            )
-            self.largest, there = max(self.largest, most), there + index.n
+    x: np.ndarray  # f32[n] [m]
+    y: np.ndarray
+    z: np.ndarray
+    uid: np.ndarray  # u64[n]
+    cos: np.ndarray  # f32[n], of the heading
+    sin: np.ndarray
+
+
+class Sight(NamedTuple):
+    """How far all see, for kernels, and what hides bodies from them; heights may be numbers where no hill
+    hides anything."""
+
+    radius: np.float32  # [m]
+    reach: int  # cells to each side
+    cos_half_fov: Number  # f32, or f32[n]
+    occlusion: bool
+    eye: Number  # f32[n] [m], the height of each one's eyes
+    top: Number  # f32[k] [m], the height of each target
+
+
+class Rays(NamedTuple):
+    """Rays in the horizontal plane, by their angles from the heading, and what they hit, for kernels."""
+
+    cos: np.ndarray  # f32[rays], or f32[n, rays]
+    sin: np.ndarray
+    radius: np.float32  # [m], how far they reach
+    eye: np.ndarray  # f32[n] [m], the height of each one's eyes
+    hit: np.ndarray  # i32[n, rays], the kind of the first body; -1 for none, -2 for rock or wall
+    distance: np.ndarray  # f32[n, rays] [m]
 
 
 @njit
-def merge(there, kind, tstart, tx, ty, tz, tuid, tradius, trows, start, x, y, z, radius, uid, kinds):
-    """Insert the entries of an index, all of one kind, among the first `there` entries, from the last to
-    the first, by cell and by uid within a cell; return the largest radius."""
-    i, j, a, b, largest = there - 1, tx.size - 1, start.size - 1, start.size - 1, np.float32(0.0)
-    if there == 0:
-        for k in range(j + 1):
-            x[k], y[k], z[k], radius[k] = tx[k], ty[k], tz[k], tradius[trows[k]]
-            uid[k], kinds[k] = tuid[k], kind
-            largest = max(largest, radius[k])
-        j = -1
-    while j >= 0:
-        while tstart[b] > j:
-            b -= 1
-        while i >= 0 and start[a] > i:
-            a -= 1
-        k = i + j + 1
-        if i >= 0 and (a > b or (a == b and uid[i] > tuid[j])):
-            x[k], y[k], z[k], radius[k], uid[k], kinds[k] = x[i], y[i], z[i], radius[i], uid[i], kinds[i]
-            i -= 1
-        else:
-            x[k], y[k], z[k], radius[k] = tx[j], ty[j], tz[j], tradius[trows[j]]
-            uid[k], kinds[k] = tuid[j], kind
-            largest = max(largest, radius[k])
-            j -= 1
-    for c in range(start.size):
-        start[c] += tstart[c]
-    return largest
-
-
-@njit
-def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
+def gather(x, y, z, reach, bodies, space, out):
     """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return
     their number."""
+    nx, ny, nz, inverse, torus, start = space.nx, space.ny, space.nz, space.inverse, space.torus, bodies.start
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
@@ -110,20 +77,21 @@ def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, toru
 
 
 @njit
-def offset(ax, ay, az, bx, by, bz, lengths, torus):
+def offset(ax, ay, az, bx, by, bz, space):
     """Return the shortest displacement from a to b."""
     dx, dy, dz = bx - ax, by - ay, bz - az
-    if torus:
-        dx, dy = wrapped(dx, lengths[0]), wrapped(dy, lengths[1])
+    if space.torus:
+        dx, dy = wrapped(dx, space.lengths[0]), wrapped(dy, space.lengths[1])
     return dx, dy, dz
 
 
 @njit
-def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
+def rock_between(x, y, dx, dy, ground, space):
     """Return the share of the displacement (dx, dy) at which rock begins, 2 if there is none."""
-    if ground.size == 1:
+    if ground.kind.size == 1:
         return np.float32(2.0)
-    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground_inverse, lengths)
+    lengths, torus = space.lengths, space.torus
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, lengths)
     for s in range(1, steps + 1):
         t = np.float32(s) / np.float32(steps)
         px, py = x + t * dx, y + t * dy
@@ -132,18 +100,20 @@ def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
             py -= lengths[1] * np.float32(np.floor(py / lengths[1]))
         elif px < 0 or py < 0 or px >= lengths[0] or py >= lengths[1]:
             break
-        if ground_at(ground, ground_inverse, px, py) == ROCK:
+        if ground_at(ground, px, py) == ROCK:
             return t
     return np.float32(2.0)
 
 
 @njit
-def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, ny, nz, lengths, torus):
-    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me`
-    and `it`.
+def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
+    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends,
+    `me` and `it`.
 
-    Checks the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
+    Looks at the cells of the box around the line, widened by the largest radius of a body.
     """
+    bx, by, bz, br, bu, _, start, margin = bodies
+    nx, ny, nz, _, lengths, torus, _ = space
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
     i0, i1 = (
@@ -198,130 +168,54 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
 
 
 @njit
-def nearest_visible(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    cos,
-    sin,
-    tx,
-    ty,
-    tz,
-    tu,
-    tstart,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bstart,
-    occlusion,
-    largest,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    reach,
-    radius,
-    cos_half_fov,
-    ground,
-    ground_inverse,
-    height,
-    eye,
-    top,
-    target,
-    distance2,
-):
-    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body, rock or
-    hill, −1 if there is none.
+def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground, found):
+    """Replace the nearest target of each seeker by the nearest that is in the field of view and not hidden by
+    a body, rock or hill, −1 if none.
 
-    Seekers without any target in reach (target[i] < 0) stay as they are. Kernel over seekers first … last −
-    1; the heights of eyes and tops are f32[n], or numbers if no hill blocks sight.
+    Seekers without any target in reach are left as they are. Kernel over seekers first … last − 1.
     """
+    ox, oy, oz, ou, cos, sin = seekers
+    _, tx, ty, tz, tu, _ = targets
+    target, distance2 = found
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
         if target[i] < 0:
             continue
         x, y, z = ox[i], oy[i], oz[i]
-        best, best_j = radius * radius, -1
+        best, best_j = sight.radius * sight.radius, -1
         j = target[i]
-        dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
-        view = of_row(cos_half_fov, i)
-        seen = ahead(dx, dy, dz, cos[i], sin[i], view)
-        if seen and occlusion:
-            seen = not hidden(
-                x,
-                y,
-                z,
-                dx,
-                dy,
-                dz,
-                ou[i],
-                tu[j],
-                largest,
-                bx,
-                by,
-                bz,
-                br,
-                bu,
-                bstart,
-                nx,
-                ny,
-                nz,
-                lengths,
-                torus,
-            )
-            seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
-            seen = seen and not hill_between(
-                x, y, dx, dy, of_row(eye, i), of_row(top, j), height, ground_inverse, lengths, torus
-            )
-        if seen:
+        dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], space)
+        view = of_row(sight.cos_half_fov, i)
+        if ahead(dx, dy, dz, cos[i], sin[i], view) and not (
+            sight.occlusion and covered(x, y, z, dx, dy, dz, i, j, ou[i], tu[j], bodies, sight, ground, space)
+        ):
             continue
-        n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
+        n_close = gather(x, y, z, sight.reach, targets, space, close)
         for c in range(n_close):
             e = close[c]
             if tu[e] == ou[i]:
                 continue
-            dx, dy, dz = offset(x, y, z, tx[e], ty[e], tz[e], lengths, torus)
+            dx, dy, dz = offset(x, y, z, tx[e], ty[e], tz[e], space)
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], view):
                 continue
-            if occlusion:
-                if hidden(
-                    x,
-                    y,
-                    z,
-                    dx,
-                    dy,
-                    dz,
-                    ou[i],
-                    tu[e],
-                    largest,
-                    bx,
-                    by,
-                    bz,
-                    br,
-                    bu,
-                    bstart,
-                    nx,
-                    ny,
-                    nz,
-                    lengths,
-                    torus,
-                ):
-                    continue
-                if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1 or hill_between(
-                    x, y, dx, dy, of_row(eye, i), of_row(top, e), height, ground_inverse, lengths, torus
-                ):
-                    continue
+            if sight.occlusion and covered(
+                x, y, z, dx, dy, dz, i, e, ou[i], tu[e], bodies, sight, ground, space
+            ):
+                continue
             best, best_j = d2, e
         target[i] = best_j
         distance2[i] = best
+
+
+@njit
+def covered(x, y, z, dx, dy, dz, i, j, me, it, bodies, sight, ground, space):
+    """Return whether a body, rock or hill hides target j at the end of the way (dx, dy, dz) from seeker i."""
+    return (
+        hidden(x, y, z, dx, dy, dz, me, it, bodies, space)
+        or rock_between(x, y, dx, dy, ground, space) <= 1
+        or hill_between(x, y, dx, dy, of_row(sight.eye, i), of_row(sight.top, j), ground, space)
+    )
 
 
 @njit
@@ -334,60 +228,35 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 @njit
 def cast(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    cos,
-    sin,
-    eye,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bkind,
-    bstart,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    reach,
-    radius,
-    ray_cos,
-    ray_sin,
-    ground,
-    ground_inverse,
-    height,
-    hit,
-    distance,
-):
-    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none, −2 rock or wall)
-    and its distance.
-
-    Rays start at (ox, oy, oz) and lie in the horizontal plane, at angles from the heading whose cosine and
-    sine are `ray_cos` and `ray_sin`, f32[rays] or f32[n, rays]; `hit` i32[n, rays], `distance` f32[n, rays]
-    [m].
-    """
-    rays = ray_cos.shape[-1]
+    first: int,
+    last: int,
+    seekers: Poses,
+    bodies: Spheres,
+    rays: Rays,
+    reach: int,
+    ground: Ground,
+    space: Extent,
+) -> None:
+    """Write for each seeker and ray the kind of the first body hit within the rays' radius (−1 none,
+    −2 rock or wall) and how far. Rays start at the seekers' places; `reach` is in cells."""
+    ox, oy, oz, ou, cos, sin = seekers
+    bx, by, bz, br, bu, bkind, _, _ = bodies
+    ray_cos, ray_sin, radius, eye, hit, distance = rays
+    lengths, torus, n_rays = space.lengths, space.torus, ray_cos.shape[-1]
     near = np.empty(bx.size, np.int64)
-    ux, uy, best, way = np.empty((4, rays), np.float32)
+    ux, uy, best, way = np.empty((4, n_rays), np.float32)
     narrow = min(lengths[0], lengths[1]) if torus else np.float32(np.inf)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
-        n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(x, y, z, reach, bodies, space, near)
         to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
-        for r in range(rays):
+        for r in range(n_rays):
             ux[r] = cos[i] * to_cos[r] - sin[i] * to_sin[r]
             uy[r] = sin[i] * to_cos[r] + cos[i] * to_sin[r]
             best[r], hit[i, r] = radius, -1
         for q in range(n):
             e = near[q]
-            dx, dy, dz = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
+            dx, dy, dz = offset(x, y, z, bx[e], by[e], bz[e], space)
             d2, most = dx * dx + dy * dy + dz * dz, radius + br[e]
             if bu[e] == ou[i] or d2 > np.float32(1.001) * most * most:
                 continue
@@ -397,17 +266,15 @@ def cast(
                 ay = dy - np.copysign(lengths[1], dy) if image > 1 else dy
                 d2 = ax * ax + ay * ay + dz * dz
                 if not ways(ax, ay, d2, br[e] * br[e], ux, uy, best, way) or hill_between(
-                    x, y, ax, ay, eye[i], 2 * br[e], height, ground_inverse, lengths, torus
+                    x, y, ax, ay, eye[i], 2 * br[e], ground, space
                 ):
                     continue
-                for r in range(rays):
+                for r in range(n_rays):
                     if way[r] < best[r]:
                         best[r], hit[i, r] = way[r], bkind[e]
-        for r in range(rays):
+        for r in range(n_rays):
             distance[i, r] = best[r]
-            rock = radius * rock_between(
-                x, y, ux[r] * radius, uy[r] * radius, ground, ground_inverse, lengths, torus
-            )
+            rock = radius * rock_between(x, y, ux[r] * radius, uy[r] * radius, ground, space)
             if rock < distance[i, r]:
                 distance[i, r], hit[i, r] = rock, -2
             if not torus:

@@ -5,94 +5,55 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import of_row, row_of
-from ecs_eco.space.shapes import nearest_on, ray, shift_to
-from ecs_eco.space.sight import ahead, hidden, rock_between
-from ecs_eco.space.solids import around
-from ecs_eco.space.terrain import hill_between
+from ecs_eco.space.geometry import Extent, Places
+from ecs_eco.space.nearest import Found
+from ecs_eco.space.shapes import image_of, nearest_on, ray
+from ecs_eco.space.sight import Poses, Rays, Sight, ahead, hidden, rock_between
+from ecs_eco.space.solids import Solids, around
+from ecs_eco.space.spheres import Spheres
+from ecs_eco.space.terrain import Ground, hill_between
 
 
 @njit
-def meets(form, e, x, y, z, wx, wy, wz, lengths, torus):
+def meets(form, e, x, y, z, wx, wy, wz, space):
     """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if
     it misses it."""
-    images, best = 2 if torus else 1, np.inf
+    images, best = 2 if space.torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):
-        ax = shift_to(dx, lengths[0], np.float64(lengths[0]), image % 2) if torus else dx
-        ay = shift_to(dy, lengths[1], np.float64(lengths[1]), image // 2) if torus else dy
+        ax, ay = image_of(dx, dy, space, image)
         best = min(best, ray(form, e, ax, ay, dz, wx, wy, wz))
     return best
 
 
 @njit
-def cut(
-    x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near
-):
+def cut(x, y, z, wx, wy, wz, me, it, solids, space, seen, near):
     """Return whether a capsule or box lies across the displacement (wx, wy, wz) from (x, y, z), other than
     `me` and `it`; `seen` and `near` are those of `around`."""
+    form, uid = solids.form, solids.uid
     n = around(
-        x + wx / 2,
-        y + wy / 2,
-        z + wz / 2,
-        abs(wx) / 2,
-        abs(wy) / 2,
-        abs(wz) / 2,
-        nx,
-        ny,
-        nz,
-        inverse,
-        lengths,
-        torus,
-        start,
-        entry,
-        seen,
-        near,
+        x + wx / 2, y + wy / 2, z + wz / 2, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, solids, space, seen, near
     )
     for q in range(n):
         e = near[q]
-        if uid[e] != me and uid[e] != it and meets(form, e, x, y, z, wx, wy, wz, lengths, torus) < 1:
+        if uid[e] != me and uid[e] != it and meets(form, e, x, y, z, wx, wy, wz, space) < 1:
             return True
     return False
 
 
 @njit
 def cast_on_solids(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    cos,
-    sin,
-    eye,
-    form,
-    uid,
-    kind,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    start,
-    entry,
-    radius,
-    ray_cos,
-    ray_sin,
-    ground_inverse,
-    height,
-    hit,
-    distance,
-):
+    first: int, last: int, seekers: Poses, solids: Solids, rays: Rays, ground: Ground, space: Extent
+) -> None:
     """Replace the hits of rays, as `sight.cast` writes them, by the capsules and boxes that they meet
     before."""
+    ox, oy, oz, ou, cos, sin = seekers
+    ray_cos, ray_sin, radius, eye, hit, distance = rays
+    form, uid, kind = solids.form, solids.uid, solids.kind
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)
     for i in range(first, last):
         x, y, z = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i])
-        n = around(
-            x, y, z, radius, radius, 0.0, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near
-        )
+        n = around(x, y, z, radius, radius, 0.0, solids, space, seen, near)
         to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
         for r in range(to_cos.size):
             ux, uy = cos[i] * to_cos[r] - sin[i] * to_sin[r], sin[i] * to_cos[r] + cos[i] * to_sin[r]
@@ -100,18 +61,9 @@ def cast_on_solids(
                 e = near[q]
                 if uid[e] == ou[i]:
                     continue
-                t = np.float32(meets(form, e, x, y, z, ux, uy, 0.0, lengths, torus))
+                t = np.float32(meets(form, e, x, y, z, ux, uy, 0.0, space))
                 if t < distance[i, r] and not hill_between(
-                    ox[i],
-                    oy[i],
-                    t * ux,
-                    t * uy,
-                    eye[i],
-                    top_of(form, e),
-                    height,
-                    ground_inverse,
-                    lengths,
-                    torus,
+                    ox[i], oy[i], t * ux, t * uy, eye[i], top_of(form, e), ground, space
                 ):
                     hit[i, r], distance[i, r] = kind[e], t
 
@@ -123,18 +75,17 @@ def top_of(form, e):
 
 
 @njit
-def towards(form, e, x, y, z, limit, lengths, torus, volume):
+def towards(form, e, x, y, z, limit, space):
     """Return the displacement from (x, y, z) to the nearest point of a body, and its length squared;
     infinite beyond `limit` [m]. The point of a sphere is its center; of a capsule, it is on the axis; of a
     box, in the box."""
-    images = 2 if torus else 1
+    images = 2 if space.torus else 1
     best, wx, wy, wz = np.inf, 0.0, 0.0, 0.0
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     h = np.float64(form[e, 5])
-    rise = min(max(dz, -h), h) - dz if volume else 0.0
+    rise = min(max(dz, -h), h) - dz if space.volume else 0.0
     for image in range(images * images):
-        ax = shift_to(dx, lengths[0], np.float64(lengths[0]), image % 2) if torus else dx
-        ay = shift_to(dy, lengths[1], np.float64(lengths[1]), image // 2) if torus else dy
+        ax, ay = image_of(dx, dy, space, image)
         if abs(ax) == np.inf or abs(ay) == np.inf:
             continue
         px, py = nearest_on(form, e, ax, ay)
@@ -146,121 +97,44 @@ def towards(form, e, x, y, z, limit, lengths, torus, volume):
 
 @njit
 def nearest_in_sight(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    cos,
-    sin,
-    form,
-    uid,
-    tstart,
-    tentry,
-    occlusion,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bstart,
-    largest,
-    solid,
-    solid_uid,
-    sstart,
-    sentry,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    volume,
-    radius,
-    cos_half_fov,
-    ground,
-    ground_inverse,
-    height,
-    eye,
-    px,
-    py,
-    pz,
-    target,
-    distance2,
-):
-    """Write for each seeker the nearest point (px, py, pz)[i] [m] of the nearest target in the field of view
-    that no sphere, capsule, box, rock or hill hides; target[i] is i, or −1 if there is none.
-
-    `solid` are the opaque capsules and boxes, b… the opaque spheres.
-    """
+    first: int,
+    last: int,
+    seekers: Poses,
+    targets: Solids,
+    spheres: Spheres,
+    solids: Solids,
+    sight: Sight,
+    ground: Ground,
+    space: Extent,
+    nearest: Places,
+    found: Found,
+) -> None:
+    """Write for each seeker where the nearest target is that lies in the field of view and that no sphere,
+    capsule, box, rock or hill hides: its nearest place; the entry found is that of the seeker, or −1 if there
+    is none. `spheres` and `solids` are the opaque ones."""
+    ox, oy, oz, ou, cos, sin = seekers
+    form, uid, radius, (target, distance2) = targets.form, targets.uid, sight.radius, found
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)
-    cutting, cutters = np.zeros(len(solid) + 1, np.int64), np.empty(len(solid), np.int64)
+    cutting, cutters = np.zeros(len(solids.form) + 1, np.int64), np.empty(len(solids.form), np.int64)
     for i in range(first, last):
         x, y, z, best = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i]), np.float64(radius)
         target[i], distance2[i], best = -1, radius * radius, best * best
-        n = around(
-            x, y, z, radius, radius, radius, nx, ny, nz, inverse, lengths, torus, tstart, tentry, seen, near
-        )
+        n = around(x, y, z, radius, radius, radius, targets, space, seen, near)
         for q in range(n):
             e = near[q]
             if uid[e] == ou[i]:
                 continue
-            wx, wy, wz, d2 = towards(form, e, x, y, z, radius, lengths, torus, volume)
-            if not (d2 < best and ahead(wx, wy, wz, cos[i], sin[i], of_row(cos_half_fov, i))):
+            wx, wy, wz, d2 = towards(form, e, x, y, z, radius, space)
+            if not (d2 < best and ahead(wx, wy, wz, cos[i], sin[i], of_row(sight.cos_half_fov, i))):
                 continue
-            if occlusion:
-                dx, dy, dz = np.float32(wx), np.float32(wy), np.float32(wz)
+            if sight.occlusion:
+                dx, dy, dz, top = np.float32(wx), np.float32(wy), np.float32(wz), top_of(form, e)
                 if (
-                    hidden(
-                        ox[i],
-                        oy[i],
-                        oz[i],
-                        dx,
-                        dy,
-                        dz,
-                        ou[i],
-                        uid[e],
-                        largest,
-                        bx,
-                        by,
-                        bz,
-                        br,
-                        bu,
-                        bstart,
-                        nx,
-                        ny,
-                        nz,
-                        lengths,
-                        torus,
-                    )
-                    or cut(
-                        x,
-                        y,
-                        z,
-                        wx,
-                        wy,
-                        wz,
-                        ou[i],
-                        uid[e],
-                        solid,
-                        solid_uid,
-                        nx,
-                        ny,
-                        nz,
-                        inverse,
-                        lengths,
-                        torus,
-                        sstart,
-                        sentry,
-                        cutting,
-                        cutters,
-                    )
-                    or rock_between(ox[i], oy[i], dx, dy, ground, ground_inverse, lengths, torus) <= 1
-                    or hill_between(
-                        ox[i], oy[i], dx, dy, eye[i], top_of(form, e), height, ground_inverse, lengths, torus
-                    )
+                    hidden(ox[i], oy[i], oz[i], dx, dy, dz, ou[i], uid[e], spheres, space)
+                    or cut(x, y, z, wx, wy, wz, ou[i], uid[e], solids, space, cutting, cutters)
+                    or rock_between(ox[i], oy[i], dx, dy, ground, space) <= 1
+                    or hill_between(ox[i], oy[i], dx, dy, of_row(sight.eye, i), top, ground, space)
                 ):
                     continue
             best, target[i], distance2[i] = d2, i, d2
-            px[i], py[i], pz[i] = x + wx, y + wy, z + wz
+            nearest.x[i], nearest.y[i], nearest.z[i] = x + wx, y + wy, z + wz

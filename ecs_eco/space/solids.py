@@ -2,38 +2,42 @@
 long wall along its whole length and reaches no further than one for small bodies."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.space.geometry import Space, floor_between
+from ecs_eco.space.geometry import Extent, Space, floor_between
 from ecs_eco.space.shapes import COS, LENGTH, ROUND, SIN, WIDTH, bounds
 
 FEW = 4  # cells; for a body over more cells, the corners of its bounds may not touch it
 
 
-class Solids:
+class Solids(NamedTuple):
     """Bodies of any shape of several tables: entry e of table `kind[e]` has the form `form[e]`, as in
     `ecs_eco.space.shapes`, and the row `rows[e]`; cell c is touched by entry[start[c]:start[c + 1]].
 
     The entries of one table are those of its index, in the same order.
     """
 
-    def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
-        """List `tables`: a sequence of (form, rows, uid), each over the living of one table."""
-        none = (np.zeros((0, 9), np.float32), np.zeros(0, np.int64), np.zeros(0, np.uint64))
-        self.form, self.rows, self.uid = (np.concatenate(parts) for parts in zip(none, *tables, strict=True))
-        self.kind = np.repeat(np.arange(len(tables)), [len(t[0]) for t in tables]).astype(np.int32)
-        self.start = np.zeros(space.n_cells + 1, np.int64)
-        shape = (*space.shape, space.inverse, space.lengths, space.torus)
-        listed(self.form, *shape, self.start, np.zeros(0, np.int64))
-        self.entry = np.empty(int(self.start[-1]), np.int64)
-        listed(self.form, *shape, self.start, self.entry)
+    form: np.ndarray  # f32[n, 9]
+    rows: np.ndarray  # i64[n]
+    uid: np.ndarray  # u64[n]
+    kind: np.ndarray  # i32[n]
+    start: np.ndarray  # i64[cells + 1]
+    entry: np.ndarray  # i64
 
-    @property
-    def cells(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lists of the cells: start and entry."""
-        return self.start, self.entry
+
+def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Solids:
+    """List `tables`: a sequence of (form, rows, uid), each over the living of one table."""
+    none = (np.zeros((0, 9), np.float32), np.zeros(0, np.int64), np.zeros(0, np.uint64))
+    form, rows, uid = (np.concatenate(parts) for parts in zip(none, *tables, strict=True))
+    kind = np.repeat(np.arange(len(tables)), [len(t[0]) for t in tables]).astype(np.int32)
+    start = np.zeros(space.n_cells + 1, np.int64)
+    listed(form, space.extent, start, np.zeros(0, np.int64))
+    entry = np.empty(int(start[-1]), np.int64)
+    listed(form, space.extent, start, entry)
+    return Solids(form, rows, uid, kind, start, entry)
 
 
 @njit
@@ -64,8 +68,9 @@ def _misses(form, e, x, y, half_x, half_y):
 
 
 @njit
-def listed(form, nx, ny, nz, inverse, lengths, torus, start, entry):
+def listed(form: np.ndarray, space: Extent, start: np.ndarray, entry: np.ndarray) -> None:
     """Count the entries of each cell into `start`, or, given an `entry` that holds them all, list them."""
+    nx, ny, nz, inverse, lengths, torus, _ = space
     count = entry.size == 0
     wx, wy = 1.0 / np.float64(inverse[0]), 1.0 / np.float64(inverse[1])
     if count:
@@ -100,12 +105,14 @@ def listed(form, nx, ny, nz, inverse, lengths, torus, start, entry):
 
 
 @njit
-def around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entry, seen, out):
+def around(x, y, z, ex, ey, ez, solids, space, seen, out):
     """Write the entries in the cells that a box of half this size [m] around a place touches, each once, in a
     fixed order; return their number.
 
     `seen` i64[n + 1] is 0 at first and distinguishes calls; `out` i64[n] takes them all.
     """
+    nx, ny, nz, inverse, lengths, torus, _ = space
+    start, entry = solids.start, solids.entry
     x0, x1 = cells_between(x - ex, x + ex, inverse[0], lengths[0], nx, torus)
     y0, y1 = cells_between(y - ey, y + ey, inverse[1], lengths[1], ny, torus)
     z0, z1 = cells_between(z - ez, z + ez, inverse[2], lengths[2], nz, False)

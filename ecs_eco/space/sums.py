@@ -5,17 +5,42 @@ any number of threads. It takes up to twice the time of `nearest`.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.space.geometry import floor_between
-from ecs_eco.space.index import Index
+from ecs_eco.space.geometry import Extent, floor_between
+from ecs_eco.space.index import Entries, Index
 
 LANES = 16
 NONE, LINEAR, INVERSE_SQUARE = 0, 1, 2  # how the weight of a body falls with its distance
 DECAYS = {"none": NONE, "linear": LINEAR, "inverse_square": INVERSE_SQUARE}
 TOUCHING2 = 1e-12  # [m^2] the smallest square of a distance
+
+
+class Looking(NamedTuple):
+    """From where each looks, and how far, for kernels: f32[n] [m]."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    radius: np.ndarray
+
+
+class Weighed(NamedTuple):
+    """What is summed over bodies, for kernels, in the order of their index."""
+
+    value: np.ndarray  # f32[k]
+    size: np.ndarray  # f32[k] [m], their radius
+    decay: int  # how a weight falls with distance
+
+
+class Sums(NamedTuple):
+    """The sums of each seeker, for kernels to write: f64[n]."""
+
+    total: np.ndarray
+    weight: np.ndarray
 
 
 def add_near(
@@ -39,29 +64,15 @@ def add_near(
     indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
-    nx, ny, nz = space.shape
+    _, ny, nz = space.shape
     arguments = (
-        seekers.x,
-        seekers.y,
-        seekers.start,
-        *places,
-        radius,
-        targets.x,
-        targets.y,
-        targets.z,
-        targets.start,
-        value,
-        size,
+        seekers.entries,
+        Looking._make((*places, radius)),
+        targets.entries,
+        Weighed(value, size, decay),
         seekers is targets,
-        nx,
-        ny,
-        nz,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        decay,
-        total,
-        weight,
+        space.extent,
+        Sums(total, weight),
     )
     if split is None:
         add_rows(0, ny * nz, *arguments)
@@ -70,14 +81,16 @@ def add_near(
 
 
 @njit
-def _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block):
+def _take(i0, m, mine, looking, space, block):
     """Copy the places of m seekers from i0 on into a block: on a torus, beyond its edge if that is nearer
     to the body."""
+    ox, oy, lengths = mine.x, mine.y, space.lengths
+    px, py, pz, radius = looking
     hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
     for lane in range(LANES):
         i = i0 + min(lane, m - 1)
         x, y, r = px[i], py[i], radius[i]
-        if torus:
+        if space.torus:
             x = x - lengths[0] if x - ox[i] > hx else x
             x = x + lengths[0] if x - ox[i] < -hx else x
             y = y - lengths[1] if y - oy[i] > hy else y
@@ -106,9 +119,10 @@ def cells_touched(block, axis, length, inverse, n, torus):
 
 
 @njit
-def _add(begin, end, i0, same, seam, decay, tx, ty, tz, value, size, lengths, block, sums):
+def _add(begin, end, i0, same, seam, targets, weighed, lengths, block, sums):
     """Add the bodies begin … end − 1 to all lanes of a block whose first seeker is i0; `seam`: the
     displacement may cross the edge of the torus."""
+    tx, ty, tz, (value, size, decay) = targets.x, targets.y, targets.z, weighed
     zero, one, Lx, Ly = np.float32(0.0), np.float32(1.0), lengths[0], lengths[1]
     hx, hy = np.float32(0.5) * Lx, np.float32(0.5) * Ly
     for j in range(begin, end):
@@ -140,40 +154,26 @@ def _add(begin, end, i0, same, seam, decay, tx, ty, tz, value, size, lengths, bl
 
 @njit
 def add_rows(
-    first,
-    last,
-    ox,
-    oy,
-    ostart,
-    px,
-    py,
-    pz,
-    radius,
-    tx,
-    ty,
-    tz,
-    tstart,
-    value,
-    size,
-    same,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    decay,
-    total,
-    weight,
-):
+    first: int,
+    last: int,
+    mine: Entries,
+    looking: Looking,
+    targets: Entries,
+    weighed: Weighed,
+    same: bool,
+    space: Extent,
+    out: Sums,
+) -> None:
     """Run `add_near` for the seekers in the rows of cells first … last − 1."""
+    nx, ny, nz, inverse, lengths, torus, _ = space
+    ostart, tstart, (total, weight) = mine.start, targets.start, out
     # x, y, z, radius², 1/radius, two sums, radius: one array, so that no check for overlap is compiled in
     block, sums = np.zeros(8 * LANES, np.float32), np.empty(2 * LANES)
     for r in range(first, last):
         i0, stop = ostart[r * nx], ostart[r * nx + nx]
         while i0 < stop:
             m = min(LANES, stop - i0)
-            _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block)
+            _take(i0, m, mine, looking, space, block)
             x0, x1 = cells_touched(block, 0, lengths[0], inverse[0], nx, torus)
             y0, y1 = cells_touched(block, 1, lengths[1], inverse[1], ny, torus)
             z0, z1 = cells_touched(block, 2, lengths[2], inverse[2], nz, False)
@@ -193,12 +193,8 @@ def add_rows(
                                 i0,
                                 same,
                                 seam,
-                                decay,
-                                tx,
-                                ty,
-                                tz,
-                                value,
-                                size,
+                                targets,
+                                weighed,
                                 lengths,
                                 block,
                                 sums,

@@ -6,8 +6,10 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.space.bodies import solids
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.nearest import Found
 from ecs_eco.space.shapes import bounds, touching
-from ecs_eco.space.solids import around
+from ecs_eco.space.solids import Solids, around
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -22,80 +24,32 @@ def nearest_surface(
     [m^2]: 0 for those that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
     target, distance2 = np.full(mine.uid.size, -1, np.int32), np.full(mine.uid.size, np.inf, np.float32)
-    world.split(
-        seek_surface,
-        mine.uid.size,
-        mine.form,
-        mine.uid,
-        theirs.form,
-        theirs.uid,
-        *space.shape,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        space.volume,
-        *theirs.cells,
-        np.float32(reach),
-        target,
-        distance2,
-    )
+    reached = np.float32(reach)
+    world.split(seek_surface, mine.uid.size, mine, theirs, space.extent, reached, Found(target, distance2))
     return target, distance2
 
 
 @njit
 def seek_surface(
-    first,
-    last,
-    form,
-    uid,
-    other,
-    other_uid,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    volume,
-    start,
-    entry,
-    reach,
-    target,
-    distance2,
-):
+    first: int, last: int, mine: Solids, theirs: Solids, space: Extent, reach: np.float32, found: Found
+) -> None:
     """Run `nearest_surface` for entries first … last − 1; of bodies that overlap it takes the deepest, of
     equals the one with the lower uid."""
+    form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
         best, it = np.float64(reach), -1
-        n = around(
-            x,
-            y,
-            z,
-            ex + reach,
-            ey + reach,
-            ez + reach,
-            nx,
-            ny,
-            nz,
-            inverse,
-            lengths,
-            torus,
-            start,
-            entry,
-            seen,
-            near,
-        )
+        n = around(x, y, z, ex + reach, ey + reach, ez + reach, theirs, space, seen, near)
         for q in range(n):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
             gap, _, _, _ = touching(
-                form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], lengths, torus, volume
+                form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], space
             )
             if gap < best or (gap == best and (it < 0 or other_uid[e] < other_uid[it])):
                 best, it = gap, e
         if it >= 0:
-            target[i], distance2[i] = it, max(best, 0.0) ** 2
+            found.entry[i], found.distance2[i] = it, max(best, 0.0) ** 2

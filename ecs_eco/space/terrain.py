@@ -19,6 +19,17 @@ if TYPE_CHECKING:
 OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
 
+class Ground(NamedTuple):
+    """Maps of the ground, for kernels; one of a single cell says that there is nothing to heed."""
+
+    kind: np.ndarray  # u8[ny, nx]
+    height: np.ndarray  # f32[ny, nx] [m]
+    inverse: np.ndarray  # f32[2], cells to the metre
+
+
+OPEN_GROUND = Ground(np.zeros((1, 1), np.uint8), np.zeros((1, 1), np.float32), np.zeros(2, np.float32))
+
+
 class Terrain:
     """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side
     `cell` [m].
@@ -65,6 +76,11 @@ class Terrain:
                 self.ground[self._closeness(place) > 0] = kind
         for road in roads:
             self.pave(np.array(road["line"], float), road["width"], road["pace"], road["cost"])
+
+    @property
+    def maps(self) -> Ground:
+        """Its maps, as kernels take them."""
+        return Ground(self.ground, self.height, self.inverse)
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
         """Return 1 at the center of a round place, 0 at its radius and beyond: f64[ny, nx]."""
@@ -331,16 +347,14 @@ def _hills(
 
 
 @njit
-def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
+def closed_between(x, y, dx, dy, ground, space):
     """Return whether a fence, rock or water begins along the displacement (dx, dy), other than the one at
     its start; checks every half cell."""
-    on = ground_at(ground, inverse, x, y)
-    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    on = ground_at(ground, x, y)
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        kind = ground_at(
-            ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)
-        )
+        kind = ground_at(ground, *along(x, y, way * dx, way * dy, space))
         if kind != OPEN and kind != on:
             return True
         on = kind
@@ -348,16 +362,14 @@ def closed_between(x, y, dx, dy, ground, inverse, lengths, torus):
 
 
 @njit
-def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
+def is_open(x, y, dx, dy, ground, space):
     """Return whether the whole displacement (dx, dy) is on open ground, for an animal that may be on a
     fence; checks every half cell."""
-    on = ground_at(ground, inverse, x, y) == FENCE
-    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    on = ground_at(ground, x, y) == FENCE
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        kind = ground_at(
-            ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)
-        )
+        kind = ground_at(ground, *along(x, y, way * dx, way * dy, space))
         if kind != OPEN and not (on and kind == FENCE):
             return False
         on = on and kind == FENCE
@@ -365,14 +377,22 @@ def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
 
 
 @njit
-def ground_at(ground, inverse, x, y):
-    """Return the kind of ground at a place."""
-    return ground[cell_of(y * inverse[1], ground.shape[0]), cell_of(x * inverse[0], ground.shape[1])]
+def along(x, y, dx, dy, space):
+    """Return the place at the end of a way (dx, dy)."""
+    return into(x + dx, space.lengths[0], space.torus), into(y + dy, space.lengths[1], space.torus)
 
 
 @njit
-def height_at(height, inverse, x, y, torus):
+def ground_at(ground, x, y):
+    """Return the kind of ground at a place."""
+    (ny, nx), inverse = ground.kind.shape, ground.inverse
+    return ground.kind[cell_of(y * inverse[1], ny), cell_of(x * inverse[0], nx)]
+
+
+@njit
+def height_at(ground, x, y, torus):
     """Return the height [m] at a place, linear between the centers of cells."""
+    height, inverse = ground.height, ground.inverse
     ny, nx = height.shape
     gx, gy = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5)
     i0, j0 = floor_between(gx, -1, nx), floor_between(gy, -1, ny)
@@ -394,22 +414,16 @@ def height_at(height, inverse, x, y, torus):
 
 
 @njit
-def hill_between(x, y, dx, dy, eye, top, height, inverse, lengths, torus):
+def hill_between(x, y, dx, dy, eye, top, ground, space):
     """Return whether the ground rises above the straight line from `eye` [m] above the ground at (x, y) to
     `top` [m] above the ground at the end of the displacement (dx, dy); checks every half cell."""
-    if height.size == 1:
+    if ground.height.size == 1:
         return False
-    begin = height_at(height, inverse, x, y, torus) + eye
-    end = (
-        height_at(height, inverse, into(x + dx, lengths[0], torus), into(y + dy, lengths[1], torus), torus)
-        + top
-    )
-    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    begin = height_at(ground, x, y, space.torus) + eye
+    end = height_at(ground, *along(x, y, dx, dy, space), space.torus) + top
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps):
         t = np.float32(s) / np.float32(steps)
-        ground = height_at(
-            height, inverse, into(x + t * dx, lengths[0], torus), into(y + t * dy, lengths[1], torus), torus
-        )
-        if ground > begin + t * (end - begin):
+        if height_at(ground, *along(x, y, t * dx, t * dy, space), space.torus) > begin + t * (end - begin):
             return True
     return False

@@ -9,8 +9,8 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
-from ecs_eco.space.geometry import cell_of, into
+from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.space.geometry import Extent, Places, cell_of, into
 
 GRAVITY = 9.81  # [m/s^2]
 
@@ -93,9 +93,20 @@ def dim(surface, z, height, optical, inverse, out):
 
 
 @njit
-def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volume, x, y, z):
+def drift(
+    first: int,
+    last: int,
+    alive: np.ndarray,
+    current: np.ndarray,
+    sinking: Number,
+    dt: np.float32,
+    space: Extent,
+    places: Places,
+) -> None:
     """Move the living with a current f32[k, 3] of (depth, u, v) and let them sink, between surface and
     bottom."""
+    (x, y, z), lengths, torus = places, space.lengths, space.torus
+    height = lengths[2]
     for row in range(first, last):
         if not alive[row]:
             continue
@@ -112,13 +123,22 @@ def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volu
                 into(x[row] + u * dt, lengths[0], torus),
                 into(y[row] + v * dt, lengths[1], torus),
             )
-        if volume:
+        if space.volume:
             z[row] = into(z[row] - of_row(sinking, row) * dt, lengths[2], False)
 
 
 @njit
-def carry(alive, u, v, w, dt, lengths, torus, x, y, z):
+def carry(
+    alive: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    w: np.ndarray,
+    dt: np.float32,
+    space: Extent,
+    places: Places,
+) -> None:
     """Move the living with their own velocities: f32[n] each."""
+    (x, y, z), lengths, torus = places, space.lengths, space.torus
     for row in range(alive.size):
         if alive[row]:
             x[row], y[row] = (

@@ -13,6 +13,7 @@ from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.life.torpor import awake
+from ecs_eco.space.geometry import Extent
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
@@ -102,19 +103,20 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
         if (Position, "x") in values
     ]
     before = np.concatenate([np.zeros((0, 3), np.float32), *asked]).astype(np.float32)
-    keep_apart(places, before, spacing.astype(np.float32), world.space.lengths, world.space.torus, out)
+    keep_apart(places, before, spacing.astype(np.float32), world.space.extent, out)
     return out
 
 
 @njit
-def keep_apart(places, before, spacing, lengths, torus, out):
+def keep_apart(
+    places: np.ndarray, before: np.ndarray, spacing: np.ndarray, space: Extent, out: np.ndarray
+) -> None:
     """Remove from `out` the places closer than the spacing to a place in `before`, or to one that is kept."""
     for i in range(len(places)):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):
                 other = before[j] if j < len(before) else places[j - len(before)]
-                dx, dy, dz = offset(
-                    places[i, 0], places[i, 1], places[i, 2], other[0], other[1], other[2], lengths, torus
-                )
+                x, y, z = places[i, 0], places[i, 1], places[i, 2]
+                dx, dy, dz = offset(x, y, z, other[0], other[1], other[2], space)
                 if dx * dx + dy * dy + dz * dz < spacing[i] * spacing[i]:
                     out[i] = False

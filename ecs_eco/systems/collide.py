@@ -11,12 +11,14 @@ from ecs_eco.components import Body, Position, Shape, Velocity
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.space.barriers import barriers, hold_back
-from ecs_eco.space.bodies import merged, rocks, solids
-from ecs_eco.space.geometry import into
+from ecs_eco.space.bodies import ground_of, merged, solids
+from ecs_eco.space.geometry import Extent, Places, into
+from ecs_eco.space.index import Entries
 from ecs_eco.space.shapes import bounds, contact, shift_to
 from ecs_eco.space.sight import gather, offset
-from ecs_eco.space.solids import around
-from ecs_eco.space.terrain import OPEN, closed_between, ground_at
+from ecs_eco.space.solids import Solids, around
+from ecs_eco.space.spheres import Spheres
+from ecs_eco.space.terrain import OPEN, Ground, along, closed_between, ground_at
 from ecs_eco.space.world import SpatialWorld
 
 if TYPE_CHECKING:
@@ -62,26 +64,14 @@ class Collide(System):
                     push_solids(world, table, other, share, push)
                     continue
                 bodies = merged(world, [other.name])
-                reach = world.space.reach(largest + bodies.largest)
+                reach = world.space.reach(float(largest) + float(bodies.largest))
                 world.split(
                     push_apart,
                     index.n,
-                    index.x,
-                    index.y,
-                    index.z,
-                    index.uid,
-                    index.rows,
+                    index.entries,
                     table[Body].radius,
-                    bodies.x,
-                    bodies.y,
-                    bodies.z,
-                    bodies.radius,
-                    bodies.uid,
-                    bodies.start,
-                    *world.space.shape,
-                    world.space.inverse,
-                    world.space.lengths,
-                    world.space.torus,
+                    bodies,
+                    world.space.extent,
                     reach,
                     share,
                     push,
@@ -89,24 +79,13 @@ class Collide(System):
             pushes.append((table, index.rows.copy(), push))
         if not pushes:
             return
-        ground, inverse = rocks(world)
+        ground, space = ground_of(world), world.space.extent
         walls = barriers(world)
         for table, rows, push in pushes:
             p = table[Position]
             if walls is not None:
                 hold_back(world, walls, p.x[rows], p.y[rows], p.z[rows], push)
-            _displace(
-                rows,
-                push,
-                world.space.lengths,
-                world.space.torus,
-                world.space.volume,
-                ground,
-                inverse,
-                p.x,
-                p.y,
-                p.z,
-            )
+            _displace(rows, push, space, ground, Places(p.x, p.y, p.z))
             table.version += 1
 
 
@@ -118,54 +97,23 @@ def moves(table: Table) -> bool:
 def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32, push: np.ndarray) -> None:
     """Add to push f32[n, 3] [m] the displacement of each body of a table out of the bodies of another, if
     some are not spheres; rows are those of the table's index."""
-    mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
-    world.split(
-        push_shapes,
-        len(push),
-        mine.form,
-        mine.uid,
-        theirs.form,
-        theirs.uid,
-        *space.shape,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        space.volume,
-        *theirs.cells,
-        share,
-        push,
-    )
+    mine, theirs = solids(world, [table.name]), solids(world, [other.name])
+    world.split(push_shapes, len(push), mine, theirs, world.space.extent, share, push)
 
 
 @njit
 def push_shapes(
-    first,
-    last,
-    form,
-    uid,
-    other,
-    other_uid,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    volume,
-    start,
-    entry,
-    share,
-    push,
-):
+    first: int, last: int, mine: Solids, theirs: Solids, space: Extent, share: np.float32, push: np.ndarray
+) -> None:
     """Do the same as `push_apart` for bodies of any shape: along the shortest way out of each other."""
+    form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
+    lengths, torus, volume = space.lengths, space.torus, space.volume
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     images = 2 if torus else 1
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
-        for q in range(
-            around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
-        ):
+        for q in range(around(x, y, z, ex, ey, ez, theirs, space, seen, near)):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
@@ -186,41 +134,29 @@ def push_shapes(
 
 @njit
 def push_apart(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    rows,
-    radius,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bstart,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    reach,
-    share,
-    push,
-):
+    first: int,
+    last: int,
+    mine: Entries,
+    radius: np.ndarray,
+    bodies: Spheres,
+    space: Extent,
+    reach: int,
+    share: np.float32,
+    push: np.ndarray,
+) -> None:
     """Add to push[i] the displacement out of every body that overlaps i; concentric ones part in a
     direction set by their uids."""
+    rows, ox, oy, oz, ou, _ = mine
+    bx, by, bz, br, bu, _, _, _ = bodies
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]
-        n = gather(ox[i], oy[i], oz[i], reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(ox[i], oy[i], oz[i], reach, bodies, space, near)
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
-            dx, dy, dz = offset(bx[e], by[e], bz[e], ox[i], oy[i], oz[i], lengths, torus)
+            dx, dy, dz = offset(bx[e], by[e], bz[e], ox[i], oy[i], oz[i], space)
             s = r + br[e]
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= s * s:
@@ -237,15 +173,16 @@ def push_apart(
 
 
 @njit
-def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
+def _displace(rows: np.ndarray, push: np.ndarray, space: Extent, ground: Ground, places: Places) -> None:
+    x, y, z = places
     for i in range(rows.size):
         row = rows[i]
-        nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
-        if ground.size == 1 or (
-            ground_at(ground, inverse, nx, ny) == OPEN
-            and not closed_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse, lengths, torus)
+        nx, ny = along(x[row], y[row], push[i, 0], push[i, 1], space)
+        if ground.kind.size == 1 or (
+            ground_at(ground, nx, ny) == OPEN
+            and not closed_between(x[row], y[row], push[i, 0], push[i, 1], ground, space)
         ):
             x[row] = nx
             y[row] = ny
-        if volume:
-            z[row] = into(z[row] + push[i, 2], lengths[2], False)
+        if space.volume:
+            z[row] = into(z[row] + push[i, 2], space.lengths[2], False)

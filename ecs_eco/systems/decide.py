@@ -12,7 +12,7 @@ from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers
-from ecs_eco.nervous.decision import decide, uniforms
+from ecs_eco.nervous.decision import Will, decide, uniforms
 from ecs_eco.nervous.organs import disable
 from ecs_eco.nervous.thoughts import Thoughts
 
@@ -70,7 +70,8 @@ class Decide(System):
         reacts, y = reaction is not None, NO_REFLEX if reaction is None else reaction
         uid, key, decision = table.uid.take(nerves.rows), world.key, table[Nervous].decision
         numbers = np.empty((n, continuous), np.float32)
-        given = nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.always, nerves.rows
+        will = Will(nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.always)
+        given = will, nerves.rows
         if outside is None:
             world.split(resolve, n, key, uid, thinks, logits, *given, choice, log_probability, decision)
         else:
@@ -155,27 +156,22 @@ def _draw(
 
 @njit
 def resolve(
-    first,
-    last,
-    key,
-    uid,
-    thinks,
-    logits,
-    offsets,
-    targets,
-    has_policy,
-    y,
-    has_reflex,
-    automatic,
-    rows,
-    choice,
-    log_probability,
-    decision,
-):
+    first: int,
+    last: int,
+    key: np.uint64,
+    uid: np.ndarray,
+    thinks: bool,
+    logits: np.ndarray,
+    will: Will,
+    rows: np.ndarray,
+    choice: np.ndarray,
+    log_probability: np.ndarray,
+    decision: np.ndarray,
+) -> None:
     """Draw the choices of organisms first … last − 1 for which a network decides, with their
     log-probabilities; write their decisions."""
     if thinks:
         chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
         uniforms(first, last, key, uid, 0, chance)
-        choose(logits[here], offsets, chance[here], choice[here], log_probability[here])
-    decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision)
+        choose(logits[here], will.offsets, chance[here], choice[here], log_probability[here])
+    decide(first, last, choice, will, rows, decision)

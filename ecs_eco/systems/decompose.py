@@ -12,7 +12,7 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Matter, Position
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
-from ecs_eco.life.matter import bodies, held, hold, release
+from ecs_eco.life.matter import Bodies, bodies, held, hold, release
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -46,7 +46,7 @@ class Decompose(System):
         last = math.ceil(-scalars.log(way.left) / (way.rate * world.dt))
         old = world.tick - table.born[rows] >= last
         amount = np.zeros((rows.size, len(world.substances)))
-        give_back(rows, old, -scalars.expm1(-way.rate * world.dt), *bodies(table), amount)
+        give_back(rows, old, -scalars.expm1(-way.rate * world.dt), bodies(table), amount)
         release(world, table, amount, p.x[rows], p.y[rows], p.z[rows])
         ends = rows[old]
         table.cause[ends[table.cause[ends] == 0]] = world.cause(CAUSE)
@@ -57,17 +57,17 @@ class Decompose(System):
             return
         rows, p = rows[table.cause[rows] == self.world.cause(ROTTED)], table[Position]
         amount = np.zeros((rows.size, len(self.world.substances)))
-        give_back(rows, np.ones(rows.size, np.bool_), 1.0, *bodies(table), amount)
+        give_back(rows, np.ones(rows.size, np.bool_), 1.0, bodies(table), amount)
         release(self.world, table, amount, p.x[rows], p.y[rows], p.z[rows])
 
 
 @njit
-def give_back(rows, old, share, volume, molarity, residue, amount):
+def give_back(rows: np.ndarray, old: np.ndarray, share: float, bodies: Bodies, amount: np.ndarray) -> None:
     """Remove a share of all substances from bodies, everything from the old ones; write it to `amount`
     f64[n, substances] [mol]."""
     for i in range(rows.size):
         row = rows[i]
-        for s in range(molarity.shape[1]):
-            c = held(molarity, residue, row, s)
+        for s in range(bodies.molarity.shape[1]):
+            c = held(bodies, row, s)
             left = 0.0 if old[i] else c * (1 - share)
-            amount[i, s] = (c - hold(molarity, residue, row, s, left)) * volume[row]
+            amount[i, s] = (c - hold(bodies, row, s, left)) * bodies.volume[row]

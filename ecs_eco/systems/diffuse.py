@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.config.features.chemistry import Emission
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.life.matter import bodies, held, hold, part_lost
+from ecs_eco.life.matter import Bodies, bodies, held, hold, part_lost
 from ecs_eco.space.index import Index
 from ecs_eco.space.world import SpatialWorld
 
@@ -79,7 +79,7 @@ class Diffuse(System):
         rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
         share = part_lost(rate) if way.consume else rate
         amount = np.empty(index.n)
-        evaporate(index.rows, *bodies(table), s, share, way.consume, amount)
+        evaporate(index.rows, bodies(table), s, share, way.consume, amount)
         if way.consume and world.matter is not None:
             world.matter.book(("table", table.name), "emitted", -amount.sum(), s)
             if field.substance is not None:
@@ -122,12 +122,14 @@ class Diffuse(System):
 
 
 @njit
-def evaporate(rows, volume, molarity, residue, s, share, consume, amount):
+def evaporate(
+    rows: np.ndarray, bodies: Bodies, s: int, share: Number, consume: bool, amount: np.ndarray
+) -> None:
     """Write the emitted amount of a substance, a share of the content of each body, to `amount` f64[n]
     [mol]; remove it from the bodies if it is consumed."""
     for i in range(rows.size):
         row = rows[i]
-        c = held(molarity, residue, row, s)
+        c = held(bodies, row, s)
         rest = c * (1 - of_row(share, row))
-        left = hold(molarity, residue, row, s, rest) if consume else rest
-        amount[i] = (c - left) * volume[row]
+        left = hold(bodies, row, s, rest) if consume else rest
+        amount[i] = (c - left) * bodies.volume[row]

@@ -10,7 +10,7 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Chemistry, Matter
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
-from ecs_eco.life.matter import held, hold, volumes
+from ecs_eco.life.matter import Bodies, bodies, held, hold, volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -37,8 +37,8 @@ class Dilute(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Update the concentrations of one table to the volumes of its bodies."""
-        high, m = table.high, table[Matter]
-        dilute(table.alive[:high], volumes(table), m.volume, table[Chemistry].molarity, m.residue)
+        high = table.high
+        dilute(table.alive[:high], volumes(table), bodies(table))
 
 
 def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
@@ -49,12 +49,13 @@ def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndar
 
 
 @njit
-def dilute(alive, wanted, volume, molarity, residue):
+def dilute(alive: np.ndarray, wanted: np.ndarray, bodies: Bodies) -> None:
     """Change the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
+    volume = bodies.volume
     for row in range(alive.size):
         if alive[row] and wanted[row] != volume[row]:
             if volume[row] > 0 and wanted[row] > 0:
                 share = volume[row] / wanted[row]
-                for s in range(molarity.shape[1]):
-                    hold(molarity, residue, row, s, held(molarity, residue, row, s) * share)
+                for s in range(bodies.molarity.shape[1]):
+                    hold(bodies, row, s, held(bodies, row, s) * share)
             volume[row] = wanted[row]

@@ -14,8 +14,9 @@ from ecs_eco.genomes.own_values import own_value
 from ecs_eco.space.barriers import barriers, stop
 from ecs_eco.space.bodies import opaque_ground
 from ecs_eco.space.gate import one_each
+from ecs_eco.space.geometry import Extent, Places
 from ecs_eco.space.sight import offset, rock_between
-from ecs_eco.space.terrain import ROCK, ground_at
+from ecs_eco.space.terrain import ROCK, Ground, ground_at
 from ecs_eco.space.water import carry, drift
 
 if TYPE_CHECKING:
@@ -55,48 +56,36 @@ class Drift(System):
         if own is None and not len(current) and not sinks:
             return
         space, p, high = world.space, table[Position], table.high
+        places, dt = Places(p.x, p.y, p.z), np.float32(world.dt)
         walls = barriers(world, table.name) if species.body.solid else None
-        ground, inverse = opaque_ground(world)
-        held = walls is not None or ground.size > 1
+        ground = opaque_ground(world)
+        held = walls is not None or ground.kind.size > 1
         before = np.stack([p.x, p.y, p.z], 1)[:high] if held else STILL
         if own is not None:
             flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
-            carry(
-                table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus, p.x, p.y, p.z
-            )
+            carry(table.alive[:high], u, v, w, dt, space.extent, places)
         if len(current) or sinks:
-            world.split(
-                drift,
-                high,
-                table.alive,
-                current,
-                np.float32(space.lengths[2]),
-                sinking,
-                np.float32(world.dt),
-                space.lengths,
-                space.torus,
-                space.volume,
-                p.x,
-                p.y,
-                p.z,
-            )
+            world.split(drift, high, table.alive, current, sinking, dt, space.extent, places)
         if walls is not None:
             way = np.stack([p.x, p.y, p.z], 1)[:high] - before
             if space.torus:
                 way[:, :2] -= space.lengths[:2] * np.floor(way[:, :2] / space.lengths[:2] + np.float32(0.5))
             stop(world, table, walls, before, way[table.rows()])
-        if ground.size > 1:
-            stay_off_rock(table.alive, before, ground, inverse, space.lengths, space.torus, p.x, p.y)
+        if ground.kind.size > 1:
+            stay_off_rock(table.alive, before, ground, space.extent, places)
         table.version += 1
 
 
 @njit
-def stay_off_rock(alive, before, ground, inverse, lengths, torus, x, y):
+def stay_off_rock(
+    alive: np.ndarray, before: np.ndarray, ground: Ground, space: Extent, places: Places
+) -> None:
     """Move the living back to places f32[rows, 3] [m] if their displacements lead into rock."""
+    x, y, _ = places
     for row in range(len(before)):
         ax, ay = before[row, 0], before[row, 1]
-        if alive[row] and (ax != x[row] or ay != y[row]) and ground_at(ground, inverse, ax, ay) != ROCK:
-            dx, dy, _ = offset(ax, ay, np.float32(0), x[row], y[row], np.float32(0), lengths, torus)
-            if rock_between(ax, ay, dx, dy, ground, inverse, lengths, torus) <= 1:
+        if alive[row] and (ax != x[row] or ay != y[row]) and ground_at(ground, ax, ay) != ROCK:
+            dx, dy, _ = offset(ax, ay, np.float32(0), x[row], y[row], np.float32(0), space)
+            if rock_between(ax, ay, dx, dy, ground, space) <= 1:
                 x[row], y[row] = ax, ay

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (
+KEYS = (  # of the fields of `Heat`
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",
@@ -32,6 +32,19 @@ KEYS = (
     "heat.regulate.cost",
 )
 LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it takes the temperature of its surroundings at once
+
+
+class Heat(NamedTuple):
+    """How bodies exchange and make heat, for kernels: numbers, or arrays [rows] where each has its own."""
+
+    specific_heat: Number  # [J/(kg K)]
+    conductance: Number  # [W/(m^2 K)]
+    insulation: Number  # [m^2 K/W]
+    metabolic_heat: Number  # [J] of a unit of energy that is burnt
+    set_point: Number  # [K]
+    warming: Number  # the most heat that it makes [W]
+    cooling: Number  # the most heat that it gives off [W]
+    cost: Number  # energy of a joule of either
 
 
 class ExchangeHeat(System):
@@ -99,7 +112,7 @@ class ExchangeHeat(System):
             round_as(table),
             around,
             coat,
-            *values,
+            Heat(*values),
             world.dt,
             table[Physical].temperature,
             table[HeatExchange].residue,
@@ -117,28 +130,22 @@ def round_as(table: Table) -> np.ndarray:
 
 @njit
 def exchange(
-    first,
-    last,
-    alive,
-    mass,
-    radius,
-    around,
-    coat,
-    specific_heat,
-    conductance,
-    insulation,
-    metabolic_heat,
-    set_point,
-    warming,
-    cooling,
-    cost,
-    dt,
-    temperature,
-    residue,
-    energy,
-    burnt,
-):
+    first: int,
+    last: int,
+    alive: np.ndarray,
+    mass: np.ndarray,
+    radius: np.ndarray,
+    around: np.ndarray,
+    coat: np.ndarray,
+    heat: Heat,
+    dt: float,
+    temperature: np.ndarray,
+    residue: np.ndarray,
+    energy: np.ndarray,
+    burnt: np.ndarray,
+) -> None:
     """Advance the temperature of the living [K] to the end of a tick; record the energy cost."""
+    specific_heat, conductance, insulation, metabolic_heat, set_point, warming, cooling, cost = heat
     for row in range(first, last):
         if not alive[row]:
             continue

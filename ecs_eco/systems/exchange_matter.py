@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.life.matter import bodies, held, hold, part_lost
+from ecs_eco.life.matter import Bodies, bodies, held, hold, part_lost
 from ecs_eco.nervous.sensors.sense import place_of
-from ecs_eco.space.geometry import cell_of, into
+from ecs_eco.space.geometry import Extent, Places, cell_of, into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
@@ -28,6 +28,25 @@ if TYPE_CHECKING:
 
 ALL = np.zeros(0, np.bool_)
 OUTSIDE = np.zeros(0)
+
+
+class Cells(NamedTuple):
+    """The cells of a field, for kernels."""
+
+    nx: int  # along x, y and z
+    ny: int
+    nz: int
+    inverse: np.ndarray  # f32[3], cells to the metre
+
+
+class Mouths(NamedTuple):
+    """Where on bodies their mouths are, for kernels: [rows], or numbers where all are alike."""
+
+    heading: np.ndarray  # [rad]
+    radius: np.ndarray  # [m]
+    forward: Number  # radii ahead, to the left and up
+    left: Number
+    up: Number
 
 
 KINDS = "uptake", "equilibrate", "release"
@@ -90,7 +109,7 @@ class ExchangeMatter(System):
                 rows,
                 cell,
                 self.doing(table, way),
-                *bodies(table),
+                bodies(table),
                 s,
                 rate * world.dt,
                 half,
@@ -103,7 +122,7 @@ class ExchangeMatter(System):
         for _, cell, wanted in wants:
             share(cell, wanted, total, value, field.litres)
         for (table, way, _), mine in zip(asked, wants, strict=True):
-            moved = take(*mine, *bodies(table), s, value, field.litres)
+            moved = take(*mine, bodies(table), s, value, field.litres)
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
@@ -116,7 +135,7 @@ class ExchangeMatter(System):
         for (table, way, key), (rows, cell) in zip(asked, places, strict=True):
             rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
             moved = pass_skin(
-                rows, cell, *bodies(table), s, rate * world.dt, partition, before, total, value, field.litres
+                rows, cell, bodies(table), s, rate * world.dt, partition, before, total, value, field.litres
             )
             self.book(table, world, way.field, "taken_up", s, moved)
 
@@ -130,7 +149,7 @@ class ExchangeMatter(System):
         else:
             field, rows, cell = self.places(table, world, way, key)
             value, litres = field.value.reshape(-1), field.litres
-        moved = give(rows, cell, self.doing(table, way), *bodies(table), s, share, above, value, litres)
+        moved = give(rows, cell, self.doing(table, way), bodies(table), s, share, above, value, litres)
         self.book(table, world, way.field, "lost" if way.field is None else "released", s, -moved)
 
     def book(
@@ -161,41 +180,46 @@ class ExchangeMatter(System):
             each = [v[index.rows] if isinstance(v, np.ndarray) else v for v in at]
             x, y, z = place_of(table, Seekers(world, table), -1, each, world.space)
             at = (np.float32(0),) * 3
-        find(
-            index.rows,
-            x,
-            y,
-            z,
-            table[Position].heading,
-            table[Body].radius,
-            *at,
-            space.lengths,
-            space.torus,
-            field.inverse,
-            *field.shape,
-            cell,
-        )
+        places, mouths = Places(x, y, z), Mouths(table[Position].heading, table[Body].radius, *at)
+        find(index.rows, places, mouths, space.extent, Cells(*field.shape, field.inverse), cell)
         return field, index.rows, cell
 
 
 @njit
-def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inverse, nx, ny, nz, cell):
+def find(
+    rows: np.ndarray, places: Places, mouths: Mouths, space: Extent, cells: Cells, cell: np.ndarray
+) -> None:
     """Write the cell of a field at a place on each body."""
+    (x, y, z), (heading, radius, forward, left, above) = places, mouths
+    nx, ny, nz, inverse = cells
     for i in range(rows.size):
         r, cos, sin = radius[rows[i]], np.cos(heading[rows[i]]), np.sin(heading[rows[i]])
         ahead, aside = of_row(forward, rows[i]), of_row(left, rows[i])
-        px = into(x[i] + r * (ahead * cos - aside * sin), lengths[0], torus)
-        py = into(y[i] + r * (ahead * sin + aside * cos), lengths[1], torus)
-        pz = z[i] + r * of_row(up, rows[i])
+        px = into(x[i] + r * (ahead * cos - aside * sin), space.lengths[0], space.torus)
+        py = into(y[i] + r * (ahead * sin + aside * cos), space.lengths[1], space.torus)
+        pz = z[i] + r * of_row(above, rows[i])
         cell[i] = (cell_of(pz * inverse[2], nz) * ny + cell_of(py * inverse[1], ny)) * nx + cell_of(
             px * inverse[0], nx
         )
 
 
 @njit
-def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, value, wanted, total):
+def want(
+    rows: np.ndarray,
+    cell: np.ndarray,
+    does: np.ndarray,
+    bodies: Bodies,
+    s: int,
+    rate: Number,
+    half: Number,
+    until: Number,
+    value: np.ndarray,
+    wanted: np.ndarray,
+    total: np.ndarray,
+) -> None:
     """Write each body's demand for a substance from its cell of a field to `wanted` f64[n] [mol], at most
     `rate` [mol/L]; add it to `total` f64[cells]."""
+    volume = bodies.volume
     for i in range(rows.size):
         row, c = rows[i], value[cell[i]]
         if does.size and not does[row]:
@@ -203,7 +227,7 @@ def want(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
         most, slow = of_row(rate, row), of_row(half, row)
         if slow != 0:
             most = most * c / (slow + c)
-        wanted[i] = max(min(most, of_row(until, row) - held(molarity, residue, row, s)), 0.0) * volume[row]
+        wanted[i] = max(min(most, of_row(until, row) - held(bodies, row, s)), 0.0) * volume[row]
         total[cell[i]] += wanted[i]
 
 
@@ -217,14 +241,22 @@ def share(cell, wanted, total, value, litres):
 
 
 @njit
-def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
+def take(
+    rows: np.ndarray,
+    cell: np.ndarray,
+    wanted: np.ndarray,
+    bodies: Bodies,
+    s: int,
+    value: np.ndarray,
+    litres: float,
+) -> float:
     """Move amounts [mol] from the cells of a field into bodies; return the total [mol]."""
-    moved = 0.0
+    volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         if wanted[i] > 0:
             row, k = rows[i], cell[i]
-            before = held(molarity, residue, row, s)
-            now = hold(molarity, residue, row, s, before + wanted[i] / volume[row])
+            before = held(bodies, row, s)
+            now = hold(bodies, row, s, before + wanted[i] / volume[row])
             amount = (now - before) * volume[row]
             value[k] = max(value[k] - amount / litres, 0.0)
             moved += amount
@@ -232,33 +264,54 @@ def take(rows, cell, wanted, volume, molarity, residue, s, value, litres):
 
 
 @njit
-def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, before, total, value, litres):
+def pass_skin(
+    rows: np.ndarray,
+    cell: np.ndarray,
+    bodies: Bodies,
+    s: int,
+    rate: Number,
+    partition: Number,
+    before: np.ndarray,
+    total: np.ndarray,
+    value: np.ndarray,
+    litres: float,
+) -> float:
     """Pass a substance between bodies and their parts, by volume, of their cells, where all bodies
     have the volume `total` f64[cells]; return the amount that has entered bodies [mol]."""
-    moved = 0.0
+    volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row, k = rows[i], cell[i]
-        c, balance = held(molarity, residue, row, s), of_row(partition, row)
+        c, balance = held(bodies, row, s), of_row(partition, row)
         # y = partition × c_field − c falls as exp(−rate × crowd × t)
         crowd = 1.0 + balance * total[k] / litres
         change = (balance * before[k] - c) * -math.expm1(-of_row(rate, row) * crowd) / crowd
-        amount = (hold(molarity, residue, row, s, max(c + change, 0.0)) - c) * volume[row]
+        amount = (hold(bodies, row, s, max(c + change, 0.0)) - c) * volume[row]
         value[k] = max(value[k] - amount / litres, 0.0)
         moved += amount
     return moved
 
 
 @njit
-def give(rows, cell, does, volume, molarity, residue, s, share, above, value, litres):
+def give(
+    rows: np.ndarray,
+    cell: np.ndarray,
+    does: np.ndarray,
+    bodies: Bodies,
+    s: int,
+    share: Number,
+    above: Number,
+    value: np.ndarray,
+    litres: float,
+) -> float:
     """Move a share of bodies' content of a substance above a concentration into the cells of a field, or
     out of the world if there is none; return the total [mol]."""
-    moved = 0.0
+    volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row = rows[i]
-        c, least = held(molarity, residue, row, s), of_row(above, row)
+        c, least = held(bodies, row, s), of_row(above, row)
         if c <= least or (does.size and not does[row]):
             continue
-        amount = (c - hold(molarity, residue, row, s, c - (c - least) * of_row(share, row))) * volume[row]
+        amount = (c - hold(bodies, row, s, c - (c - least) * of_row(share, row))) * volume[row]
         if value.size:
             value[cell[i]] += amount / litres
         moved += amount

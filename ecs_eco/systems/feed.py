@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
@@ -19,15 +19,29 @@ from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import ticks
 from ecs_eco.life.causes import register_eaters
 from ecs_eco.life.ingestion import swallow
-from ecs_eco.life.meals import Meals, award, courses, hungry, in_order, to_surfaces, void
+from ecs_eco.life.meals import (
+    Appetite,
+    Eaten,
+    Eaters,
+    Effect,
+    Foods,
+    Meals,
+    award,
+    courses,
+    hungry,
+    in_order,
+    to_surfaces,
+    void,
+)
 from ecs_eco.life.sizes import of_size
 from ecs_eco.life.torpor import LEAST_ENERGY
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.index import Entries
 from ecs_eco.space.land import at_places
-from ecs_eco.space.nearest import nearest, seek
+from ecs_eco.space.nearest import Found, Search, nearest, seek
 from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
-    from ecs_eco.compiled.per_row import Number
     from ecs_eco.config.features.feeding import Diet
     from ecs_eco.engine.table import Table
     from ecs_eco.space.terrain import Terrain
@@ -148,31 +162,20 @@ class Feed(System):
         if world.dt != 1 and toughness.size and food.chance > 0:  # a bite lasts a second
             bites = in_ticks(food.chance * (1 - np.clip(toughness, 0, 1)), world.dt)
             toughness = np.float32(1) - (bites / in_ticks(food.chance, world.dt)).astype(np.float32)
-        wish = (
-            eaters.rows,
-            eaters.uid,
-            foods.rows,
-            b.radius,
-            prey[Body].radius,
-            reach,
-            decision,
-            column,
-            chance,
-            effect[-1],
-            world.key,
-            random.FEED + (number << 8),
-            toughness,
-            table.cause,
-            m.energy,
-            m.digesting,
-            prey.cause,
+        wanting = Appetite(
+            b.radius, reach, chance, effect[-1], decision, column, table.cause, m.energy, m.digesting
         )
+        wanted = Foods(prey[Body].radius, toughness, prey.cause)
+        draws = world.key, random.FEED + (number << 8)
         if Shape in table or Shape in prey:
             self._shaped = True
             target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
-            world.split(propose, eaters.n, target, distance2, *wish[:3], NO_RADIUS, NO_RADIUS, *wish[5:])
+            wanting, wanted = wanting._replace(radius=NO_RADIUS), wanted._replace(radius=NO_RADIUS)
+            found = Found(target, distance2)
+            world.split(propose, eaters.n, found, eaters.entries, foods.entries, wanting, wanted, *draws)
         else:
             beyond = widest(furthest, b.radius, table.alive, prey[Body].radius, prey.alive)
+            wish = wanting, wanted, *draws
             seeking = eaters, foods, beyond, target, distance2, world.split, seek_food, wish
             if world.bands.size == 1:
                 nearest(*seeking)
@@ -189,7 +192,7 @@ class Feed(System):
                 foods,
                 target,
                 distance2,
-                tuple(effect),
+                Effect(*effect),
                 poison,
                 held.copy() if prey.species.diet else held,
                 np.empty(foods.n, np.int32),
@@ -226,24 +229,14 @@ class Feed(System):
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
             meals.best,
-            eaters.rows,
-            eaters.uid,
-            foods.rows,
-            *meals.effect[:2],
-            meals.held,
-            *meals.effect[2:4],
-            meals.poison,
+            eaters.entries,
+            foods.entries,
+            meals.effect,
+            Eaters(table.cause, table.killer, m.energy, m.digesting, m.taken),
+            Eaten(prey.cause, prey.killer, prey.uid, meals.held, meals.poison),
             world.codes[f"eaten by {table.name}"],
             world.codes[f"poisoned by {food.eats}"] if food.deadly else 0,
             LEAST_ENERGY[table.species.metabolism.torpor],
-            table.cause,
-            table.killer,
-            m.energy,
-            m.digesting,
-            m.taken,
-            prey.cause,
-            prey.killer,
-            prey.uid,
         )
         table.species.eaten[food.eats] += (
             float((m.energy[own] - before).sum()) if world.bands.divided else gained
@@ -340,119 +333,40 @@ def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarra
 
 @lone_njit
 def seek_food(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ostart,
-    tx,
-    ty,
-    tz,
-    tstart,
-    same,
-    k,
-    nx,
-    ny,
-    nz,
-    lengths,
-    torus,
-    flat,
-    radius2,
-    target,
-    distance2,
-    rows,
-    uid,
-    food_rows,
-    radius,
-    food_radius,
-    reach,
-    decision,
-    column,
-    chance,
-    until,
-    key,
-    purpose,
-    toughness,
-    eater_cause,
-    energy,
-    digesting,
-    food_cause,
-):
+    first: int,
+    last: int,
+    mine: Entries,
+    targets: Entries,
+    space: Extent,
+    search: Search,
+    found: Found,
+    eaters: Appetite,
+    foods: Foods,
+    key: np.uint64,
+    purpose: int,
+) -> None:
     """Run `seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
-    seek(
-        first,
-        last,
-        ox,
-        oy,
-        oz,
-        ostart,
-        tx,
-        ty,
-        tz,
-        tstart,
-        same,
-        k,
-        nx,
-        ny,
-        nz,
-        lengths,
-        torus,
-        flat,
-        radius2,
-        target,
-        distance2,
-    )
-    propose(
-        ostart[first * nx],
-        ostart[last * nx],
-        target,
-        distance2,
-        rows,
-        uid,
-        food_rows,
-        radius,
-        food_radius,
-        reach,
-        decision,
-        column,
-        chance,
-        until,
-        key,
-        purpose,
-        toughness,
-        eater_cause,
-        energy,
-        digesting,
-        food_cause,
-    )
+    seek(first, last, mine, targets, space, search, found)
+    begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
+    propose(begin, end, found, mine, targets, eaters, foods, key, purpose)
 
 
 @lone_njit
 def propose(
-    first,
-    last,
-    target,
-    distance2,
-    rows,
-    uid,
-    food_rows,
-    radius,
-    food_radius,
-    reach,
-    decision,
-    column,
-    chance,
-    until,
-    key,
-    purpose,
-    toughness,
-    eater_cause,
-    energy,
-    digesting,
-    food_cause,
-):
-    """Reject food that eaters first … last − 1 cannot have: `target` becomes −1."""
+    first: int,
+    last: int,
+    found: Found,
+    mine: Entries,
+    targets: Entries,
+    eaters: Appetite,
+    foods: Foods,
+    key: np.uint64,
+    purpose: int,
+) -> None:
+    """Let eaters first … last − 1 leave the nearest food where they cannot have it: nothing is found then."""
+    rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
+    radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
+    food_radius, toughness, food_cause = foods
     for k in range(last - first):
         i = np.uint64(first + k)
         j, row = target[i], rows[i]
@@ -500,29 +414,21 @@ def top(bits, alive):
 
 @njit
 def ingest(
-    best,
-    rows,
-    uid,
-    food_rows,
-    gain,
-    efficiency,
-    held,
-    ceiling,
-    digestion,
-    poison,
-    cause,
-    deadly,
-    least,
-    eater_cause,
-    eater_killer,
-    energy,
-    digesting,
-    taken,
-    food_cause,
-    food_killer,
-    food_uids,
-):
+    best: np.ndarray,
+    mine: Entries,
+    targets: Entries,
+    effect: Effect,
+    eaters: Eaters,
+    foods: Eaten,
+    cause: int,
+    deadly: int,
+    least: float,
+) -> float:
     """Give eaters their items: `best` i32[foods], −1 for none; return the total gain."""
+    rows, uid, food_rows = mine.rows, mine.uid, targets.rows
+    gain, efficiency, ceiling, digestion, _ = effect
+    eater_cause, eater_killer, energy, digesting, taken = eaters
+    food_cause, food_killer, food_uids, held, poison = foods
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
     for j in range(best.size):  # no branches: memory of a meal is fetched while others wait for theirs
         eaten[np.uint64(n)] = j

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Gestation, Metabolism, Position
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.life.births import affordable, bring_forth, life_history, ticks
+from ecs_eco.life.births import Lives, Wombs, affordable, bring_forth, life_history, ticks, wombs_of
 from ecs_eco.life.sizes import of_size
 
 if TYPE_CHECKING:
@@ -44,25 +44,17 @@ class GiveBirth(System):
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
         m, g = table[Metabolism], table[Gestation]
-        own, _, _, energy_given, _, _ = life_history(table, way)
+        lives, wombs = life_history(table, way), wombs_of(table)
         mothers, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
         n = at_term(
-            world.bands.living(table)[: table.high],
-            g.carrying,
-            g.due,
-            world.tick,
-            m.energy,
-            g.energy,
-            own,
-            energy_given,
-            mothers,
-            number,
+            world.bands.living(table)[: table.high], wombs, world.tick, m.energy, lives, mothers, number
         )
         if n == 0 and not world.bands.divided:
             return
         order = np.argsort(table.uid[mothers[:n]])
         mothers, number = mothers[order], number[order]
-        given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
+        each = lives.energy_given
+        given = each[mothers] if lives.own else np.full(n, each[0], np.float32)
         born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
         store, rest = own_values(
             table,
@@ -79,10 +71,7 @@ class GiveBirth(System):
             world.tick + ticks(rest, world.dt),
             m.energy,
             m.given,
-            g.carrying,
-            g.energy,
-            g.father,
-            g.rest,
+            wombs,
         )
         g.sperm[mothers] = 0
 
@@ -94,9 +83,18 @@ def her_part(given, stored, carrying):
 
 
 @njit
-def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothers, number):
+def at_term(
+    alive: np.ndarray,
+    wombs: Wombs,
+    tick: int,
+    energy: np.ndarray,
+    lives: Lives,
+    mothers: np.ndarray,
+    number: np.ndarray,
+) -> int:
     """List the mothers at term, and how many newborn each can pay for; return the number of mothers."""
-    n = 0
+    carrying, due, _, stored, _ = wombs
+    n, own, energy_given = 0, lives.own, lives.energy_given
     for row in range(alive.size):
         if alive[row] and carrying[row] and due[row] <= tick:
             part = her_part(energy_given[row if own else 0], stored[row], carrying[row])
@@ -106,9 +104,19 @@ def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothe
 
 
 @njit
-def deliver(mothers, born, given_each, energy_max, rested, energy, given, carrying, stored, father, rest):
+def deliver(
+    mothers: np.ndarray,
+    born: np.ndarray,
+    given_each: np.ndarray,
+    energy_max: Number,
+    rested: Number,
+    energy: np.ndarray,
+    given: np.ndarray,
+    wombs: Wombs,
+) -> None:
     """Charge the mothers for the newborn, return the father's payment for the others, and start the
     mothers' rest."""
+    carrying, _, father, stored, rest = wombs
     for i in range(mothers.size):
         row = mothers[i]
         before = energy[row]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Body, Metabolism, Stature
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
@@ -18,6 +18,16 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # of the mass, which approaches that of the adult
+
+
+class Law(NamedTuple):
+    """How bodies grow, for kernels."""
+
+    root: float  # of the mass, which approaches that of the adult
+    step: Number  # rate × dt, or that of each row
+    standard: float  # the adult mass for which that holds [kg], 0 for any
+    cost: Number  # energy of a kilogram
+    reserve: Number  # energy that is not spent
 
 
 class GrowUp(System):
@@ -58,17 +68,14 @@ class GrowUp(System):
         rate, cost, reserve = own_values(
             table, {"growth.rate": way.rate, "growth.cost": way.cost, "growth.reserve": way.reserve}
         )
+        standard = table.species.standard_mass if way.law == "west" else 0.0
         world.split(
             grow_up,
             high,
             table.alive,
             s.mass,
             s.radius,
-            ROOTS[way.law],
-            rate * world.dt,
-            table.species.standard_mass if way.law == "west" else 0.0,
-            cost,
-            reserve,
+            Law(ROOTS[way.law], rate * world.dt, standard, cost, reserve),
             b.mass,
             b.radius,
             s.residue,
@@ -80,24 +87,20 @@ class GrowUp(System):
 
 @njit
 def grow_up(
-    first,
-    last,
-    alive,
-    adult_mass,
-    adult_radius,
-    root,
-    step,
-    standard,
-    cost,
-    reserve,
-    mass,
-    radius,
-    residue,
-    energy,
-    burnt,
-):
-    """Grow the living for a tick, `step` is rate × dt; `standard` [kg] is the adult mass to which it
-    applies, 0: any."""
+    first: int,
+    last: int,
+    alive: np.ndarray,
+    adult_mass: np.ndarray,
+    adult_radius: np.ndarray,
+    law: Law,
+    mass: np.ndarray,
+    radius: np.ndarray,
+    residue: np.ndarray,
+    energy: np.ndarray,
+    burnt: np.ndarray,
+) -> None:
+    """Let the living grow for a tick."""
+    root, step, standard, cost, reserve = law
     for row in range(first, last):
         if not alive[row] or mass[row] >= adult_mass[row]:
             continue

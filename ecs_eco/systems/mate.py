@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import random as pyrandom
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position, Shape
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
@@ -17,16 +17,17 @@ from ecs_eco.engine.random import bits, draw, mix
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import highest, own_value, own_values
-from ecs_eco.life.births import life_history, rows_of, ticks, whole
+from ecs_eco.life.births import Lives, Wombs, life_history, rows_of, ticks, whole, wombs_of
 from ecs_eco.life.torpor import awake
 from ecs_eco.space.bodies import bound, solids
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.index import Entries, Index
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.reproduction import Sexual
     from ecs_eco.engine.table import Table
-    from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
 CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
@@ -34,6 +35,25 @@ MEET, TASTE, TIE = random.MATE, random.MATE + (1 << 8), random.MATE + (2 << 8)  
 NO_DECISION = np.zeros((1, 1), np.uint8)
 SPHERES = np.zeros((0, 9), np.float32)  # the place of the forms of capsules and boxes
 WILLING = {"none": 0, "one": 1, "both": 2}
+
+
+class Wishes(NamedTuple):
+    """Who wants to mate, for kernels."""
+
+    column: int  # of the action mate, -1 where there is none
+    decision: np.ndarray  # u8[rows, actions]
+    consent: int  # how many of two must want to
+
+
+class Sires(NamedTuple):
+    """Those who may sire, for kernels; form f32[k, 9] is empty where all are spheres."""
+
+    can: np.ndarray  # u8[rows], the roles of each
+    radius: np.ndarray  # f32[rows] [m]
+    energy: np.ndarray  # f32[rows]
+    reach: Number  # [m]
+    share: Number  # of a litter's energy that the father pays
+    form: np.ndarray
 
 
 class Mate(System):
@@ -68,34 +88,27 @@ class Mate(System):
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
-        b, m, g = table[Biology], table[Metabolism], table[Gestation]
-        own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
-        can = np.empty(table.high, np.uint8)
-        column, decision = action(table)
+        b, m = table[Biology], table[Metabolism]
+        lives, can = life_history(table, way), np.empty(table.high, np.uint8)
+        wishes = Wishes(*action(table), WILLING[way.consent])
         n_chooses, n_sires = ready(
             awake(table)[: table.high],
             table.cause,
             b.sex,
             b.age,
             m.energy,
-            g.carrying,
-            g.rest,
+            wombs_of(table),
             world.tick,
-            own,
-            age_min,
-            energy_min,
-            litter,
-            decision,
-            column,
-            WILLING[way.consent],
+            lives,
+            wishes,
             can,
         )
         if (n_chooses == 0 or n_sires == 0) and not world.bands.divided:
             return
         i, space, radius = world.index(table), world.space, table[Body].radius
         rule = select_mate(table)
-        if rule is not None and not own:
-            choice = np.array([max(rule[0], 0)], np.uint8)
+        if rule is not None and not lives.own:
+            lives = lives._replace(choice=np.array([max(rule[0], 0)], np.uint8))
         reach, share = own_values(
             table,
             {
@@ -108,36 +121,18 @@ class Mate(System):
         largest = highest(radius, table.alive) if form is SPHERES else bound(table)
         widest = 2 * largest + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
+        sires, cells = Sires(can, radius, m.energy, reach, share, form), space.reach(widest)
         with world.bands.own(i, partner, distance2):
             world.split(
                 propose,
                 i.n,
-                i.rows,
-                i.x,
-                i.y,
-                i.z,
-                i.uid,
-                i.start,
-                can,
-                radius,
-                reach,
-                space.reach(widest),
-                *space.shape,
-                space.inverse,
-                space.lengths,
-                space.torus,
-                form,
-                space.volume,
-                decision,
-                column,
-                WILLING[way.consent],
-                m.energy,
+                i.entries,
+                sires,
+                wishes,
+                lives,
                 b.age,
-                own,
-                energy_given,
-                litter,
-                choice,
-                share,
+                cells,
+                space.extent,
                 world.key,
                 partner,
                 distance2,
@@ -148,31 +143,9 @@ class Mate(System):
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
-        if rule is not None and rule[0] < 0 and not own:
-            near = (
-                reach,
-                space.reach(widest),
-                *space.shape,
-                space.inverse,
-                space.lengths,
-                space.torus,
-                form,
-                space.volume,
-            )
-            pay = share, energy_given, litter
-            self.ask(
-                table,
-                rule[1],
-                i,
-                choosers,
-                can,
-                near,
-                (decision, column, WILLING[way.consent]),
-                pay,
-                partner,
-                distance2,
-                world,
-            )
+        if rule is not None and rule[0] < 0 and not lives.own:
+            suits = sires, wishes, lives, cells, space.extent
+            self.ask(table, rule[1], i, choosers, suits, partner, distance2, world)
         order = choosers[nearest_first(world.key, i.uid[choosers], distance2[choosers])]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
@@ -184,23 +157,18 @@ class Mate(System):
         rule: Any,
         i: Index,
         choosers: np.ndarray,
-        can: np.ndarray,
-        near: tuple[Any, ...],
-        wants: tuple[Any, ...],
-        pay: tuple[Any, ...],
+        suits: tuple[Any, ...],
         partner: np.ndarray,
         distance2: np.ndarray,
         world: SpatialWorld,
     ) -> None:
         """Choose mates by a user's function, one chooser after another, in the order of uids."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
+        energy, age = table[Metabolism].energy, table[Biology].age
         state = pyrandom.getstate()
         try:
             for me in choosers[np.argsort(i.uid[choosers])]:
-                n = suitors(
-                    me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, chosen, far
-                )
+                n = suitors(me, i.entries, *suits, chosen, far)
                 rows, uids = i.rows[chosen[:n]], i.uid[chosen[:n]].tolist()
                 pyrandom.seed(int(world.key) ^ int(i.uid[me]))
                 it = rule(
@@ -218,7 +186,6 @@ class Mate(System):
     def conceive(self, table: Table, world: SpatialWorld, way: Sexual, pairs: np.ndarray) -> None:
         """Conceive at random in `pairs` (rows of mother and father, i64[n, 2])."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
-        own, _, _, energy_given, litter, _ = life_history(table, way)
         chance, (she, he) = own_value(table, "reproduction.chance", way.chance), pairs.T
         each = chance[she] if isinstance(chance, np.ndarray) else chance
         fail = 1 - each * b.fertility[she].astype(float) * b.fertility[he]
@@ -235,9 +202,7 @@ class Mate(System):
         join(
             pairs,
             table.uid,
-            own,
-            energy_given,
-            litter,
+            life_history(table, way),
             share,
             success,
             world.key,
@@ -246,11 +211,7 @@ class Mate(System):
             conceived,
             m.energy,
             m.given,
-            g.carrying,
-            g.due,
-            g.father,
-            g.energy,
-            g.rest,
+            wombs_of(table),
         )
         if Genome in table:
             mothers, fathers = pairs[conceived].T
@@ -306,33 +267,28 @@ def select_mate(table: Table) -> tuple[int, Any] | None:
 
 
 @njit
-def wills(decision, column, row):
+def wills(wishes, row):
     """Return 1 if an organism wants to mate, otherwise 0."""
-    return 1 if column < 0 or decision[row, column] else 0
+    return 1 if wishes.column < 0 or wishes.decision[row, wishes.column] else 0
 
 
 @njit
 def ready(
-    alive,
-    cause,
-    sex,
-    age,
-    energy,
-    carrying,
-    rest,
-    tick,
-    own,
-    age_min,
-    energy_min,
-    litter,
-    decision,
-    column,
-    consent,
-    can,
-):
+    alive: np.ndarray,
+    cause: np.ndarray,
+    sex: np.ndarray,
+    age: np.ndarray,
+    energy: np.ndarray,
+    wombs: Wombs,
+    tick: int,
+    lives: Lives,
+    wishes: Wishes,
+    can: np.ndarray,
+) -> tuple[int, int]:
     """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and that can
     sire."""
-    n_chooses, n_sires = 0, 0
+    n_chooses, n_sires, carrying, rest = 0, 0, wombs.carrying, wombs.rest
+    own, age_min, energy_min, litter = lives.own, lives.age_min, lives.energy_min, lives.litter
     for row in range(can.size):
         i = row if own else 0
         can[row] = 0
@@ -345,7 +301,7 @@ def ready(
             or energy[row] < energy_min[i]
         ):
             continue
-        if consent == 2 and not wills(decision, column, row):
+        if wishes.consent == 2 and not wills(wishes, row):
             continue
         if sex[row] != MALE and litter[i] >= np.float32(0.5):
             can[row] |= CHOOSES
@@ -357,117 +313,43 @@ def ready(
 
 
 @njit
-def suits(
-    i,
-    j,
-    rows,
-    x,
-    y,
-    z,
-    can,
-    radius,
-    near,
-    lengths,
-    torus,
-    form,
-    volume,
-    decision,
-    column,
-    want,
-    energy,
-    share,
-    each,
-    number,
-):
+def suits(i, j, mine, sires, wishes, want, each, number, space):
     """Return the squared distance from entry i to entry j if j can sire, pay, is willing and in reach,
     otherwise −1. It is measured between surfaces if they are not spheres."""
+    rows, x, y, z, _, _ = mine
+    can, radius, energy, near, share, form = sires
     it = rows[j]
     price = of_row(share, it) * each * number
-    if (
-        j == i
-        or not can[it] & SIRES
-        or (price > 0 and not energy[it] > price)
-        or wills(decision, column, it) < want
-    ):
+    if j == i or not can[it] & SIRES or (price > 0 and not energy[it] > price) or wills(wishes, it) < want:
         return np.float32(-1)
     if len(form):
-        gap, _, _, _ = touching(
-            form,
-            i,
-            form,
-            j,
-            np.float64(x[i] - x[j]),
-            np.float64(y[i] - y[j]),
-            np.float64(z[i] - z[j]),
-            lengths,
-            torus,
-            volume,
-        )
+        dx, dy, dz = np.float64(x[i] - x[j]), np.float64(y[i] - y[j]), np.float64(z[i] - z[j])
+        gap, _, _, _ = touching(form, i, form, j, dx, dy, dz, space)
         return np.float32(max(gap, 0.0) ** 2) if gap <= of_row(near, rows[i]) else np.float32(-1)
-    dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
-    d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + of_row(near, rows[i])
+    ax, ay, az = offset(x[i], y[i], z[i], x[j], y[j], z[j], space)
+    d2, s = ax * ax + ay * ay + az * az, radius[rows[i]] + radius[it] + of_row(near, rows[i])
     return d2 if d2 <= s * s else np.float32(-1)
 
 
 @njit
 def suitors(
-    i,
-    rows,
-    x,
-    y,
-    z,
-    start,
-    can,
-    radius,
-    near,
-    reach,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    form,
-    volume,
-    decision,
-    column,
-    consent,
-    energy,
-    share,
-    energy_given,
-    litter,
-    chosen,
-    far,
-):
+    i: int,
+    mine: Entries,
+    sires: Sires,
+    wishes: Wishes,
+    lives: Lives,
+    reach: int,
+    space: Extent,
+    chosen: np.ndarray,
+    far: np.ndarray,
+) -> int:
     """List the entries that suit entry i, and their squared distances; return their number."""
+    rows, x, y, z, _, _ = mine
     close, n = np.empty(x.size, np.int64), 0
-    each, number = energy_given[0], np.float32(whole(litter[0]))
-    want = consent - wills(decision, column, rows[i])
-    for c in range(
-        gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
-    ):
-        d2 = suits(
-            i,
-            close[c],
-            rows,
-            x,
-            y,
-            z,
-            can,
-            radius,
-            near,
-            lengths,
-            torus,
-            form,
-            volume,
-            decision,
-            column,
-            want,
-            energy,
-            share,
-            each,
-            number,
-        )
+    each, number = lives.energy_given[0], np.float32(whole(lives.litter[0]))
+    want = wishes.consent - wills(wishes, rows[i])
+    for c in range(gather(x[i], y[i], z[i], reach, mine, space, close)):
+        d2 = suits(i, close[c], mine, sires, wishes, want, each, number, space)
         if d2 >= 0:
             chosen[n], far[n] = close[c], d2
             n += 1
@@ -476,46 +358,28 @@ def suitors(
 
 @njit
 def propose(
-    first,
-    last,
-    rows,
-    x,
-    y,
-    z,
-    uid,
-    start,
-    can,
-    radius,
-    near,
-    reach,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    form,
-    volume,
-    decision,
-    column,
-    consent,
-    energy,
-    age,
-    own,
-    energy_given,
-    litter,
-    choice,
-    share,
-    key,
-    partner,
-    distance2,
-):
+    first: int,
+    last: int,
+    mine: Entries,
+    sires: Sires,
+    wishes: Wishes,
+    lives: Lives,
+    age: np.ndarray,
+    reach: int,
+    space: Extent,
+    key: np.uint64,
+    partner: np.ndarray,
+    distance2: np.ndarray,
+) -> None:
     """Write the father that each of the entries first … last − 1 of the index chooses (−1: none), and his
     squared distance.
 
     The choice is the nearest, a random one, the richest or the oldest; ties are broken by distance, then at
     random.
     """
+    rows, x, y, z, uid, _ = mine
+    own, _, _, energy_given, litter, choice = lives
+    can, energy = sires.can, sires.energy
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
         me, partner[i], distance2[i] = rows[i], -1, np.inf
@@ -523,33 +387,12 @@ def propose(
             continue
         life, best = me if own else 0, np.float32(np.inf)
         each, number = energy_given[life], np.float32(whole(litter[life]))
-        want = consent - wills(decision, column, me)
-        n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
+        want = wishes.consent - wills(wishes, me)
+        n = gather(x[i], y[i], z[i], reach, mine, space, close)
         for c in range(n):
             j = close[c]
             it = rows[j]
-            d2 = suits(
-                i,
-                j,
-                rows,
-                x,
-                y,
-                z,
-                can,
-                radius,
-                near,
-                lengths,
-                torus,
-                form,
-                volume,
-                decision,
-                column,
-                want,
-                energy,
-                share,
-                each,
-                number,
-            )
+            d2 = suits(i, j, mine, sires, wishes, want, each, number, space)
             if d2 < 0:
                 continue
             score = d2
@@ -593,26 +436,22 @@ def pair(order, partner, rows, taken, pairs):
 
 @njit
 def join(
-    pairs,
-    uid,
-    own,
-    energy_given,
-    litter,
-    share,
-    success,
-    key,
-    due,
-    rested,
-    conceived,
-    energy,
-    given,
-    carrying,
-    due_at,
-    father,
-    stored,
-    rest,
-):
+    pairs: np.ndarray,
+    uid: np.ndarray,
+    lives: Lives,
+    share: Number,
+    success: np.ndarray,
+    key: np.uint64,
+    due: Number,
+    rested: Number,
+    conceived: np.ndarray,
+    energy: np.ndarray,
+    given: np.ndarray,
+    wombs: Wombs,
+) -> None:
     """Conceive at random in each pair: the mother carries, the father pays his share and rests."""
+    own, _, _, energy_given, litter, _ = lives
+    carrying, due_at, father, stored, rest = wombs
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
         if draw(key, uid[she], MEET) >= success[p]:

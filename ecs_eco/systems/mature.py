@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,17 @@ if TYPE_CHECKING:
 
 NEVER = 1e30  # [s] an age that no organism reaches
 EDGE = 1e-3  # least distance of the prime from maturity and from the end, as a share of the time between
+
+
+class Fertility(NamedTuple):
+    """How fertility depends on age and season, for kernels: f32[rows], or arrays of one."""
+
+    peak: np.ndarray
+    maturity: np.ndarray  # [s]
+    prime: np.ndarray  # [s]
+    end: np.ndarray  # [s]
+    season: np.ndarray  # share of the year
+    width: np.ndarray  # share of the year, 0 where there is no season
 
 
 class Mature(System):
@@ -51,27 +62,25 @@ class Mature(System):
         way, year = table.species.breeding, world.environment.year
         if way is None:
             return
-        own = Breeding in table
         b = table[Biology]
         world.split(
             ripen,
             table.high,
             table.alive,
             b.age,
-            *columns(table, way),
-            own,
+            columns(table, way),
+            Breeding in table,
             0.0 if year is None else year.share(world.time),
             year is not None,
             b.fertility,
         )
 
 
-def columns(table: Table, way: Season) -> tuple[np.ndarray, ...]:
-    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of
-    one."""
+def columns(table: Table, way: Season) -> Fertility:
+    """Return how fertility depends on age and season: columns, or the species' values as arrays of one."""
     if Breeding in table:
         b = table[Breeding]
-        return b.peak, b.maturity, b.prime, b.end, b.season, b.width
+        return Fertility(b.peak, b.maturity, b.prime, b.end, b.season, b.width)
     values = (
         table.species.fertility,
         way.maturity,
@@ -80,14 +89,23 @@ def columns(table: Table, way: Season) -> tuple[np.ndarray, ...]:
         way.season or 0.0,
         0.0 if way.season is None else way.width,
     )
-    return tuple(np.array([v], np.float32) for v in values)
+    return Fertility(*(np.array([v], np.float32) for v in values))
 
 
 @njit
 def ripen(
-    first, last, alive, age, peak, maturity, prime, end, season, width, own, share, seasonal, fertility
-):
+    first: int,
+    last: int,
+    alive: np.ndarray,
+    age: np.ndarray,
+    curve: Fertility,
+    own: bool,
+    share: float,
+    seasonal: bool,
+    fertility: np.ndarray,
+) -> None:
     """Set the fertility of the living; `share` of the year has passed."""
+    peak, maturity, prime, end, season, width = curve
     for row in range(first, last):
         if alive[row]:
             i = row if own else 0

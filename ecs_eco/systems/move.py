@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,14 @@ from ecs_eco.components import Motor, Nervous, Position, SpeedScale, Velocity
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.life.gaits import own_gaits
+from ecs_eco.life.gaits import Gaits, own_gaits
 from ecs_eco.life.sizes import share_of_adult
 from ecs_eco.life.torpor import awake
 from ecs_eco.nervous.decision import first_of, first_on
 from ecs_eco.space.barriers import barriers, stop
-from ecs_eco.space.geometry import cells_of, half_cells, into
-from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
+from ecs_eco.space.bodies import ground_of
+from ecs_eco.space.geometry import Extent, cells_of, half_cells, into
+from ecs_eco.space.terrain import FENCE, OPEN, Ground, along, ground_at, height_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -32,8 +33,18 @@ NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_SCALE = np.ones(0, np.float32)
 NOT_ASKED = np.zeros(0, np.float32)
 BLOCK = 64  # rows
-# height, ground, scale and cost of slopes without a terrain
-ON_THE_FLAT = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zeros(2, np.float32), 0.0
+
+
+class Bodies(NamedTuple):
+    """Where bodies are and how they move, for kernels: f32[rows]."""
+
+    x: np.ndarray  # [m]
+    y: np.ndarray
+    z: np.ndarray
+    heading: np.ndarray  # [rad]
+    speed: np.ndarray  # [m/s]
+    climb: np.ndarray  # [m/s]
+    cost: np.ndarray
 
 
 class Move(System):
@@ -83,12 +94,7 @@ class Move(System):
         gaits = own_gaits(table)
         if gaits is None:
             return
-        p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
-        height, ground, inverse, slope_cost = (
-            ON_THE_FLAT
-            if terrain is None
-            else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost)
-        )
+        p, v, terrain = table[Position], table[Velocity], world.terrain
         pace = paces(table)
         factor = None if terrain is None or terrain.pace is None else _on_roads(table, terrain)
         if factor is not None:
@@ -107,22 +113,13 @@ class Move(System):
             moving,
             table[Nervous].decision,
             command,
-            *gaits,
+            gaits,
             pace,
             np.float32(world.dt),
-            space.lengths,
-            space.torus,
-            height,
-            ground,
-            inverse,
-            np.float32(slope_cost),
-            p.x,
-            p.y,
-            p.z,
-            p.heading,
-            v.speed,
-            v.climb,
-            v.cost,
+            world.space.extent,
+            ground_of(world),
+            np.float32(0.0 if terrain is None else terrain.slope_cost),
+            Bodies(p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost),
             gone,
         )
         if factor is not None:
@@ -171,43 +168,29 @@ def paces(table: Table) -> np.ndarray:
 
 @lone_njit
 def move(
-    first,
-    last,
-    alive,
-    decision,
-    command,
-    layout,
-    speeds,
-    costs,
-    turns,
-    climbs,
-    pitches,
-    drag,
-    pace,
-    dt,
-    lengths,
-    torus,
-    height,
-    ground,
-    inverse,
-    slope_cost,
-    x,
-    y,
-    z,
-    heading,
-    speed,
-    climb,
-    cost,
-    gone,
-):
-    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, default) of speed, turn, climb
-    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none. `gone` f32[rows]
-    receives how far ahead each has moved [m], unless it is empty.
+    first: int,
+    last: int,
+    alive: np.ndarray,
+    decision: np.ndarray,
+    command: np.ndarray,
+    gaits: Gaits,
+    pace: np.ndarray,
+    dt: np.float32,
+    space: Extent,
+    ground: Ground,
+    slope_cost: np.float32,
+    bodies: Bodies,
+    gone: np.ndarray,
+) -> None:
+    """Move the living rows first … last − 1. `gone` f32[rows] takes how far ahead each has gone [m], where it
+    is not empty.
 
-    Rows are processed in blocks, whose sines and cosines are computed at once.
+    Rows go in blocks, whose sines and cosines are computed at once.
     """
     if first >= last:
         return
+    _, _, z, heading, speed, climb, cost = bodies
+    layout, speeds, costs, turns, climbs, pitches, drag = gaits
     left, mean_left = lag(of_row(drag, first), dt)
     sine, cosine = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     ahead = np.empty(BLOCK, np.float32)
@@ -236,82 +219,30 @@ def move(
             if pace.size:
                 v *= pace[row]
                 c *= pace[row] * pace[row]
-            if lengths[2] > 0:  # a volume
+            if space.lengths[2] > 0:  # a volume
                 up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
-                z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
+                z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, space.lengths[2], False)
                 climb[row] = up + (climb[row] - up) * left
             ahead[i] = v + (speed[row] - v) * mean_left
             speed[row] = v + (speed[row] - v) * left
             cost[row] = c
-        go_ahead(
-            start,
-            size,
-            ahead,
-            sine,
-            cosine,
-            drag,
-            dt,
-            lengths,
-            torus,
-            height,
-            ground,
-            inverse,
-            slope_cost,
-            heading,
-            x,
-            y,
-            speed,
-            cost,
-        )
+        go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies)
         for i in range(size if gone.size else 0):
             gone[start + i] = max(ahead[i], zero) * dt
 
 
 @lone_njit
-def go_ahead(
-    start,
-    size,
-    ahead,
-    sine,
-    cosine,
-    drag,
-    dt,
-    lengths,
-    torus,
-    height,
-    ground,
-    inverse,
-    slope_cost,
-    heading,
-    x,
-    y,
-    speed,
-    cost,
-):
+def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
     """Move a block of rows from `start` on ahead at speeds `ahead` along their headings; the speeds become
     those of the free way. `sine` and `cosine` are scratch of their size."""
+    x, y, heading, lengths, torus = bodies.x, bodies.y, bodies.heading, space.lengths, space.torus
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
-    if ground.size > 1 or height.size > 1:
+    if ground.kind.size > 1 or ground.height.size > 1:
         for i in range(size):
             if ahead[i] > 0:
                 ahead[i] = over_land(
-                    start + i,
-                    ahead[i],
-                    sine[i],
-                    cosine[i],
-                    drag,
-                    dt,
-                    lengths,
-                    torus,
-                    height,
-                    ground,
-                    inverse,
-                    slope_cost,
-                    x,
-                    y,
-                    speed,
-                    cost,
+                    start + i, ahead[i], sine[i], cosine[i], drag, dt, space, ground, slope_cost, bodies
                 )
         return
     for i in range(size):
@@ -325,20 +256,16 @@ def go_ahead(
 
 
 @njit
-def over_land(
-    row, v, sine, cosine, drag, dt, lengths, torus, height, ground, inverse, slope_cost, x, y, speed, cost
-):
+def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
     """Move one organism ahead at speed v until its path is blocked; uphill costs more. Return its speed."""
-    if ground.size > 1:
-        v = free_way(x[row], y[row], sine, cosine, v, dt, ground, inverse, lengths, torus)
+    x, y, speed, cost = bodies.x, bodies.y, bodies.speed, bodies.cost
+    if ground.kind.size > 1:
+        v = free_way(x[row], y[row], sine, cosine, v, dt, ground, space)
         speed[row] = min(v, speed[row]) if of_row(drag, row) > 0 else v
     if v > 0:
-        nx = into(x[row] + v * dt * cosine, lengths[0], torus)
-        ny = into(y[row] + v * dt * sine, lengths[1], torus)
-        if height.size > 1:
-            rise = height_at(height, inverse, nx, ny, torus) - height_at(
-                height, inverse, x[row], y[row], torus
-            )
+        nx, ny = along(x[row], y[row], v * dt * cosine, v * dt * sine, space)
+        if ground.height.size > 1:
+            rise = height_at(ground, nx, ny, space.torus) - height_at(ground, x[row], y[row], space.torus)
             cost[row] += cost[row] * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
         x[row] = nx
         y[row] = ny
@@ -383,20 +310,18 @@ def cost_between(v, speeds, costs):
 
 
 @njit
-def free_way(x, y, sine, cosine, v, dt, ground, inverse, lengths, torus):
+def free_way(x, y, sine, cosine, v, dt, ground, space):
     """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; checks every half
     cell of the way, up to the sum of both sides of the space.
 
     An animal on the line of a new fence can walk off it.
     """
-    v = min(v, (lengths[0] + lengths[1]) / dt)
-    on = ground_at(ground, inverse, x, y) == FENCE
-    steps = half_cells(v * dt, inverse, lengths)
+    v = min(v, (space.lengths[0] + space.lengths[1]) / dt)
+    on = ground_at(ground, x, y) == FENCE
+    steps = half_cells(v * dt, ground.inverse, space.lengths)
     for s in range(1, steps + 1):
         way = v * dt * np.float32(s) / np.float32(steps)
-        px = into(x + way * cosine, lengths[0], torus)
-        py = into(y + way * sine, lengths[1], torus)
-        kind = ground_at(ground, inverse, px, py)
+        kind = ground_at(ground, *along(x, y, way * cosine, way * sine, space))
         if kind != OPEN and not (on and kind == FENCE):
             return v * np.float32(s - 1) / np.float32(steps)
         on = on and kind == FENCE

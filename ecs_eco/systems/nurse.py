@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position, Shape
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
@@ -15,6 +15,7 @@ from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.life.births import rows_of
 from ecs_eco.life.sizes import of_size
 from ecs_eco.space.bodies import form_of
+from ecs_eco.space.geometry import Extent, Places
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset
 
@@ -69,7 +70,7 @@ class Nurse(System):
         self, table: Table, world: SpatialWorld, way: Care, young: np.ndarray, parent: np.ndarray
     ) -> None:
         """Feed `young` i64[k] by `parent` i64[k], rows in the order of the uids of the young."""
-        p, m, nerves, space = table[Position], table[Metabolism], table.species.nerves, world.space
+        p, m, nerves = table[Position], table[Metabolism], table.species.nerves
         column = (
             -1
             if nerves is None
@@ -77,7 +78,6 @@ class Nurse(System):
         )
         decision = table[Nervous].decision if column >= 0 else NO_DECISION
         form = form_of(table, np.arange(table.high)) if Shape in table else SPHERES
-        demand, gives = np.zeros(table.high), np.zeros(table.high)
         reach, rate, reserve, efficiency, full = own_values(
             table,
             {
@@ -91,71 +91,64 @@ class Nurse(System):
         nurse(
             young,
             parent,
-            p.x,
-            p.y,
-            p.z,
+            Places(p.x, p.y, p.z),
             table[Body].radius,
-            reach,
-            space.lengths,
-            space.torus,
             form,
-            space.volume,
+            world.space.extent,
             decision,
             column,
-            table.cause,
-            rate * world.dt,
-            reserve,
-            efficiency,
-            of_size(table, full),
-            np.zeros(young.size),
-            demand,
-            gives,
-            m.energy,
-            m.taken,
-            m.given,
-            m.burnt,
+            table.cause[: table.high],
+            Caring(reach, rate * world.dt, reserve, efficiency, of_size(table, full)),
+            Energy(m.energy, m.taken, m.given, m.burnt),
         )
+
+
+class Caring(NamedTuple):
+    """How parents feed, for kernels: numbers, or arrays [rows] where each has its own."""
+
+    reach: Number  # [m]
+    most: Number  # energy that a young one gets in a tick
+    reserve: Number  # energy that the parent keeps
+    efficiency: Number  # the share that arrives
+    full: Number  # the most energy of the young
+
+
+class Energy(NamedTuple):
+    """What all hold, and how it comes and goes, for kernels: f32[rows]."""
+
+    energy: np.ndarray
+    taken: np.ndarray
+    given: np.ndarray
+    burnt: np.ndarray
 
 
 @njit
 def nurse(
-    young,
-    parent,
-    x,
-    y,
-    z,
-    radius,
-    reach,
-    lengths,
-    torus,
-    form,
-    volume,
-    decision,
-    column,
-    cause,
-    most,
-    reserve,
-    efficiency,
-    full,
-    gets,
-    demand,
-    gives,
-    energy,
-    taken,
-    given,
-    burnt,
-):
-    """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, scratch for sums."""
+    young: np.ndarray,
+    parent: np.ndarray,
+    places: Places,
+    radius: np.ndarray,
+    form: np.ndarray,
+    space: Extent,
+    decision: np.ndarray,
+    column: int,
+    cause: np.ndarray,
+    care: Caring,
+    store: Energy,
+) -> None:
+    """Move energy from parents to young."""
+    (x, y, z), (energy, taken, given, burnt) = places, store
+    reach, most, reserve, efficiency, full = care
+    gets, demand, gives = np.zeros(young.size), np.zeros(cause.size), np.zeros(cause.size)
     for k in range(young.size):
         one, it = young[k], parent[k]
-        dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], lengths, torus)
+        dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], space)
         near_to = of_row(reach, it)
         far, feeds = radius[one] + radius[it] + near_to, column < 0 or decision[it, column] != 0
         near = dx * dx + dy * dy + dz * dz <= far * far
         if len(form):
-            gap, _, _, _ = touching(
-                form, one, form, it, np.float64(-dx), np.float64(-dy), np.float64(-dz), lengths, torus, volume
-            )
+            ax, ay, az = np.float64(-dx), np.float64(-dy), np.float64(-dz)
+            gap, _, _, _ = touching(form, one, form, it, ax, ay, az, space)
             near = gap <= near_to
         if feeds and cause[it] == 0 and near:
             wants = max(of_row(full, one) - energy[one], 0.0) / of_row(efficiency, it)

@@ -11,7 +11,7 @@ from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.life.births import rows_of
-from ecs_eco.life.matter import book, held, hold
+from ecs_eco.life.matter import Bodies, bodies, book, held, hold
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -46,31 +46,25 @@ class Provide(System):
         mothers = rows_of(table, parents[parents != 0])
         known = mothers >= 0
         given = np.zeros(table[Chemistry].molarity.shape[1])
-        divide(
-            young[known],
-            mothers[known],
-            table[Matter].volume,
-            table[Chemistry].molarity,
-            table[Matter].residue,
-            given,
-        )
+        divide(young[known], mothers[known], bodies(table), given)
         book(self.world, table, "endowed", -given)  # the same amount is recorded for the newborn
 
 
 @njit
-def divide(young, mothers, volume, molarity, residue, given):
+def divide(young: np.ndarray, mothers: np.ndarray, bodies: Bodies, given: np.ndarray) -> None:
     """Equalize the concentrations of mothers and their young; add the mothers' share to `given`
     f64[substances] [mol]."""
+    volume, substances = bodies.volume, bodies.molarity.shape[1]
     together = np.zeros(volume.size)  # [L] of a mother and her young
     for i in range(young.size):
         together[mothers[i]] += volume[young[i]]
     for i in range(young.size):
         row = mothers[i]
         if together[row] > 0:
-            for s in range(molarity.shape[1]):
-                before = held(molarity, residue, row, s)
-                now = hold(molarity, residue, row, s, before * volume[row] / (volume[row] + together[row]))
+            for s in range(substances):
+                before = held(bodies, row, s)
+                now = hold(bodies, row, s, before * volume[row] / (volume[row] + together[row]))
                 given[s] += (before - now) * volume[row]
             together[row] = 0.0
-        for s in range(molarity.shape[1]):
-            hold(molarity, residue, young[i], s, held(molarity, residue, row, s))
+        for s in range(substances):
+            hold(bodies, young[i], s, held(bodies, row, s))

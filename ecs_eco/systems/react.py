@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row, row_of
+from ecs_eco.compiled.per_row import Number, of_row, row_of
 from ecs_eco.components import Chemistry, Matter, Metabolism, Position
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.life.matter import bodies, book, held, hold
+from ecs_eco.life.matter import Bodies, bodies, book, held, hold
 from ecs_eco.life.sizes import of_size
 
 if TYPE_CHECKING:
@@ -22,6 +22,14 @@ if TYPE_CHECKING:
 
 EVEN = np.zeros(0, np.float32)
 NO_ENERGY = np.zeros(0, np.float32)
+
+
+class Stores(NamedTuple):
+    """The energy of organisms, for kernels: f32[rows], empty where they have none."""
+
+    energy: np.ndarray
+    taken: np.ndarray
+    burnt: np.ndarray
 
 
 class React(System):
@@ -61,7 +69,7 @@ class React(System):
             acting = alive if reaction.action is None else table.species.nerves.doing(table, reaction.action)
             react(
                 acting[: table.high],
-                *bodies(table),
+                bodies(table),
                 used,
                 change,
                 half,
@@ -69,9 +77,7 @@ class React(System):
                 light if reaction.light else EVEN,
                 gain,
                 full,
-                energy,
-                taken,
-                burnt,
+                Stores(energy, taken, burnt),
                 made,
             )
         book(world, table, "reacted", made)
@@ -112,24 +118,21 @@ def rates(
 
 @njit
 def react(
-    alive,
-    volume,
-    molarity,
-    residue,
-    used,
-    change,
-    half,
-    extent,
-    light,
-    energy_of,
-    ceiling,
-    energy,
-    taken,
-    burnt,
-    made,
-):
+    alive: np.ndarray,
+    bodies: Bodies,
+    used: np.ndarray,
+    change: np.ndarray,
+    half: np.ndarray,
+    extent: Number,
+    light: np.ndarray,
+    energy_of: Number,
+    ceiling: Number,
+    stores: Stores,
+    made: np.ndarray,
+) -> None:
     """Run a reaction of at most `extent` [mol/L] in the living; add its products, less its consumption, to
     `made` f64[substances] [mol]."""
+    volume, (energy, taken, burnt) = bodies.volume, stores
     for row in range(alive.size):
         if not alive[row]:
             continue
@@ -137,12 +140,12 @@ def react(
         if light.size:
             reach = reach * np.float64(light[row])
         for s in range(used.size):
-            c = held(molarity, residue, row, s)
+            c = held(bodies, row, s)
             if slow[s] > 0:
                 reach *= c / (slow[s] + c)
         for s in range(used.size):
             if used[s] > 0:
-                reach = min(reach, held(molarity, residue, row, s) / used[s])
+                reach = min(reach, held(bodies, row, s) / used[s])
         if energy.size and gain != 0:
             left = np.float64(of_row(ceiling, row)) - energy[row] if gain > 0 else np.float64(energy[row])
             reach = min(reach, max(left, 0.0) / (abs(gain) * volume[row]))
@@ -150,8 +153,8 @@ def react(
             continue
         for s in range(used.size):
             if change[s] != 0:
-                before = held(molarity, residue, row, s)
-                now = hold(molarity, residue, row, s, max(before + change[s] * reach, 0.0))
+                before = held(bodies, row, s)
+                now = hold(bodies, row, s, max(before + change[s] * reach, 0.0))
                 made[s] += (now - before) * volume[row]
         if energy.size and gain != 0:
             before = energy[row]

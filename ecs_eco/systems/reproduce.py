@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
@@ -17,10 +17,9 @@ from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.life.births import LITTER_MAX, affordable, bring_forth, life_history, whole
+from ecs_eco.life.births import LITTER_MAX, Lives, affordable, bring_forth, life_history, whole
 
 if TYPE_CHECKING:
-    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -72,7 +71,7 @@ class Reproduce(System):
         ):
             return  # animals do not reproduce during pre-training; plants do
         m, b = table[Metabolism], table[Biology]
-        own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
+        lives = life_history(table, way)
         if self._lists[0].size < table.high:
             self._lists = tuple(np.empty(table.capacity, kind) for kind in (np.int64, np.int64, np.float32))
         parents, number, given = self._lists
@@ -85,11 +84,7 @@ class Reproduce(System):
             b.age,
             b.fertility,
             table.uid,
-            own,
-            energy_min,
-            age_min,
-            energy_given,
-            litter,
+            lives,
             chance,
             world.key,
             parents,
@@ -116,24 +111,21 @@ _shared_chance = lru_cache(256)(chance_of)  # there are few rates, used often
 
 @njit
 def ready(
-    alive,
-    energy,
-    age,
-    fertility,
-    uid,
-    own,
-    energy_min,
-    age_min,
-    energy_given,
-    litter,
-    chance,
-    key,
-    parents,
-    number,
-    given,
-):
+    alive: np.ndarray,
+    energy: np.ndarray,
+    age: np.ndarray,
+    fertility: np.ndarray,
+    uid: np.ndarray,
+    lives: Lives,
+    chance: Number,
+    key: np.uint64,
+    parents: np.ndarray,
+    number: np.ndarray,
+    given: np.ndarray,
+) -> int:
     """List the parents, in the order of uids (few are expected), the maximum number of newborn of each,
     and its payment for one; return the number of parents."""
+    own, age_min, energy_min, energy_given, litter, _ = lives
     n = 0
     for row in range(alive.size):
         i = row if own else 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,10 +19,10 @@ from ecs_eco.life import sizes
 from ecs_eco.life.births import room
 from ecs_eco.life.defence import left_by_defence
 from ecs_eco.life.provision import root
-from ecs_eco.space.bodies import rocks
-from ecs_eco.space.geometry import BLOCK, cell_of, cells_at
+from ecs_eco.space.bodies import ground_of
+from ecs_eco.space.geometry import BLOCK, Extent, cell_of, cells_at
 from ecs_eco.space.index import NOBODY, changes
-from ecs_eco.space.terrain import ROCK, WATER, ground_at
+from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
 
 if TYPE_CHECKING:
     from ecs_eco.compiled.per_row import Number
@@ -36,6 +36,29 @@ SITES = 256  # that are examined together
 EVERYWHERE = np.ones((1, 1), np.float32)
 SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of the lists of `sprout`
 AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, if sites hold uids
+
+
+class Seeds(NamedTuple):
+    """How seeds fall in a tick, for kernels."""
+
+    everywhere: np.float32  # how many of a site's come from other plants
+    rain: np.float32  # and from the seed rain
+    reach: int  # sites that one may fall away from its plant, 0 for anywhere
+    vigour: np.ndarray  # f32[rows], the share that sprouts; empty where all do
+    key: np.uint64
+    salt: int  # of the random draws
+    uid: np.ndarray  # u64[rows]; empty where sites hold uids
+
+
+class Sprouts(NamedTuple):
+    """What `sprout` lists: of each seed that sprouts its site, its parent's row and uid, and its place."""
+
+    site: np.ndarray  # i64
+    parent: np.ndarray  # i64, -1 for the seed rain
+    parents: np.ndarray  # u64, 0 for the seed rain
+    x: np.ndarray  # f32 [m]
+    y: np.ndarray
+    found: np.ndarray  # i64[blocks], how many at each
 
 
 class Spread(System):
@@ -99,23 +122,20 @@ class Spread(System):
         if reach == 0 and Growth not in table and fertile is EVERYWHERE and rate + way.seed_rain > 0:
             n = world.bands.count(table) if world.bands.divided else table.n
             time = as_logistic(table, rate, way.seed_rain, vigour, min(n / taken.size, 1.0), time)
-        how = (
+        how = Seeds(
             np.float32(rate * time),
             np.float32(way.seed_rain * time),
             reach,
-            world.space.torus,
-            *rocks(world),
-            fertile,
-            inverse,
             vigour,
             world.key,
             table.place << 20,
-            world.space.lengths,
             AS_IT_STANDS if world.bands.divided else table.uid,
         )
-        found = room_for[-1]
-        world.split(sprout, found.size, taken, *how, *room_for, work=taken.size // 3)
-        sprouts, n, parts = room_for, int(found[0]), found.nonzero()[0]
+        found, space, ground = room_for.found, world.space.extent, ground_of(world)
+        work = taken.size // 3
+        world.split(sprout, found.size, taken, how, fertile, inverse, ground, space, room_for, work=work)
+        sprouts: Any = room_for
+        n, parts = int(found[0]), found.nonzero()[0]
         if parts.size > 1 or (parts.size and parts[0] > 0):  # several threads listed them
             sprouts = listed(room_for, found, parts)
             n = sprouts[0].size
@@ -175,7 +195,7 @@ class Spread(System):
                 Sites(taken),
                 inverse,
                 0 if way.place == "anywhere" else reach,
-                [*room_for, np.empty(-(-taken.size // SITES), np.int64)],
+                Sprouts._make((*room_for, np.empty(-(-taken.size // SITES), np.int64))),
             )
         return known[1:]
 
@@ -226,7 +246,7 @@ class Sites:
         return self.rows
 
 
-def listed(columns: list[np.ndarray], found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+def listed(columns: Sprouts, found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
     """Return the lists of `sprout`, of the blocks that contain any."""
     return [
         np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts]) for column in columns[:-1]
@@ -286,7 +306,7 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
     flat[:], single = -1, True
     for first in range(0, alive.size, BLOCK):
         size = min(BLOCK, alive.size - first)
-        cells_at(first, size, x, y, y, nx, ny, 1, inverse[0], inverse[1], np.float32(0.0), cell)
+        cells_at(first, size, (x, y, y), (1, ny, nx), (inverse[0], inverse[1], np.float32(0.0)), cell)
         for k in range(size):
             of = np.uint32(cell[k])
             site[first + k] = of
@@ -298,33 +318,22 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
 
 @njit
 def sprout(
-    first,
-    last,
-    taken,
-    everywhere,
-    rain_everywhere,
-    reach,
-    torus,
-    ground,
-    ground_inverse,
-    fertile,
-    inverse,
-    vigour,
-    key,
-    salt,
-    lengths,
-    uid,
-    site,
-    parent,
-    parents,
-    xs,
-    ys,
-    found,
-):
-    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts,
-    row and uid of its parent (−1 and 0: seed rain), and its place on the site: from the place of the first
-    site on, and in `found`, at the first block, how many. `uid` are those of rows, empty if sites hold
-    uids; `fertile` f32[ny, nx] multiplies both rates, a map of one cell is 1 everywhere."""
+    first: int,
+    last: int,
+    taken: np.ndarray,
+    seeds: Seeds,
+    fertile: np.ndarray,
+    inverse: np.ndarray,
+    ground: Ground,
+    space: Extent,
+    sprouts: Sprouts,
+) -> None:
+    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
+    and uid of its parent (−1 and 0: seed rain), and where on the site: from the place of the first site on,
+    and in `found`, at the first block, how many. `fertile` f32[ny, nx] multiplies both rates, a map of one
+    cell is 1 everywhere."""
+    everywhere, rain_everywhere, reach, vigour, key, salt, uid = seeds
+    (site, parent, parents, xs, ys, found), lengths = sprouts, space.lengths
     (ny, nx), flat, luck, n = taken.shape, taken.reshape(-1), np.empty(SITES, np.float32), first * SITES
     rate, rain, near = everywhere, rain_everywhere, np.empty(SITES, np.int64)
     most = rate + rain if fertile.size <= 1 else np.float32(np.inf)
@@ -337,19 +346,15 @@ def sprout(
             if fertile.size > 1:
                 y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
                 factor = fertile[
-                    cell_of(y * ground_inverse[1], fertile.shape[0]),
-                    cell_of(x * ground_inverse[0], fertile.shape[1]),
+                    cell_of(y * ground.inverse[1], fertile.shape[0]),
+                    cell_of(x * ground.inverse[0], fertile.shape[1]),
                 ]
                 rate, rain = everywhere * factor, rain_everywhere * factor
             if u >= rate + rain:
                 continue
-            if ground.size > 1:
-                kind = ground_at(
-                    ground,
-                    ground_inverse,
-                    np.float32((i + 0.5) / inverse[0]),
-                    np.float32((j + 0.5) / inverse[1]),
-                )
+            if ground.kind.size > 1:
+                x, y = np.float32((i + 0.5) / inverse[0]), np.float32((j + 0.5) / inverse[1])
+                kind = ground_at(ground, x, y)
                 if kind in (WATER, ROCK):
                     continue
             row = np.int64(-1)
@@ -362,7 +367,7 @@ def sprout(
                     row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
                 else:
                     jj, ii = j + int(a * (2 * reach + 1)) - reach, i + int(b * (2 * reach + 1)) - reach
-                    if torus:
+                    if space.torus:
                         row = taken[jj % ny, ii % nx]
                     elif 0 <= jj < ny and 0 <= ii < nx:
                         row = taken[jj, ii]

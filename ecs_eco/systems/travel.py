@@ -11,10 +11,10 @@ from ecs_eco.components import Carrier, Position, Route
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.space.barriers import barriers, hold_back
-from ecs_eco.space.bodies import rocks
-from ecs_eco.space.geometry import into
+from ecs_eco.space.bodies import ground_of
+from ecs_eco.space.geometry import Extent, Places, into
 from ecs_eco.space.sight import offset
-from ecs_eco.space.terrain import is_open
+from ecs_eco.space.terrain import Ground, along, is_open
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -33,13 +33,13 @@ class Travel(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one type of objects for a tick."""
-        motion, p, space = table.species.motion, table[Position], world.space
+        motion, p, space = table.species.motion, table[Position], world.space.extent
         if motion is None or not table.n:
             return
         free = table.alive[: table.high]
         if Carrier in table:
             free = free & (table[Carrier].uid[: table.high] == 0)
-        shape = space.lengths, space.torus, space.volume
+        places = Places(p.x, p.y, p.z)
         if motion.path is None:
             step = np.zeros(3, np.float32)
             step[: len(motion.velocity)] = np.array(motion.velocity) * world.dt
@@ -49,34 +49,28 @@ class Travel(System):
                 ways = np.tile(step, (rows.size, 1))
                 free = free.copy()
                 free[rows] = hold_back(world, walls, p.x[rows], p.y[rows], p.z[rows], ways) == 1
-            roll(free, step, *shape, *rocks(world), p.x, p.y, p.z, p.heading)
+            roll(free, step, space, ground_of(world), places, p.heading)
         else:
             path = np.array([[*place, 0.0][:3] for place in motion.path], np.float32)
-            follow(
-                free,
-                path,
-                np.float32(motion.speed * world.dt),
-                *shape,
-                p.x,
-                p.y,
-                p.z,
-                p.heading,
-                table[Route].leg,
-            )
+            way = np.float32(motion.speed * world.dt)
+            follow(free, path, way, space, places, p.heading, table[Route].leg)
         table.version += 1
 
 
 @njit
-def roll(free, step, lengths, torus, volume, ground, inverse, x, y, z, heading):
+def roll(
+    free: np.ndarray, step: np.ndarray, space: Extent, ground: Ground, places: Places, heading: np.ndarray
+) -> None:
     """Move all objects by a step f32[3] [m] unless rock, water or a fence is in the way."""
+    x, y, z = places
     for row in range(free.size):
         if free[row]:
-            nx, ny = into(x[row] + step[0], lengths[0], torus), into(y[row] + step[1], lengths[1], torus)
-            if ground.size == 1 or is_open(x[row], y[row], step[0], step[1], ground, inverse, lengths, torus):
+            nx, ny = along(x[row], y[row], step[0], step[1], space)
+            if ground.kind.size == 1 or is_open(x[row], y[row], step[0], step[1], ground, space):
                 x[row] = nx
                 y[row] = ny
-            if volume:
-                z[row] = into(z[row] + step[2], lengths[2], False)
+            if space.volume:
+                z[row] = into(z[row] + step[2], space.lengths[2], False)
             if step[0] != 0 or step[1] != 0:
                 heading[row] = facing(step[0], step[1])
 
@@ -89,15 +83,24 @@ def facing(dx, dy):
 
 
 @njit
-def follow(free, path, way, lengths, torus, volume, x, y, z, heading, leg):
+def follow(
+    free: np.ndarray,
+    path: np.ndarray,
+    way: np.float32,
+    space: Extent,
+    places: Places,
+    heading: np.ndarray,
+    leg: np.ndarray,
+) -> None:
     """Move all objects along a path f32[k, 3] [m], by a distance [m], toward corner leg[row] first."""
+    (x, y, z), lengths, torus, volume = places, space.lengths, space.torus, space.volume
     k = len(path)
     for row in range(free.size):
         if not free[row]:
             continue
         left, at = way, leg[row] % k
         for _ in range(k + 1000):  # a short path is circled many times in a tick, one without extent is not
-            dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], lengths, torus)
+            dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], space)
             if not volume:
                 dz = np.float32(0.0)
             d = np.sqrt(dx * dx + dy * dy + dz * dz)

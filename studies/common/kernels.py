@@ -22,6 +22,8 @@ def kernels() -> dict[str, Any]:
     """Return all compiled functions of the package, by module and name."""
     from numba.core.dispatcher import Dispatcher
 
+    from ecs_eco.compiled.kernel import KernelOnViews
+
     root, dispatchers = Path(ecs_eco.__file__).parent, {}
     for path in sorted(root.rglob("*.py")):
         if "njit" in path.read_text(encoding="utf-8") and path.name not in OWN:
@@ -30,7 +32,7 @@ def kernels() -> dict[str, Any]:
             dispatchers |= {
                 f"{name}.{word}": one
                 for word, one in held.items()
-                if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"
+                if isinstance(one, Dispatcher | KernelOnViews) and one.__module__ == f"ecs_eco.{name}"
             }
     return dispatchers
 

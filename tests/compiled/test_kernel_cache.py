@@ -324,11 +324,13 @@ def test_all_kernels_of_the_package_are_kept_in_it():
 
     from numba.core.dispatcher import Dispatcher
 
+    from ecs_eco.compiled.kernel import called_by_python
+
     root, n_kernels = Path(module.__file__).parents[1], 0
     for path in root.rglob("*.py"):
         if "njit" in path.read_text() and path.name not in ("jit.py", "kernel_folder.py", "__init__.py"):
             name = ".".join(("ecs_eco", *path.relative_to(root).with_suffix("").parts))
-            for kernel in vars(importlib.import_module(name)).values():
+            for kernel in map(called_by_python, vars(importlib.import_module(name)).values()):
                 if isinstance(kernel, Dispatcher) and kernel.py_func.__module__ != LINKED:
                     assert isinstance(kernel.kept, KernelCache), (
                         f"{name}.{kernel.py_func.__name__}: compiled by numba's own njit"

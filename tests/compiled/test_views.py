@@ -93,6 +93,19 @@ def test_its_types_are_those_of_the_fields_and_can_be_written_down() -> None:
 def test_views_are_found_by_annotation_alone() -> None:
     assert views_of(weigh.py_func) == {"ring": Ring, "mine": Bodies}
     assert views_of(len) == {}
+    assert views_of(lambda ring: ring) == {}
+
+
+def test_a_kernel_with_an_argument_that_may_be_left_out_takes_them_as_numba_does() -> None:
+    @njit
+    def longer(ring: Ring, times: float = 2.0) -> float:
+        return ring.length[0] * times
+
+    ring, _, _ = some(1)
+    assert (longer(ring), longer(ring, 3.0)) == (20.0, 30.0)
+
+
+def test_fields_of_views_stand_in_the_place_of_these() -> None:
     ring, mine, _ = some(1)
     assert fields_of((1, ring, (2, 3), mine)) == (1, *ring, (2, 3), *mine)
 

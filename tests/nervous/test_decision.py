@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.engine.random import DECIDE, draw, tick_key
-from ecs_eco.nervous.decision import HIGHEST, all_finite, decide, first_on, uniforms
+from ecs_eco.nervous.decision import HIGHEST, Will, all_finite, decide, first_on, uniforms
 from ecs_eco.nervous.nerves import Nerves
 
 
@@ -19,19 +19,8 @@ def _decide(nerves, choice, y, policy=True):
     rows = 2 * np.arange(n) + 1
     choice = np.array(choice, np.int16).reshape(n, -1) if policy else np.zeros((n, 0), np.int16)
     reflex = np.array(y if len(y) else np.zeros((1, 1)), np.int8)
-    decide(
-        0,
-        n,
-        choice,
-        nerves.offsets,
-        nerves.targets,
-        policy,
-        reflex,
-        len(y) > 0,
-        nerves.automatic,
-        rows,
-        decision,
-    )
+    will = Will(nerves.offsets, nerves.targets, policy, reflex, len(y) > 0, nerves.automatic)
+    decide(0, n, choice, will, rows, decision)
     assert (decision[::2] == 7).all()  # nobody else's
     return decision[rows].tolist()
 

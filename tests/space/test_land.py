@@ -7,7 +7,7 @@ from ecs_eco import World
 from ecs_eco.components import Metabolism, Position, Velocity
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.space.geometry import Space
-from ecs_eco.space.terrain import OPEN, ROCK, WATER, hill_between
+from ecs_eco.space.terrain import OPEN, OPEN_GROUND, ROCK, WATER, Ground, hill_between
 from ecs_eco.systems import Feed, Grow, Move
 from ecs_eco.testing import act, arrange
 
@@ -241,11 +241,9 @@ def test_sight_over_a_real_relief_is_the_plain_line_of_sight_for_100_000_pairs()
     dx, dy = ((b - a).astype(np.float32) for a, b in zip((x, y), there, strict=True))
     eye, top = (rng.choice([0.5, 2.0, 30.0], n).astype(np.float32) for _ in range(2))
     plain = _line_of_sight(x, y, dx, dy, eye, top, height, inverse, config.space.size)
+    ground = Ground(OPEN_GROUND.kind, height, inverse)
     ours = np.array(
-        [
-            hill_between(*pair, height, inverse, space.lengths, False)
-            for pair in zip(x, y, dx, dy, eye, top, strict=True)
-        ]
+        [hill_between(*pair, ground, space.extent) for pair in zip(x, y, dx, dy, eye, top, strict=True)]
     )
     assert 0.3 < plain.mean() < 0.9  # neither all nor nothing is hidden
     assert int((plain != ours).sum()) == 0

@@ -278,21 +278,7 @@ def test_gather_takes_every_entry_in_reach_once():
     space, index = world.space, world.index(world.tables["a"])
     for reach in (0, 1, 2, 5):
         out = np.empty(index.n, np.int64)
-        n = gather(
-            1.0,
-            1.0,
-            0.0,
-            reach,
-            index.start,
-            index.x,
-            index.y,
-            index.z,
-            *space.shape,
-            space.inverse,
-            space.lengths,
-            True,
-            out,
-        )
+        n = gather(1.0, 1.0, 0.0, reach, index.entries, space.extent, out)
         columns = {i % 4 for i in range(-reach, reach + 1)}
         rows = {j % 3 for j in range(-reach, reach + 1)}
         inside = [e for e in range(index.n) if int(index.x[e] / 3) in columns and int(index.y[e] / 3) in rows]

@@ -15,10 +15,10 @@ def test_rocks_and_lakes_are_discs_of_cells_that_wrap_around_a_torus():
             rocks=[{"at": [0.0, 5.0], "radius": 2.0}],
             lakes=[{"at": [10.0, 5.0], "radius": 1.6}],
         )
-        assert ground_at(terrain.ground, terrain.inverse, F(1.2), F(5.5)) == ROCK
-        assert ground_at(terrain.ground, terrain.inverse, F(2.5), F(5.5)) == OPEN
-        assert ground_at(terrain.ground, terrain.inverse, F(19.5), F(5.2)) == across
-        assert ground_at(terrain.ground, terrain.inverse, F(9.1), F(4.4)) == WATER
+        assert ground_at(terrain.maps, F(1.2), F(5.5)) == ROCK
+        assert ground_at(terrain.maps, F(2.5), F(5.5)) == OPEN
+        assert ground_at(terrain.maps, F(19.5), F(5.2)) == across
+        assert ground_at(terrain.maps, F(9.1), F(4.4)) == WATER
         # cells whose centres lie within 1.6 of (10, 5): 4 at .71, 8 at 1.58
         assert (terrain.ground == WATER).sum() == 12
 
@@ -38,7 +38,7 @@ def test_a_mountain_is_highest_in_the_middle_and_flat_at_its_foot():
     )
 
     def h(x, y):
-        return height_at(terrain.height, terrain.inverse, F(x), F(y), False)
+        return height_at(terrain.maps, F(x), F(y), False)
 
     assert h(10, 10) == pytest.approx(8, rel=0.05)
     assert h(12.5, 10) == pytest.approx(4, rel=0.1)  # half way, half the height
@@ -62,9 +62,7 @@ def test_heights_are_linear_between_the_centres_of_cells(torus):
         expected = (1 - fy) * ((1 - fx) * corner(i, j) + fx * corner(i + 1, j)) + fy * (
             (1 - fx) * corner(i, j + 1) + fx * corner(i + 1, j + 1)
         )
-        assert height_at(terrain.height, terrain.inverse, F(x), F(y), torus) == pytest.approx(
-            expected, abs=1e-5
-        )
+        assert height_at(terrain.maps, F(x), F(y), torus) == pytest.approx(expected, abs=1e-5)
 
 
 def test_hills_have_the_size_asked_for_are_the_same_for_the_same_seed_and_close_around_the_torus():

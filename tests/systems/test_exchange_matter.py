@@ -7,7 +7,7 @@ import pytest
 
 from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.life.matter import NUMBER, litres, stocks
+from ecs_eco.life.matter import NUMBER, Bodies, litres, stocks
 from ecs_eco.systems import ExchangeMatter
 from ecs_eco.systems.exchange_matter import give, pass_skin, share, take, want
 from ecs_eco.testing import act, arrange
@@ -217,7 +217,7 @@ def test_the_kernels_are_their_slow_twins(seed):
     volume, none = rng.uniform(0.5, 3, n), np.zeros(0, np.bool_)
 
     def bodies():
-        return volume, molarity.astype(np.float32), np.zeros((n, 1), np.float32)
+        return Bodies(volume, molarity.astype(np.float32), np.zeros((n, 1), np.float32))
 
     molarity, value = rng.uniform(0, 0.1, (n, 1)).astype(np.float32), rng.uniform(0, 0.2, cells)
     b, field, c = bodies(), value.copy(), molarity[rows, 0].astype(float)
@@ -225,24 +225,22 @@ def test_the_kernels_are_their_slow_twins(seed):
     each = np.bincount(cell, wanted, cells)
     wanted *= np.minimum(1, value * litre / np.maximum(each, 1e-9))[cell]
     mine, total = np.zeros(9), np.zeros(cells)
-    want(rows, cell, none, *b, 0, 2.0, 0.1, 1.5, field, mine, total)
+    want(rows, cell, none, b, 0, 2.0, 0.1, 1.5, field, mine, total)
     assert total == pytest.approx(each)
     share(cell, mine, total, field, litre)
     assert mine == pytest.approx(wanted, rel=1e-9)
-    assert take(rows, cell, mine, *b, 0, field, litre) == pytest.approx(wanted.sum())
+    assert take(rows, cell, mine, b, 0, field, litre) == pytest.approx(wanted.sum())
     assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
     assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
 
     b, field = bodies(), value.copy()
     crowd = (1 + 1.5 * np.bincount(cell, volume[rows], cells) / litre)[cell]
     change = (1.5 * value[cell] - c) * (1 - np.exp(-0.3 * crowd)) / crowd
-    moved = pass_skin(
-        rows, cell, *b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field, litre
-    )
+    moved = pass_skin(rows, cell, b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field, litre)
     assert moved == pytest.approx((change * volume[rows]).sum())
     assert field == pytest.approx(value - np.bincount(cell, change * volume[rows], cells) / litre, abs=1e-9)
 
     b, field = bodies(), value.copy()
     gone = 0.2 * (c - 0.05).clip(0) * volume[rows]
-    assert give(rows, cell, none, *b, 0, 0.2, 0.05, field, litre) == pytest.approx(gone.sum())
+    assert give(rows, cell, none, b, 0, 0.2, 0.05, field, litre) == pytest.approx(gone.sum())
     assert field == pytest.approx(value + np.bincount(cell, gone, cells) / litre, abs=1e-9)

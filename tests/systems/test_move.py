@@ -216,10 +216,8 @@ def test_a_fast_animal_does_not_jump_a_thin_lake():
         np.float32(1.0),
         np.float32(20.0),
         np.float32(1.0),
-        terrain.ground,
-        terrain.inverse,
-        space.lengths,
-        False,
+        terrain.maps,
+        space.extent,
     )
     assert 10.0 + stopped < 20.0 - 0.5
     beside = free_way(
@@ -229,9 +227,7 @@ def test_a_fast_animal_does_not_jump_a_thin_lake():
         np.float32(1.0),
         np.float32(20.0),
         np.float32(1.0),
-        terrain.ground,
-        terrain.inverse,
-        space.lengths,
-        False,
+        terrain.maps,
+        space.extent,
     )
     assert beside == 20.0

@@ -4,13 +4,14 @@ import pytest
 from ecs_eco.components import Growth, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
+from ecs_eco.space.geometry import Space
+from ecs_eco.space.terrain import OPEN_GROUND
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import Spread
-from ecs_eco.systems.spread import EVERYWHERE, Sites, listed, sprout
+from ecs_eco.systems.spread import EVERYWHERE, Seeds, Sites, Sprouts, listed, sprout
 from ecs_eco.testing import act, arrange
 
 WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
-OPEN = np.zeros((1, 1), np.uint8), np.zeros(2, np.float32)
 
 
 def _slow(taken, rate, rain, reach, torus, key, vigour=None):
@@ -49,26 +50,11 @@ def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     uid, found = np.arange(500, 1310, dtype=np.uint64), np.empty(4, np.int64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
-    room_for = site, parent, parents, *np.empty((2, 810), np.float32), found
+    room_for = Sprouts(site, parent, parents, *np.empty((2, 810), np.float32), found)
+    seeds = Seeds(np.float32(0.6), np.float32(0.2), reach, vigour, key, 0, uid)
+    space = Space((30.0, 27.0), "torus" if torus else "walls").extent
     for first, last in ((3, 4), (0, 1), (1, 3)):  # blocks, in any order
-        sprout(
-            first,
-            last,
-            taken,
-            np.float32(0.6),
-            np.float32(0.2),
-            reach,
-            torus,
-            *OPEN,
-            EVERYWHERE,
-            scale,
-            vigour,
-            key,
-            0,
-            np.array([30, 27, 0], np.float32),
-            uid,
-            *room_for,
-        )
+        sprout(first, last, taken, seeds, EVERYWHERE, scale, OPEN_GROUND, space, room_for)
     assert found[2] == 0  # it was no first block
     site, parent, parents, _, _ = listed(room_for, found, found.nonzero()[0])
     n = site.size

@@ -1,16 +1,18 @@
 """The sensor of the flow ahead of an approaching body."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Position, Velocity
 from ecs_eco.nervous.sensors.sense import Sense, of_sensor, own_range
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.index import Entries
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.seekers import Seekers
-from ecs_eco.space.sight import offset
+from ecs_eco.space.sight import Poses, offset
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -36,30 +38,19 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
         speed_felt = of_sensor(table, seekers, number, scale=np.float32(scale))[0]
         if Velocity not in other:
             entries[:] = -1
-        rows, heading = targets.rows, other[Position].heading
+        heading = other[Position].heading
         speed, climb = (
             (other[Velocity].speed, other[Velocity].climb) if Velocity in other else (heading, heading)
         )
         world.split(
             close_in,
             seekers.n,
-            mine.x,
-            mine.y,
-            mine.z,
-            seekers.cos,
-            seekers.sin,
-            targets.x,
-            targets.y,
-            targets.z,
-            rows,
-            heading,
-            speed,
-            climb,
+            seekers.poses,
+            targets.entries,
+            Motion(heading, speed, climb),
             entries,
             speed_felt,
-            space.lengths,
-            space.torus,
-            space.volume,
+            space.extent,
             out.T,
             column,
         )
@@ -67,31 +58,31 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
     return sense
 
 
+class Motion(NamedTuple):
+    """How all of a table move, for kernels: f32[rows]."""
+
+    heading: np.ndarray  # [rad]
+    speed: np.ndarray  # [m/s]
+    climb: np.ndarray  # [m/s]
+
+
 @njit
 def close_in(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    cos,
-    sin,
-    tx,
-    ty,
-    tz,
-    rows,
-    heading,
-    speed,
-    climb,
-    entries,
-    scale,
-    lengths,
-    torus,
-    volume,
-    out,
-    column,
-):
+    first: int,
+    last: int,
+    seekers: Poses,
+    targets: Entries,
+    motion: Motion,
+    entries: np.ndarray,
+    scale: Number,
+    space: Extent,
+    out: np.ndarray,
+    column: int,
+) -> None:
     """Write the direction to the found target, and the speed at which its own motion brings it nearer."""
+    ox, oy, oz, _, cos, sin = seekers
+    rows, tx, ty, tz, _, _ = targets
+    (heading, speed, climb), volume = motion, space.volume
     n = 4 if volume else 3
     for i in range(first, last):
         for c in range(n):
@@ -99,7 +90,7 @@ def close_in(
         j = entries[i]
         if j < 0:
             continue
-        dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
+        dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], space)
         inverse = np.float32(1.0) / max(np.sqrt(dx * dx + dy * dy + dz * dz), np.float32(1e-6))
         row = rows[j]
         closing = (

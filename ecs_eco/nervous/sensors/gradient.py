@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.nervous.sensors.sense import Sense, of_sensor
 from ecs_eco.space.field import at as field_at
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import Extent, into
 from ecs_eco.space.seekers import Seekers
+from ecs_eco.space.sight import Poses
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -21,22 +22,16 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))
-        f, mine, space = world.fields[field], seekers.index, world.space
+        f, half = world.fields[field], width * np.float32(0.5)
         world.split(
             compare,
             seekers.n,
             f.value,
             f.inverse,
-            mine.x,
-            mine.y,
-            mine.z,
-            seekers.cos,
-            seekers.sin,
-            width * np.float32(0.5),
+            seekers.poses,
+            half,
             least,
-            space.lengths,
-            space.torus,
-            space.volume,
+            world.space.extent,
             out.T,
             column,
         )
@@ -46,9 +41,20 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
 
 @njit
 def compare(
-    first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column
-):
+    first: int,
+    last: int,
+    value: np.ndarray,
+    inverse: np.ndarray,
+    seekers: Poses,
+    half: Number,
+    scale: Number,
+    space: Extent,
+    out: np.ndarray,
+    column: int,
+) -> None:
     """Write the normalized difference along forward, left and, in a volume, up."""
+    ox, oy, oz, _, cos, sin = seekers
+    lengths, torus, volume = space.lengths, space.torus, space.volume
     for i in range(first, last):
         for axis in range(3 if volume else 2):
             side = of_row(half, i)

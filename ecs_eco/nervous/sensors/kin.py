@@ -3,22 +3,23 @@ nearest of any relation to a place on the body."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Parentage
-from ecs_eco.space.index import Index
+from ecs_eco.space.geometry import Extent
+from ecs_eco.space.index import Entries, Index
+from ecs_eco.space.nearest import Found
 from ecs_eco.space.seekers import Seekers
-from ecs_eco.space.sight import gather, offset
-from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2
+from ecs_eco.space.sight import Poses, gather, offset
+from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2, Looking, Sums, Weighed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
 MOTHER, FATHER, OFFSPRING, SIBLINGS, ANYBODY = 0, 1, 2, 3, 4
@@ -26,12 +27,20 @@ RELATIONS = {"mother": MOTHER, "father": FATHER, "offspring": OFFSPRING, "siblin
 NOBODY = np.zeros(0, np.uint64)
 
 
-def parents(table: Table, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the uids of the mothers and fathers of rows i64[n]: u64[n], empty if the table has none."""
+class Kin(NamedTuple):
+    """Who is whose child, for kernels: uids u64[n], those of parents empty where a table knows none."""
+
+    uid: np.ndarray
+    mother: np.ndarray
+    father: np.ndarray
+
+
+def kin_of(table: Table, rows: np.ndarray, uid: np.ndarray) -> Kin:
+    """Return the uids of rows i64[n], of their mothers and of their fathers."""
     if Parentage not in table:
-        return NOBODY, NOBODY
+        return Kin(uid, NOBODY, NOBODY)
     p = table[Parentage]
-    return p.mother[rows], p.father[rows]
+    return Kin(uid, p.mother[rows], p.father[rows])
 
 
 def nearest_kin(
@@ -44,41 +53,29 @@ def nearest_kin(
     own: np.ndarray,
     cos_half_fov: Number,
     split: Callable[..., None],
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Found:
     """Return the entry of each seeker's nearest relative (without a relation: of the nearest member) to its
     place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
 
     The search covers `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
-    entries, distance2 = np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32)
+    found = Found(np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32))
     if seekers.n and targets.n:
-        space = targets.space
         split(
             _nearest,
             seekers.n,
-            *places,
-            seekers.index.uid,
-            seekers.cos,
-            seekers.sin,
+            seekers.poses_at(*places),
             own,
-            *parents(table, seekers.rows),
-            targets.x,
-            targets.y,
-            targets.z,
-            targets.uid,
-            *parents(other, targets.rows),
-            targets.start,
+            kin_of(table, seekers.rows, seekers.index.uid),
+            targets.entries,
+            kin_of(other, targets.rows, targets.uid),
             RELATIONS[relation],
-            space.reach(float(own.max())),
-            *space.shape,
-            space.inverse,
-            space.lengths,
-            space.torus,
+            targets.space.reach(float(own.max())),
+            targets.space.extent,
             cos_half_fov,
-            entries,
-            distance2,
+            found,
         )
-    return entries, distance2
+    return found
 
 
 def add_kin(
@@ -98,37 +95,26 @@ def add_kin(
 ) -> None:
     """Do the same as `add_near` of ecs_eco.space.sums, for relatives only."""
     if seekers.n and targets.n:
-        space = targets.space
         split(
             _add,
             seekers.n,
-            *places,
-            seekers.index.uid,
-            own,
-            *parents(table, seekers.rows),
-            targets.x,
-            targets.y,
-            targets.z,
-            targets.uid,
-            *parents(other, targets.rows),
-            targets.start,
+            Looking._make((*places, own)),
+            kin_of(table, seekers.rows, seekers.index.uid),
+            targets.entries,
+            kin_of(other, targets.rows, targets.uid),
             RELATIONS[relation],
-            space.reach(float(own.max())),
-            *space.shape,
-            space.inverse,
-            space.lengths,
-            space.torus,
-            value,
-            size,
-            decay,
-            total,
-            weight,
+            targets.space.reach(float(own.max())),
+            targets.space.extent,
+            Weighed(value, size, decay),
+            Sums(total, weight),
         )
 
 
 @njit
-def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
+def related(relation, mine, i, its, j):
     """Return whether the organism at j has the given relation to the one at i."""
+    uid, mother, father = mine
+    its_uid, its_mother, its_father = its
     it = its_uid[j]
     if it == uid[i]:
         return False
@@ -149,45 +135,31 @@ def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j
 
 @njit
 def _nearest(
-    first,
-    last,
-    x,
-    y,
-    z,
-    uid,
-    cos,
-    sin,
-    radius,
-    mother,
-    father,
-    tx,
-    ty,
-    tz,
-    its_uid,
-    its_mother,
-    its_father,
-    start,
-    relation,
-    reach,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    cos_half_fov,
-    entries,
-    distance2,
-):
+    first: int,
+    last: int,
+    seekers: Poses,
+    radius: np.ndarray,
+    mine: Kin,
+    targets: Entries,
+    theirs: Kin,
+    relation: int,
+    reach: int,
+    space: Extent,
+    cos_half_fov: Number,
+    found: Found,
+) -> None:
+    x, y, z, _, cos, sin = seekers
+    _, tx, ty, tz, its_uid, _ = targets
+    entries, distance2 = found
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
-        n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(x[i], y[i], z[i], reach, targets, space, near)
         view = of_row(cos_half_fov, i)
         for q in range(n):
             j = near[q]
-            if not related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
+            if not related(relation, mine, i, theirs, j):
                 continue
-            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
+            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], space)
             d2, best = dx * dx + dy * dy + dz * dz, entries[i]
             if d2 > radius[i] * radius[i] or (view > -1 and dx * cos[i] + dy * sin[i] < view * np.sqrt(d2)):
                 continue
@@ -197,44 +169,28 @@ def _nearest(
 
 @njit
 def _add(
-    first,
-    last,
-    x,
-    y,
-    z,
-    uid,
-    radius,
-    mother,
-    father,
-    tx,
-    ty,
-    tz,
-    its_uid,
-    its_mother,
-    its_father,
-    start,
-    relation,
-    reach,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    value,
-    size,
-    decay,
-    total,
-    weight,
-):
+    first: int,
+    last: int,
+    looking: Looking,
+    mine: Kin,
+    targets: Entries,
+    theirs: Kin,
+    relation: int,
+    reach: int,
+    space: Extent,
+    weighed: Weighed,
+    out: Sums,
+) -> None:
+    x, y, z, radius = looking
+    tx, ty, tz, (value, size, decay) = targets.x, targets.y, targets.z, weighed
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
-        n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
+        n = gather(x[i], y[i], z[i], reach, targets, space, near)
         for q in range(n):
             j = near[q]
-            if not related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
+            if not related(relation, mine, i, theirs, j):
                 continue
-            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
+            dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], space)
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= radius[i] * radius[i]:
                 continue
@@ -243,5 +199,5 @@ def _add(
                 w -= np.sqrt(d2) / radius[i]
             elif decay != NONE:
                 w /= max(d2, size[j] * size[j], np.float32(TOUCHING2))
-            total[i] += value[j] * w
-            weight[i] += w
+            out.total[i] += value[j] * w
+            out.weight[i] += w

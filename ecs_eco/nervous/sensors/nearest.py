@@ -4,29 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.elementary import arrays, scalars
 from ecs_eco.compiled.jit import lone_njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Shape
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Sense, in_light, of_sensor, own_range, place_of
-from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged, opaque_ground, opaque_kinds, relief, solids, tops
-from ecs_eco.space.index import Index
-from ecs_eco.space.nearest import nearest, seek
+from ecs_eco.space.bodies import merged, opaque_ground, opaque_kinds, solids, tops
+from ecs_eco.space.geometry import Extent, Places
+from ecs_eco.space.index import Entries
+from ecs_eco.space.nearest import Found, Search, nearest, search_of, seek
 from ecs_eco.space.seekers import Seekers
+from ecs_eco.space.sight import Poses, Sight, nearest_visible, offset
 from ecs_eco.space.solid_sight import nearest_in_sight
+from ecs_eco.space.spheres import NO_SPHERES, Spheres
+from ecs_eco.space.terrain import Ground
 
 if TYPE_CHECKING:
-    from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NO_HEIGHTS = np.float32(0.0), np.float32(0.0)  # of eyes and tops, if no hill blocks sight
+NO_HEIGHT = np.float32(0.0)  # of eyes and tops, if no hill blocks sight
+NO_HEIGHTS: tuple[Number, Number] = NO_HEIGHT, NO_HEIGHT
+
+
+class Bearings(NamedTuple):
+    """Where direction and nearness of what each sees are written, for kernels."""
+
+    reach: Number  # f32[n] [m], or one for all: who is further away is not seen
+    out: np.ndarray  # f32[channels, n]
+    column: int  # the first of the sensor's channels
 
 
 def see_nearest(
@@ -67,66 +78,43 @@ def see_nearest(
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        places: Any = targets.x, targets.y, targets.z
-        entries, distance2, found = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32), False
-        hiding, seen = opaque_kinds(world) if occlusion else ((), ()), (space.volume, own, out.T, column)
+        places = Places(targets.x, targets.y, targets.z)
+        found = Found(np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32))
+        hiding, seen = opaque_kinds(world) if occlusion else ((), ()), Bearings(own, out.T, column)
+        poses = seekers.poses if eye[0] is mine.x else seekers.poses_at(*eye)
+        known = False
         if kin is None and (Shape in other or (hiding[1] and solids(world, hiding[1]).uid.size > 0)):
-            places, looks_again = (
-                look(
-                    world,
-                    table,
-                    seekers,
-                    eye,
-                    target,
-                    radius,
-                    cos_half_fov,
-                    occlusion,
-                    hiding,
-                    entries,
-                    distance2,
-                ),
-                False,
-            )
+            looks_again = False
+            how = Sight(np.float32(radius), 0, cos_half_fov, occlusion, tops(table, seekers.rows), NO_HEIGHT)
+            places = look(world, poses, target, how, hiding, found)
         elif kin is not None or eye[0] is not mine.x:
-            entries, distance2 = nearest_kin(
-                seekers, table, other, targets, kin, eye, own, cos_half_fov, world.split
-            )
-            looks_again, found = occlusion and kin is None, True
+            found = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov, world.split)
+            looks_again, known = occlusion and kin is None, True
         elif not looks_again:
-            return nearest(
-                mine, targets, radius, entries, distance2, world.split, see, (seekers.cos, seekers.sin, *seen)
-            )
+            return nearest(mine, targets, radius, *found, world.split, see, (poses, seen))
         if looks_again:
-            look_again(
-                world,
-                table,
-                seekers,
-                eye,
-                other,
-                targets,
-                radius,
-                cos_half_fov,
-                occlusion,
-                hiding[0],
-                entries,
-                distance2,
+            ground, heights = opaque_ground(world), NO_HEIGHTS
+            if ground.height.size > 1:
+                heights = tops(table, seekers.rows), tops(other, targets.rows)
+            _, ny, nz = space.shape
+            world.split(
+                see_clearly,
+                seekers.n if known else ny * nz,
+                mine.entries,
+                targets.entries,
+                space.extent,
+                search_of(mine, targets, radius),
                 found,
+                known,
+                poses,
+                merged(world, hiding[0]) if occlusion else NO_SPHERES,
+                Sight(np.float32(radius), space.reach(radius), cos_half_fov, occlusion, *heights),
+                ground,
                 seen,
+                work=(1 if known else 3) * seekers.n,
             )
         else:
-            world.split(
-                _bearings,
-                seekers.n,
-                *eye,
-                seekers.cos,
-                seekers.sin,
-                *places,
-                entries,
-                distance2,
-                space.lengths,
-                space.torus,
-                *seen,
-            )
+            world.split(_bearings, seekers.n, poses, places, space.extent, found, seen)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
@@ -146,372 +134,86 @@ def narrow(cos_half_fov: Number) -> bool:
 
 def look(
     world: SpatialWorld,
-    table: Table,
-    seekers: Seekers,
-    eye: tuple[np.ndarray, ...],
+    poses: Poses,
     target: str,
-    radius: float,
-    cos_half_fov: Number,
-    occlusion: bool,
+    how: Sight,
     hiding: tuple[tuple[str, ...], tuple[str, ...]],
-    entries: np.ndarray,
-    distance2: np.ndarray,
-) -> tuple[np.ndarray, ...]:
-    """Return the point of the nearest body of a kind that is nearest to each seeker's eye: x, y, z f32[n]
-    [m], if some bodies are capsules or boxes; write its entry i32[n], that of seeker i is i, −1 if it sees
-    none; and the square of its distance f32[n] [m^2]. `hiding` are the kinds of bodies that block sight."""
-    mine, space, (ground, inverse) = seekers.index, world.space, opaque_ground(world)
-    targets, spheres, others = solids(world, [target]), merged(world, hiding[0]), solids(world, hiding[1])
-    places = tuple(np.zeros(seekers.n, np.float32) for _ in range(3))
+    found: Found,
+) -> Places:
+    """Return the place of the nearest of a kind that is nearest to each seeker's eye, if some bodies are
+    capsules or boxes; write its entry, that of seeker i is i, −1 where it sees none. `hiding` are the kinds
+    of bodies that hide what is behind them."""
+    n = found.entry.size
+    places = Places(*(np.zeros(n, np.float32) for _ in range(3)))
     world.split(
         nearest_in_sight,
-        seekers.n,
-        *eye,
-        mine.uid,
-        seekers.cos,
-        seekers.sin,
-        targets.form,
-        targets.uid,
-        *targets.cells,
-        occlusion,
-        spheres.x,
-        spheres.y,
-        spheres.z,
-        spheres.radius,
-        spheres.uid,
-        spheres.start,
-        np.float32(spheres.largest),
-        others.form,
-        others.uid,
-        *others.cells,
-        *space.shape,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        space.volume,
-        np.float32(radius),
-        cos_half_fov,
-        ground,
-        inverse,
-        relief(world),
-        tops(table, seekers.rows),
-        *places,
-        entries,
-        distance2,
+        n,
+        poses,
+        solids(world, [target]),
+        merged(world, hiding[0]),
+        solids(world, hiding[1]),
+        how,
+        opaque_ground(world),
+        world.space.extent,
+        places,
+        found,
     )
     return places
 
 
-def look_again(
-    world: SpatialWorld,
-    table: Table,
-    seekers: Seekers,
-    eye: tuple[np.ndarray, ...],
-    other: Table,
-    targets: Index,
-    radius: float,
-    cos_half_fov: Number,
-    occlusion: bool,
-    hiding: tuple[str, ...],
-    entries: np.ndarray,
-    distance2: np.ndarray,
-    found: bool,
-    seen: tuple[Any, ...],
-) -> None:
-    """Replace the nearest spheres of a kind, `found` or not yet, that are out of view or hidden by visible
-    ones; write direction and nearness as `_bearings` does with `seen`."""
-    mine, space, height = seekers.index, world.space, relief(world)
-    ground, inverse = opaque_ground(world)
-    bodies: Any = merged(world, hiding) if occlusion else targets
-    radii = bodies.radius if occlusion else targets.x
-    largest = np.float32(bodies.largest if occlusion else 0.0)
-    heights: Any = NO_HEIGHTS
-    if height.size > 1:
-        heights = tops(table, seekers.rows), tops(other, targets.rows)
-    nx, ny, nz = space.shape
-    world.split(
-        see_clearly,
-        seekers.n if found else ny * nz,
-        *eye,
-        mine.start,
-        mine.uid,
-        seekers.cos,
-        seekers.sin,
-        targets.x,
-        targets.y,
-        targets.z,
-        targets.start,
-        targets.uid,
-        mine is targets,
-        space.reach(radius),
-        nx,
-        ny,
-        nz,
-        space.lengths,
-        space.torus,
-        mine.flat and targets.flat,
-        np.float32(radius * radius),
-        found,
-        bodies.x,
-        bodies.y,
-        bodies.z,
-        radii,
-        bodies.uid,
-        bodies.start,
-        occlusion,
-        largest,
-        space.inverse,
-        np.float32(radius),
-        cos_half_fov,
-        ground,
-        inverse,
-        height,
-        *heights,
-        entries,
-        distance2,
-        *seen,
-        work=(1 if found else 3) * seekers.n,
-    )
-
-
 @lone_njit
 def see_clearly(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ostart,
-    ou,
-    cos,
-    sin,
-    tx,
-    ty,
-    tz,
-    tstart,
-    tu,
-    same,
-    k,
-    nx,
-    ny,
-    nz,
-    lengths,
-    torus,
-    flat,
-    radius2,
-    found,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bstart,
-    occlusion,
-    largest,
-    inverse,
-    radius,
-    cos_half_fov,
-    ground,
-    ground_inverse,
-    height,
-    eye,
-    top,
-    entries,
-    distance2,
-    volume,
-    own,
-    out,
-    column,
-):
-    """Run `seek` for the seekers in the rows of cells first … last − 1, or for those seekers in `found`;
-    then `nearest_visible`, direction and nearness of the result."""
-    if not found:
-        seek(
-            first,
-            last,
-            ox,
-            oy,
-            oz,
-            ostart,
-            tx,
-            ty,
-            tz,
-            tstart,
-            same,
-            k,
-            nx,
-            ny,
-            nz,
-            lengths,
-            torus,
-            flat,
-            radius2,
-            entries,
-            distance2,
-        )
-        first, last = ostart[first * nx], ostart[last * nx]
-    sight.nearest_visible(
-        first,
-        last,
-        ox,
-        oy,
-        oz,
-        ou,
-        cos,
-        sin,
-        tx,
-        ty,
-        tz,
-        tu,
-        tstart,
-        bx,
-        by,
-        bz,
-        br,
-        bu,
-        bstart,
-        occlusion,
-        largest,
-        nx,
-        ny,
-        nz,
-        inverse,
-        lengths,
-        torus,
-        k,
-        radius,
-        cos_half_fov,
-        ground,
-        ground_inverse,
-        height,
-        eye,
-        top,
-        entries,
-        distance2,
-    )
-    _bearings(
-        first,
-        last,
-        ox,
-        oy,
-        oz,
-        cos,
-        sin,
-        tx,
-        ty,
-        tz,
-        entries,
-        distance2,
-        lengths,
-        torus,
-        volume,
-        own,
-        out,
-        column,
-    )
+    first: int,
+    last: int,
+    mine: Entries,
+    targets: Entries,
+    space: Extent,
+    search: Search,
+    found: Found,
+    known: bool,
+    seekers: Poses,
+    bodies: Spheres,
+    how: Sight,
+    ground: Ground,
+    seen: Bearings,
+) -> None:
+    """`seek` for the seekers in the rows of cells first … last − 1, or for those seekers what is `known`;
+    then `nearest_visible`, direction and nearness of what was found."""
+    if not known:
+        seek(first, last, mine, targets, space, search, found)
+        first, last = mine.start[first * space.nx], mine.start[last * space.nx]
+    nearest_visible(first, last, seekers, targets, space, bodies, how, ground, found)
+    _bearings(first, last, seekers, targets, space, found, seen)
 
 
 @lone_njit
 def see(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ostart,
-    tx,
-    ty,
-    tz,
-    tstart,
-    same,
-    k,
-    nx,
-    ny,
-    nz,
-    lengths,
-    torus,
-    flat,
-    radius2,
-    target,
-    distance2,
-    cos,
-    sin,
-    volume,
-    radius,
-    out,
-    column,
-):
+    first: int,
+    last: int,
+    mine: Entries,
+    targets: Entries,
+    space: Extent,
+    search: Search,
+    found: Found,
+    seekers: Poses,
+    seen: Bearings,
+) -> None:
     """Run `seek` for the seekers in the rows of cells first … last − 1, then compute direction and
     nearness of the result."""
-    seek(
-        first,
-        last,
-        ox,
-        oy,
-        oz,
-        ostart,
-        tx,
-        ty,
-        tz,
-        tstart,
-        same,
-        k,
-        nx,
-        ny,
-        nz,
-        lengths,
-        torus,
-        flat,
-        radius2,
-        target,
-        distance2,
-    )
-    _bearings(
-        ostart[first * nx],
-        ostart[last * nx],
-        ox,
-        oy,
-        oz,
-        cos,
-        sin,
-        tx,
-        ty,
-        tz,
-        target,
-        distance2,
-        lengths,
-        torus,
-        volume,
-        radius,
-        out,
-        column,
-    )
+    seek(first, last, mine, targets, space, search, found)
+    begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
+    _bearings(begin, end, seekers, targets, space, found, seen)
 
 
 @lone_njit
 def _bearings(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    cos,
-    sin,
-    tx,
-    ty,
-    tz,
-    entries,
-    distance2,
-    lengths,
-    torus,
-    volume,
-    radius,
-    out,
-    column,
-):
-    """Write direction and nearness, 0 if no target is in range; `radius` f32[n], or one for all; no
-    branches and unsigned indices, so that it compiles to vector code."""
-    zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if volume else 2)
+    first: int, last: int, seekers: Poses, targets: Places, space: Extent, found: Found, seen: Bearings
+) -> None:
+    """Write direction and nearness, 0 where nobody is in range; without branches and with unsigned indices,
+    so that it becomes vector code."""
+    ox, oy, oz, _, cos, sin = seekers
+    tx, ty, tz, (entries, distance2), (radius, out, column) = targets.x, targets.y, targets.z, found, seen
+    zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if space.volume else 2)
     if tx.size == 0:
         out[column : near + 1, first:last] = 0
         return
@@ -520,11 +222,11 @@ def _bearings(
         reach = of_row(radius, i)
         none = (entries[i] < 0) | (distance2[i] > reach * reach)
         j = np.uint32(max(entries[i], 0))
-        dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
+        dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], space)
         distance = np.sqrt(distance2[i])
         inverse = one / max(distance, np.float32(1e-6))
         out[column, i] = zero if none else (dx * cos[i] + dy * sin[i]) * inverse
         out[column + 1, i] = zero if none else (dy * cos[i] - dx * sin[i]) * inverse
-        if volume:
+        if space.volume:
             out[column + 2, i] = zero if none else dz * inverse
         out[near, i] = zero if none else one - distance / reach

@@ -11,9 +11,9 @@ import numpy as np
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.components import Body, Shape
 from ecs_eco.nervous.sensors.sense import Sense, in_light, of_sensor, own_range, place_of
-from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged, opaque_ground, relief, solids, tops
+from ecs_eco.space.bodies import merged, opaque_ground, solids, tops
 from ecs_eco.space.seekers import Seekers
+from ecs_eco.space.sight import Rays, cast
 from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:
@@ -98,65 +98,17 @@ def trace(
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
     the first hit, i32[n, rays], −1 none, −2 rock or wall, and its distance, f32[n, rays] [m]."""
-    space, mine, (ground, inverse) = world.space, seekers.index, opaque_ground(world)
+    space, ground, eye = world.space, opaque_ground(world), tops(table, seekers.rows)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]
-    bodies, height, eye = merged(world, spheres), relief(world), tops(table, seekers.rows)
+    poses, bodies = seekers.poses_at(*place), merged(world, spheres)
     hit = np.empty((seekers.n, ray_cos.shape[-1]), np.int32)
     distance = np.zeros((seekers.n, ray_cos.shape[-1]), np.float32)
-    world.split(
-        sight.cast,
-        seekers.n,
-        *place,
-        mine.uid,
-        seekers.cos,
-        seekers.sin,
-        eye,
-        bodies.x,
-        bodies.y,
-        bodies.z,
-        bodies.radius,
-        bodies.uid,
-        bodies.kind,
-        bodies.start,
-        *space.shape,
-        space.inverse,
-        space.lengths,
-        space.torus,
-        space.reach(radius + bodies.largest),
-        np.float32(radius),
-        ray_cos,
-        ray_sin,
-        ground,
-        inverse,
-        height,
-        hit,
-        distance,
-    )
+    rays = Rays(ray_cos, ray_sin, np.float32(radius), eye, hit, distance)
+    reach = space.reach(radius + float(bodies.largest))
+    world.split(cast, seekers.n, poses, bodies, rays, reach, ground, space.extent)
     if shaped:
         others = solids(world, shaped)
-        world.split(
-            cast_on_solids,
-            seekers.n,
-            *place,
-            mine.uid,
-            seekers.cos,
-            seekers.sin,
-            eye,
-            others.form,
-            others.uid,
-            others.kind + np.int32(len(spheres)),
-            *space.shape,
-            space.inverse,
-            space.lengths,
-            space.torus,
-            *others.cells,
-            np.float32(radius),
-            ray_cos,
-            ray_sin,
-            inverse,
-            height,
-            hit,
-            distance,
-        )
+        others = others._replace(kind=others.kind + np.int32(len(spheres)))
+        world.split(cast_on_solids, seekers.n, poses, others, rays, ground, space.extent)
     return [*spheres, *shaped], hit, distance

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.compiled.per_row import of_row
+from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Senses
 from ecs_eco.nervous.sensors.sense import Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import Extent, into
 from ecs_eco.space.seekers import Seekers
+from ecs_eco.space.sight import Poses
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -27,16 +28,15 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     place = np.array([[forward, left]])
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        f, mine, space = world.fields[field], seekers.index, world.space
-        x, y, z, high = mine.x, mine.y, mine.z, up
-        body, ahead = (seekers.radius, seekers.cos, seekers.sin), place
+        f, space, poses = world.fields[field], world.space, seekers.poses
+        ahead, high = place, up
         if seekers.half is not None:
-            x, y, z = place_of(table, seekers, number, at, space)
+            poses = seekers.poses_at(*place_of(table, seekers, number, at, space))
             ahead, high = AT_CENTRE, np.float32(0)
         elif number in table.species.own_places:  # the kernel computes the position of each nose
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
-            ahead = AT_CENTRE
+            poses, ahead = seekers.poses_at(x, y, poses.z), AT_CENTRE
         half = (
             of_sensor(table, seekers, number, half_saturation=shared)[0] if table.species.traits else shared
         )
@@ -46,15 +46,12 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 seekers.n,
                 f.value,
                 f.inverse,
-                x,
-                y,
-                z,
-                *body,
+                poses,
+                seekers.radius,
                 *ahead[0],
                 high,
                 half,
-                space.lengths,
-                space.torus,
+                space.extent,
                 out.T,
                 column,
                 work=seekers.n // 5,
@@ -65,9 +62,8 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 seekers.n,
                 f.value[0],
                 f.inverse,
-                x,
-                y,
-                *body,
+                poses,
+                seekers.radius,
                 ahead,
                 np.asarray(half)[None],
                 space.torus,
@@ -98,11 +94,8 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
             seekers.n,
             f.value[0],
             f.inverse,
-            seekers.index.x,
-            seekers.index.y,
+            seekers.poses,
             seekers.radius,
-            seekers.cos,
-            seekers.sin,
             places,
             scales,
             space.torus,
@@ -115,9 +108,22 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
 
 
 @lone_njit
-def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, scales, torus, out, columns):
+def _sniff_plane(
+    first: int,
+    last: int,
+    value: np.ndarray,
+    inverse: np.ndarray,
+    seekers: Poses,
+    radius: np.ndarray,
+    places: np.ndarray,
+    scales: np.ndarray,
+    torus: bool,
+    out: np.ndarray,
+    columns: np.ndarray,
+) -> None:
     """Read the field f32[ny, nx] at the noses, at places f32[k, 2] of each body, with scales f32[k] or
     f32[k, n]; no branches and unsigned indices, so that it compiles to vector code."""
+    ox, oy, _, _, cos, sin = seekers
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = (
@@ -164,26 +170,22 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, places, 
 
 @njit
 def _sniff_volume(
-    first,
-    last,
-    value,
-    inverse,
-    ox,
-    oy,
-    oz,
-    radius,
-    cos,
-    sin,
-    forward,
-    left,
-    up,
-    scale,
-    lengths,
-    torus,
-    out,
-    column,
-):
+    first: int,
+    last: int,
+    value: np.ndarray,
+    inverse: np.ndarray,
+    seekers: Poses,
+    radius: np.ndarray,
+    forward: np.float32,
+    left: np.float32,
+    up: np.float32,
+    scale: Number,
+    space: Extent,
+    out: np.ndarray,
+    column: int,
+) -> None:
     """Read the field f32[nz, ny, nx] at the noses."""
+    (ox, oy, oz, _, cos, sin), lengths, torus = seekers, space.lengths, space.torus
     for i in range(first, last):
         r = radius[i]
         x = into(ox[i] + r * (forward * cos[i] - left * sin[i]), lengths[0], torus)

@@ -7,11 +7,13 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.nervous.sensors.sense import Sense
-from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, solids
+from ecs_eco.space.geometry import Extent, Places
 from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import bounds, touching
-from ecs_eco.space.solids import around
+from ecs_eco.space.sight import Poses, gather, offset
+from ecs_eco.space.solids import Solids, around
+from ecs_eco.space.spheres import Spheres
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -35,17 +37,10 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             world.split(
                 _touch_solids,
                 seekers.n,
-                me.form,
-                me.uid,
+                me,
                 seekers.heading,
-                others.form,
-                others.uid,
-                *space.shape,
-                space.inverse,
-                space.lengths,
-                space.torus,
-                space.volume,
-                *others.cells,
+                others,
+                space.extent,
                 np.float32(reach),
                 np.float32(at[0]),
                 np.float32(at[1]),
@@ -54,26 +49,15 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             )
         if names := [n for n in names if n not in shaped]:
             bodies = merged(world, names)
-            widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
+            widest = float(seekers.radius.max(initial=0.0)) + float(bodies.largest) + reach
             world.split(
                 _touch,
                 seekers.n,
-                mine.x,
-                mine.y,
-                mine.z,
-                mine.uid,
+                seekers.poses,
                 seekers.radius,
                 seekers.heading,
-                bodies.x,
-                bodies.y,
-                bodies.z,
-                bodies.radius,
-                bodies.uid,
-                bodies.start,
-                *space.shape,
-                space.inverse,
-                space.lengths,
-                space.torus,
+                bodies,
+                space.extent,
                 space.reach(widest),
                 np.float32(reach),
                 np.float32(at[0]),
@@ -83,14 +67,10 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             )
         if wall and (space.volume or not space.torus):
             _touch_walls(
-                mine.x,
-                mine.y,
-                mine.z,
-                *sides(world, table, seekers),
+                Places(mine.x, mine.y, mine.z),
+                sides(world, table, seekers),
                 seekers.heading,
-                space.lengths,
-                space.torus,
-                space.volume,
+                space.extent,
                 np.float32(at[0]),
                 np.float32(at[1]),
                 out.T,
@@ -100,13 +80,13 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     return sense
 
 
-def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> tuple[np.ndarray, ...]:
+def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> Places:
     """Return how far each body extends from its center along x, y and z: f32[n] [m]."""
     if Shape not in table:
-        return seekers.radius, seekers.radius, seekers.radius
+        return Places(seekers.radius, seekers.radius, seekers.radius)
     out = np.empty((3, seekers.n), np.float32)
     _sides(solids(world, [table.name]).form, out)
-    return tuple(out)
+    return Places(*out)
 
 
 @njit
@@ -132,44 +112,31 @@ def within(angle, begin, end):
 
 @njit
 def _touch(
-    first,
-    last,
-    ox,
-    oy,
-    oz,
-    ou,
-    radius,
-    heading,
-    bx,
-    by,
-    bz,
-    br,
-    bu,
-    bstart,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    reach_cells,
-    reach,
-    begin,
-    end,
-    out,
-    column,
-):
+    first: int,
+    last: int,
+    seekers: Poses,
+    radius: np.ndarray,
+    heading: np.ndarray,
+    bodies: Spheres,
+    space: Extent,
+    reach_cells: int,
+    reach: np.float32,
+    begin: np.float32,
+    end: np.float32,
+    out: np.ndarray,
+    column: int,
+) -> None:
+    ox, oy, oz, ou, _, _ = seekers
+    bx, by, bz, br, bu, _, _, _ = bodies
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[i]
-        n = sight.gather(
-            ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near
-        )
+        n = gather(ox[i], oy[i], oz[i], reach_cells, bodies, space, near)
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
-            dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
+            dx, dy, dz = offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], space)
             s = r + br[e] + reach
             if dx * dx + dy * dy + dz * dz <= s * s and within(
                 np.float32(np.arctan2(dy, dx)) - heading[i], begin, end
@@ -180,71 +147,54 @@ def _touch(
 
 @njit
 def _touch_solids(
-    first,
-    last,
-    form,
-    uid,
-    heading,
-    other,
-    other_uid,
-    nx,
-    ny,
-    nz,
-    inverse,
-    lengths,
-    torus,
-    volume,
-    start,
-    entry,
-    reach,
-    begin,
-    end,
-    out,
-    column,
-):
+    first: int,
+    last: int,
+    mine: Solids,
+    heading: np.ndarray,
+    others: Solids,
+    space: Extent,
+    reach: np.float32,
+    begin: np.float32,
+    end: np.float32,
+    out: np.ndarray,
+    column: int,
+) -> None:
     """Do the same as `_touch` for bodies of any shape: the direction is that of the nearest points."""
+    form, uid, other, other_uid = mine.form, mine.uid, others.form, others.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
         x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
         ex, ey, ez = bounds(form, i)
-        n = around(
-            x,
-            y,
-            z,
-            ex + reach,
-            ey + reach,
-            ez + reach,
-            nx,
-            ny,
-            nz,
-            inverse,
-            lengths,
-            torus,
-            start,
-            entry,
-            seen,
-            near,
-        )
+        n = around(x, y, z, ex + reach, ey + reach, ez + reach, others, space, seen, near)
         for q in range(n):
             e = near[q]
             if other_uid[e] == uid[i]:
                 continue
-            gap, wx, wy, _ = touching(
-                form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], lengths, torus, volume
-            )
+            dx, dy, dz = x - other[e, 0], y - other[e, 1], z - other[e, 2]
+            gap, wx, wy, _ = touching(form, i, other, e, dx, dy, dz, space)
             if gap <= reach and within(np.float32(np.arctan2(wy, wx)) - heading[i], begin, end):
                 out[column, i] = 1
                 break
 
 
 @njit
-def _touch_walls(ox, oy, oz, ex, ey, ez, heading, lengths, torus, volume, begin, end, out, column):
+def _touch_walls(
+    places: Places,
+    sides: Places,
+    heading: np.ndarray,
+    space: Extent,
+    begin: np.float32,
+    end: np.float32,
+    out: np.ndarray,
+    column: int,
+) -> None:
+    (ox, oy, oz), (ex, ey, ez), lengths = places, sides, space.lengths
     half = np.float32(1.5707964)
     for i in range(heading.size):
         h = heading[i]
-        if volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
+        if space.volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
             out[column, i] = 1
-        if torus:
+        if space.torus:
             continue
         if (
             (ox[i] >= lengths[0] - ex[i] and within(-h, begin, end))
