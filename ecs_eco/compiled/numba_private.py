@@ -52,14 +52,6 @@ if TYPE_CHECKING:
     from numba.core.typing import Signature as Signature
 
 _register: Any = compiler_machinery.register_pass  # numba's are not annotated
-_READING = (
-    "getattr",
-    "static_getitem",
-    "build_tuple",
-    "exhaust_iter",
-    "cast",
-    "phi",
-)  # of numba's expressions
 ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that hold environments
 
 
@@ -82,47 +74,58 @@ def stand_in(description: FunctionDescriptor, environment: Environment, library:
     return _dynfunc.make_function(description.lookup_module(), name, "", 0, environment, (library,))
 
 
-class _Uncounted(NativeLowering):
-    """numba's lowering, without reference counts in kernels that cannot keep an array: counts take time, and
-    prevent vector code where a loop reads arrays from named tuples."""
+class _Borrowing(Lower):
+    """numba's lowering, for functions that borrow arrays from their callers.
 
-    def run_pass(self, state: StateDict) -> bool:
-        """Lower a function."""
-        context = state.targetctx
-        if not _counts_references(state):
-            state.targetctx = context.subtarget(enable_nrt=False)
-        try:
-            return bool(super().run_pass(state))  # type: ignore[no-untyped-call]
-        finally:
-            state.targetctx = context
+    numba counts references to each array that a variable holds, also to those that the caller keeps alive. The
+    counts take time, and prevent vector code where a loop reads arrays from named tuples. So only arrays that a
+    function creates or gets from another function are counted.
+    """
+
+    def pre_lower(self) -> None:
+        """Prepare."""
+        super().pre_lower()  # type: ignore[no-untyped-call]
+        self.counting, self.borrowing = self.context, self.context.subtarget(enable_nrt=False)
+        self.borrowed = _borrowed(self.blocks, self.fndesc.typemap, self.context.data_model_manager)
+
+    def lower_inst(self, inst: Any) -> None:
+        """Lower one statement."""
+        name = inst.target.name if isinstance(inst, ir.Assign) else getattr(inst, "value", None)
+        self.context = self.borrowing if name in self.borrowed else self.counting
+        super().lower_inst(inst)  # type: ignore[no-untyped-call]
+        self.context = self.counting
 
 
-def _counts_references(state: StateDict) -> bool:
-    """Return whether a function may create an array, or keep one for longer than its caller."""
-    models, kinds = state.targetctx.data_model_manager, state.typemap
+def _borrowed(blocks: dict[int, Any], kinds: dict[str, Any], models: DataModelManager) -> set[str]:
+    """Return the variables that hold only arrays of the caller, and are not returned."""
     managed = {name for name, kind in kinds.items() if models[kind].contains_nrt_meminfo()}
-    counted = [kind for kind in state.args if models[kind].contains_nrt_meminfo()]
-    if not borrows(types.none, counted) or models[state.return_type].contains_nrt_meminfo():
-        return True
-    return any(
-        assigned.target.name in managed and not _reads(assigned.value, kinds[assigned.target.name], kinds)
-        for block in state.func_ir.blocks.values()
-        for assigned in block.find_insts(ir.Assign)
-    )
+    statements = [one for block in blocks.values() for one in block.body]
+    assigned = [(one.target.name, one.value) for one in statements if isinstance(one, ir.Assign)]
+    owned = managed & {one.value.name for one in statements if isinstance(one, ir.Return)}
+    while True:
+        own = {
+            name for name, value in assigned if name in managed - owned and not _reads(value, kinds, owned)
+        }
+        if not own:
+            return managed - owned
+        owned |= own
 
 
-def _reads(value: Any, result: Any, kinds: dict[str, Any]) -> bool:
-    """Return whether an expression gives an existing array, a part of it, or a tuple of such."""
-    op = value.op if isinstance(value, ir.Expr) else "getattr"
-    if op == "call":
-        return isinstance(kinds[value.func.name], types.NamedTupleClass)
-    if op == "getitem":  # an array as index copies elements
-        return isinstance(kinds[value.index.name], types.Integer | types.SliceType)
-    return op in _READING or (op == "binop" and isinstance(result, types.BaseTuple))
+def _reads(value: Any, kinds: dict[str, Any], owned: set[str]) -> bool:
+    """Return whether a value is an argument, or a part or tuple of arrays that are not owned."""
+    if not isinstance(value, ir.Expr):
+        return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
+    if value.op == "call":
+        reads = isinstance(kinds[value.func.name], types.NamedTupleClass)
+    elif value.op == "getitem":  # an array as index copies elements
+        reads = isinstance(kinds[value.index.name], types.Integer | types.SliceType)
+    else:
+        reads = value.op in ("getattr", "static_getitem", "build_tuple", "exhaust_iter", "cast", "phi")
+    return reads and owned.isdisjoint(one.name for one in value.list_vars())
 
 
 @_register(mutates_CFG=True, analysis_only=False)
-class InnerLowering(_Uncounted):
+class InnerLowering(NativeLowering):
     """numba's lowering, without machine code."""
 
     _name = "inner_lowering"
@@ -133,7 +136,7 @@ class InnerLowering(_Uncounted):
         state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()
         state.flags.no_compile = True
-        super().run_pass(state)
+        super().run_pass(state)  # type: ignore[no-untyped-call]
         done, library = state["cr"], state.library
         function = stand_in(done.fndesc, done.env, library)
         state.targetctx.insert_user_function(function, done.fndesc, [library])
@@ -142,7 +145,7 @@ class InnerLowering(_Uncounted):
         return True
 
 
-class OuterLower(Lower):
+class OuterLower(_Borrowing):
     """numba's lowering, for kernels that borrow the arrays that Python passes them.
 
     numba takes a reference to each array that comes from Python, and releases it after the call: for a kernel
@@ -162,7 +165,7 @@ class OuterLower(Lower):
 
 
 @_register(mutates_CFG=True, analysis_only=False)
-class OuterLowering(_Uncounted):
+class OuterLowering(NativeLowering):
     """numba's lowering, which then links machine code to the environments of all functions in it."""
 
     _name = "outer_lowering"
@@ -174,7 +177,7 @@ class OuterLowering(_Uncounted):
 
     def run_pass(self, state: StateDict) -> bool:
         """Lower a function that Python calls."""
-        super().run_pass(state)
+        super().run_pass(state)  # type: ignore[no-untyped-call]
         for variable in state.library._final_module.global_variables:
             if variable.name.startswith(ENVIRONMENT):
                 environment = lookup_environment(variable.name)
