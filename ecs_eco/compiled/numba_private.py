@@ -130,6 +130,11 @@ class InnerLowering(NativeLowering):
 
     _name = "inner_lowering"
 
+    @property
+    def lowering_class(self) -> type[Lower]:
+        """The lowering of a function that other kernels call."""
+        return _Borrowing
+
     def run_pass(self, state: StateDict) -> bool:
         """Lower a function that is linked into others."""
         codegen, name = state.targetctx.codegen(), state.func_id.func_qualname

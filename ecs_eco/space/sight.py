@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.compiled.jit import njit
+from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import Number, of_row, row_of
 from ecs_eco.space.geometry import Extent, cell_of, floor_between, half_cells, wrapped
 from ecs_eco.space.spheres import Spheres
@@ -45,7 +45,7 @@ class Rays(NamedTuple):
     distance: np.ndarray  # f32[n, rays] [m]
 
 
-@njit
+@lone_njit
 def gather(x, y, z, reach, bodies, space, out):
     """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return
     their number."""
@@ -178,6 +178,7 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
     _, tx, ty, tz, tu, _ = targets
     target, distance2 = found
     close = np.empty(tx.size, np.int64)
+    uneven = ground.kind.size > 1 or ground.height.size > 1
     for i in range(first, last):
         if target[i] < 0:
             continue
@@ -187,7 +188,11 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], space)
         view = of_row(sight.cos_half_fov, i)
         if ahead(dx, dy, dz, cos[i], sin[i], view) and not (
-            sight.occlusion and covered(x, y, z, dx, dy, dz, i, j, ou[i], tu[j], bodies, sight, ground, space)
+            sight.occlusion
+            and (
+                hidden(x, y, z, dx, dy, dz, ou[i], tu[j], bodies, space)
+                or (uneven and behind_ground(x, y, dx, dy, i, j, sight, ground, space))
+            )
         ):
             continue
         n_close = gather(x, y, z, sight.reach, targets, space, close)
@@ -199,8 +204,9 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], view):
                 continue
-            if sight.occlusion and covered(
-                x, y, z, dx, dy, dz, i, e, ou[i], tu[e], bodies, sight, ground, space
+            if sight.occlusion and (
+                hidden(x, y, z, dx, dy, dz, ou[i], tu[e], bodies, space)
+                or (uneven and behind_ground(x, y, dx, dy, i, e, sight, ground, space))
             ):
                 continue
             best, best_j = d2, e
@@ -209,12 +215,11 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
 
 
 @njit
-def covered(x, y, z, dx, dy, dz, i, j, me, it, bodies, sight, ground, space):
-    """Return whether a body, rock or hill hides target j at the end of the way (dx, dy, dz) from seeker i."""
-    return (
-        hidden(x, y, z, dx, dy, dz, me, it, bodies, space)
-        or rock_between(x, y, dx, dy, ground, space) <= 1
-        or hill_between(x, y, dx, dy, of_row(sight.eye, i), of_row(sight.top, j), ground, space)
+def behind_ground(x, y, dx, dy, i, j, sight, ground, space):
+    """Return whether a rock or hill hides target j at the end of the way (dx, dy) from seeker i."""
+    eye, top = of_row(sight.eye, i), of_row(sight.top, j)
+    return rock_between(x, y, dx, dy, ground, space) <= 1 or hill_between(
+        x, y, dx, dy, eye, top, ground, space
     )
 
 
