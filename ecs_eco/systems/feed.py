@@ -153,7 +153,7 @@ class Feed(System):
         """Propose items of `prey` for all members of `table` that want to eat."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
-        reach, chance, *effect = self.meal(table, food, number, world.dt)
+        reach, chance, effect = self.meal(table, food, number, world.dt)
         furthest = np.float32(highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach)
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         column = -1 if nerves is None else nerves.eats
@@ -192,7 +192,7 @@ class Feed(System):
                 foods,
                 target,
                 distance2,
-                Effect(*effect),
+                effect,
                 poison,
                 held.copy() if prey.species.diet else held,
                 np.empty(foods.n, np.int32),
@@ -254,7 +254,7 @@ class Feed(System):
             )
             swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
-    def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, ...]:
+    def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, Any, Effect]:
         """Return the result of `meal`, recomputed only if its sources change or are individual."""
         way = table.species.metabolism
         if table.species.traits or table.species.growth is not None:
@@ -266,7 +266,7 @@ class Feed(System):
         return known[1]
 
 
-def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
+def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
     """Return reach and probability per tick of one kind of food, then `Meals.effect`: numbers, or arrays
     [high] if a gene codes for any of them."""
     metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
@@ -286,11 +286,7 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, ...]:
     return (
         reach,
         chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
-        gain,
-        efficiency,
-        store,
-        digestion,
-        until[0] if until else store,
+        Effect(gain, efficiency, store, digestion, until[0] if until else store),
     )
 
 
