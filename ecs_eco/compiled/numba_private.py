@@ -77,13 +77,13 @@ def stand_in(description: FunctionDescriptor, environment: Environment, library:
 class _Borrowing(Lower):
     """numba's lowering, for functions that borrow arrays from their callers.
 
-    numba counts references to each array that a variable holds, also to those that the caller keeps alive. The
-    counts take time, and prevent vector code where a loop reads arrays from named tuples. So only arrays that a
-    function creates or gets from another function are counted.
+    numba counts references to every array in a variable, although the caller keeps its arrays alive. Counting
+    takes time, and prevents vector code where a loop reads arrays from named tuples. Here, only arrays that a
+    function creates or receives from another function are counted.
     """
 
     def pre_lower(self) -> None:
-        """Prepare."""
+        """Find the variables that hold borrowed arrays."""
         super().pre_lower()  # type: ignore[no-untyped-call]
         self.counting, self.borrowing = self.context, self.context.subtarget(enable_nrt=False)
         self.borrowed = _borrowed(self.blocks, self.fndesc.typemap, self.context.data_model_manager)
@@ -97,7 +97,7 @@ class _Borrowing(Lower):
 
 
 def _borrowed(blocks: dict[int, Any], kinds: dict[str, Any], models: DataModelManager) -> set[str]:
-    """Return the variables that hold only arrays of the caller, and are not returned."""
+    """Return the variables that hold only arrays of the caller and are not returned."""
     managed = {name for name, kind in kinds.items() if models[kind].contains_nrt_meminfo()}
     statements = [one for block in blocks.values() for one in block.body]
     assigned = [(one.target.name, one.value) for one in statements if isinstance(one, ir.Assign)]
@@ -117,7 +117,7 @@ def _reads(value: Any, kinds: dict[str, Any], owned: set[str]) -> bool:
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
     if value.op == "call":
         reads = isinstance(kinds[value.func.name], types.NamedTupleClass)
-    elif value.op == "getitem":  # an array as index copies elements
+    elif value.op == "getitem":  # indexing with an array copies
         reads = isinstance(kinds[value.index.name], types.Integer | types.SliceType)
     else:
         reads = value.op in ("getattr", "static_getitem", "build_tuple", "exhaust_iter", "cast", "phi")

@@ -34,9 +34,9 @@ LITTER_MAX = 65_535  # the largest number that a mother's column can store
 
 
 class Lives(NamedTuple):
-    """Life histories, for kernels: each a column, or the species' value as an array of one.
+    """Life histories for kernels: each a column, or the species' value as an array of one.
 
-    `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
+    `own` tells them apart: the value of a row is at [row] if it is true, at [0] otherwise.
     """
 
     own: bool
@@ -48,7 +48,7 @@ class Lives(NamedTuple):
 
 
 def life_history(table: Table, way: Any) -> Lives:
-    """Return the life histories of a table that breeds in some way."""
+    """Return the life histories of a table that reproduces."""
     if LifeHistory in table:
         h = table[LifeHistory]
         return Lives(True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice)
@@ -64,7 +64,7 @@ def life_history(table: Table, way: Any) -> Lives:
 
 
 class Wombs(NamedTuple):
-    """Pregnancies, for kernels: [rows]."""
+    """Pregnancies for kernels: columns [rows]."""
 
     carrying: np.ndarray
     due: np.ndarray

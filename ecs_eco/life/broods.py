@@ -44,12 +44,12 @@ class Brood(NamedTuple):
 
 
 class Others(NamedTuple):
-    """Who may be in the way of newborn, for kernels."""
+    """Bodies that newborns must not touch, for kernels."""
 
-    table: int  # the number of the newborn's own table among all
+    table: int  # index of the newborns' table
     columns: np.ndarray  # u64[tables, …], addresses of `SpatialWorld.whereabouts`
-    high: np.ndarray  # i64[tables], how many rows of each to look at
-    apart: np.ndarray  # f32[tables] [m], how near the surfaces of its bodies may be; below 0: anywhere
+    high: np.ndarray  # i64[tables], number of rows to check
+    apart: np.ndarray  # f32[tables] [m], smallest distance between surfaces; negative: any
 
 
 def small_brood(
@@ -144,9 +144,9 @@ def settle(
     values: np.ndarray,
     born: np.ndarray,
 ) -> int:
-    """Name the newborn, find a place for each, and write those that have one, in order: `which` litter,
-    `names` u64[2, n] identity and mother, `values` f32[5, n] place, heading and energy; count those of each
-    parent, and return their number."""
+    """Identify the newborn, find a place for each, and write those that have one, in order: `which` litter,
+    `names` u64[2, n] identity and mother, `values` f32[5, n] position, heading and energy; count those of
+    each parent, and return their number."""
     table, columns = others.table, others.columns
     n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
     for row in parents:

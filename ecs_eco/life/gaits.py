@@ -17,11 +17,11 @@ SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers 
 
 
 class Gaits(NamedTuple):
-    """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, neutral) of speed, turn,
+    """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, default) of speed, turn,
     climb and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
 
     layout: np.ndarray
-    speeds: np.ndarray  # f32[k] [m/s], or [high, k] where each organism has its own
+    speeds: np.ndarray  # f32[k] [m/s], or [high, k], each organism's own
     costs: np.ndarray
     turns: np.ndarray  # [rad/s]
     climbs: np.ndarray  # [m/s]
@@ -30,8 +30,8 @@ class Gaits(NamedTuple):
 
 
 def own_gaits(table: Table) -> Gaits | None:
-    """Return the gaits of a table; where a gene codes for any of these, all as arrays [high, k] and drag
-    [high], each organism's own."""
+    """Return the gaits of a table; if a gene codes for any of them, all as arrays [high, k] and drag [high],
+    each organism's own."""
     shared: Gaits | None = table.species.gaits
     traits = table.species.traits
     if shared is None or not traits or not any(key.startswith("locomotion.") for key in traits):

@@ -19,24 +19,24 @@ if TYPE_CHECKING:
 
 
 class Appetite(NamedTuple):
-    """Those who may eat, for kernels: f32[rows], or numbers where all are alike."""
+    """Animals that may eat, for kernels: f32[rows], or numbers for all."""
 
     radius: Number  # [m]
     reach: Number  # [m]
-    chance: Number  # of success in a tick
-    until: Number  # the energy that is enough
+    chance: Number  # probability of success per tick
+    until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
-    column: int  # of the action eat, -1 where there is none
+    column: int  # of the action eat, −1: none
     cause: np.ndarray  # i32[rows], of death
     energy: np.ndarray
-    digesting: np.ndarray  # i32[rows], ticks that are left
+    digesting: np.ndarray  # i32[rows], remaining ticks
 
 
 class Foods(NamedTuple):
-    """What may be eaten, for kernels: f32[rows]."""
+    """Possible food, for kernels: f32[rows]."""
 
     radius: Number  # [m]
-    toughness: np.ndarray  # the share of bites that fail; one for all, or empty where none does
+    toughness: np.ndarray  # share of bites that fail, or an array of one for all; empty: none
     cause: np.ndarray  # i32[rows], of death
 
 
@@ -56,18 +56,18 @@ class Eaten(NamedTuple):
     cause: np.ndarray
     killer: np.ndarray
     uid: np.ndarray
-    held: np.ndarray  # the energy before all meals; empty where it holds none
-    poison: np.ndarray  # one for all, or empty where there is none
+    held: np.ndarray  # energy before all meals; empty: none
+    poison: np.ndarray  # or an array of one for all; empty: none
 
 
 class Effect(NamedTuple):
-    """What a meal does, for kernels: numbers, or arrays [rows] where each eater has its own."""
+    """The effect of a meal, for kernels: numbers, or arrays [rows], each eater's own."""
 
-    gain: Number  # energy, whatever the food holds
-    efficiency: Number  # the share of what the food holds
-    ceiling: Number  # the most energy
+    gain: Number  # energy per meal, whatever the food contains
+    efficiency: Number  # share of the food's energy
+    ceiling: Number  # maximum energy
     digestion: Number  # ticks
-    until: Number  # the energy that is enough
+    until: Number  # energy of satiation
 
 
 @dataclass(slots=True)

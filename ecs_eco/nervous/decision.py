@@ -13,10 +13,10 @@ HIGHEST = np.finfo(np.float32).max
 
 
 class Will(NamedTuple):
-    """What decides besides choices, for kernels."""
+    """Reflexes and actions that are always on, for kernels."""
 
-    offsets: np.ndarray  # of each group's options among all
-    targets: np.ndarray  # the action of each option, -1 for none
+    offsets: np.ndarray  # of each group, among all options
+    targets: np.ndarray  # action of each option, −1: none
     has_policy: bool
     reflex: np.ndarray  # y, i8[n, actions]
     has_reflex: bool

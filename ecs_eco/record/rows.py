@@ -23,7 +23,7 @@ ENDOWED, FLOW, LOST, AFTER = (
 
 
 class Lines(NamedTuple):
-    """Where births or deaths are noted, for kernels: from the column `first` on, as in `Rows`."""
+    """Rows for births or deaths, for kernels: from index `first` on, as in `Rows`."""
 
     first: int
     longs: np.ndarray
@@ -47,7 +47,7 @@ class Rows:
         )
 
     def more(self, k: int) -> Lines:
-        """Return where the next k go."""
+        """Return the next k rows, to write to."""
         first, self.n = self.n, self.n + k
         if self.n > self.small.shape[1]:
             self.longs, self.floats, self.small = (

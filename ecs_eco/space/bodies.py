@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def ground_of(world: "SpatialWorld") -> Ground:
-    """Return the ground, as kernels take it."""
+    """Return the ground for kernels."""
     return OPEN_GROUND if world.terrain is None else world.terrain.maps
 
 
 def opaque_ground(world: "SpatialWorld") -> Ground:
-    """Return the ground for those who look: a map of one cell where no rock is, and one of heights
-    where hills hide nothing."""
+    """Return the ground for sight: a map of one cell if there is no rock, and a height map of one cell if
+    hills do not block sight."""
     terrain = world.terrain
     if terrain is None:
         return OPEN_GROUND

@@ -13,19 +13,19 @@ BLOCK = 128  # places whose cells are computed at once
 
 
 class Extent(NamedTuple):
-    """How far a space goes, for kernels: the cells of its neighbour index, its sides and its edges."""
+    """Extent of a space, for kernels: the cells of its neighbor index, its sides and edges."""
 
     nx: int  # cells along x, y and z
     ny: int
     nz: int
-    inverse: np.ndarray  # f32[3], cells to the metre
+    inverse: np.ndarray  # f32[3], cells per meter
     lengths: np.ndarray  # f32[3] [m]
     torus: bool
     volume: bool
 
 
 class Places(NamedTuple):
-    """Places, for kernels: f32[n] [m]."""
+    """Positions, for kernels: f32[n] [m]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -154,7 +154,7 @@ def cell_of(place, n):
 @lone_njit
 def cells_at(first, size, places, shape, inverse, cell):
     """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as
-    `cell_of` has it; `shape` is (nz, ny, nx). Without branches, so that it becomes vector code."""
+    `cell_of` computes it; `shape` is (nz, ny, nx). No branches, so that it compiles to vector code."""
     (x, y, z), (nz, ny, nx) = places, shape
     ix, iy, iz = inverse[0], inverse[1], inverse[2]
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)

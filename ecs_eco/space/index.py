@@ -20,7 +20,7 @@ NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 
 
 class Entries(NamedTuple):
-    """The living of a table sorted by cell, for kernels: cell c holds entries start[c] to start[c + 1]."""
+    """Members of a table sorted by cell, for kernels: entries start[c] to start[c + 1] are in cell c."""
 
     rows: np.ndarray  # i64[n]
     x: np.ndarray  # f32[n] [m]
@@ -193,11 +193,12 @@ def put_in(
     before: Entries,
     after: Entries,
 ) -> bool:
-    """Write the entries of an index, without the dead and with the newborn, into other arrays; return whether
-    any z of the latter is not 0. Both have the same `start`.
+    """Copy the entries of an index, without the dead and with the newborn, into other arrays; return whether
+    the z of any newborn is not 0. Both have the same `start`.
 
-    `gone` and `born` are rows, with uids. Those of the newborn are in their order and larger than all others:
-    each comes last in its cell. Who was born and died since is left out: `now` are the uids of the rows.
+    `gone` and `born` are rows, with uids. The uids of the newborn are in ascending order and larger than all
+    others: each comes last in its cell. Entities that were born and have died since are left out: `now` are
+    the uids of the rows.
     """
     (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
     rows, sx, sy, sz, su, start = before

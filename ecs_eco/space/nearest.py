@@ -17,18 +17,18 @@ from ecs_eco.space.index import Entries, Index
 
 
 class Search(NamedTuple):
-    """How far all look, and for whom, for kernels."""
+    """Range and targets of a search, for kernels."""
 
     reach: int  # cells to each side
     radius2: np.float32  # [m^2]
-    same: bool  # whether they look for their own kind
+    same: bool  # whether seekers are targets, too
     flat: bool  # whether z is 0 everywhere
 
 
 class Found(NamedTuple):
-    """Who is nearest to each, for kernels to write."""
+    """Nearest target of each seeker, which kernels write."""
 
-    entry: np.ndarray  # i32[n] of the index of targets, -1 for nobody
+    entry: np.ndarray  # i32[n] in the index of targets, −1: none
     distance2: np.ndarray  # f32[n] [m^2]
 
 
@@ -60,7 +60,7 @@ def nearest(
 
 
 def search_of(seekers: Index, targets: Index, radius: float) -> Search:
-    """Return how kernels look for targets within a radius [m]."""
+    """Return the search for targets within a radius [m], for kernels."""
     flat = seekers.flat and targets.flat
     return Search(seekers.space.reach(radius), np.float32(radius * radius), seekers is targets, flat)
 

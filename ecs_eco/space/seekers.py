@@ -20,11 +20,35 @@ if TYPE_CHECKING:
 
 
 class Seekers:
-    """The living of a table as things stand now, in canonical order, which does not depend on rows: `n` of
-    them, their `rows` i64[n], neighbour `index` (uids and places), `heading` [rad], its `cos` and `sin`, and
-    `radius` [m], f32[n]. Kernels take their `poses`.
+    """The living members of a table in an order that does not depend on rows.
 
-    Sensors get one, and systems make one in `update`: keep none, rows change.
+    Sensors receive one, and systems make one in `update`. Never hold one across ticks.
+
+    Parameters
+    ----------
+    world : World
+    table : Table
+
+    Attributes
+    ----------
+    n : int
+    rows : array of int64, shape (n,)
+    index : Index
+        With uids and places.
+    heading : array of float32, shape (n,)
+        [rad], counter-clockwise from the x axis; `cos` and `sin` have its cosine and sine.
+    radius : array of float32, shape (n,)
+        [m]
+    poses : Poses
+        Position, uid and heading, for kernels.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.space import Seekers
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> Seekers(world, world.table("deer")).n
+    700
     """
 
     def __init__(self, world: SpatialWorld, table: Table) -> None:
@@ -46,7 +70,7 @@ class Seekers:
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
     def poses_at(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Poses:
-        """Return their poses, as if each were at one of the places f32[n] [m]."""
+        """Return their poses at other positions, f32[n] [m]."""
         return Poses(x, y, z, *self.poses[3:])
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:

@@ -214,8 +214,8 @@ def shift_to(d, length, limit, image):
 
 @njit
 def image_of(dx, dy, space, image):
-    """Return differences around a torus as those of the nearest image (0) or a next one along x (1), y (2)
-    or both (3); infinite where that one is further than the torus is long. As they are between walls."""
+    """Return displacements on a torus to the nearest image (0), or to the next image along x (1), y (2) or both
+    (3), infinite if it is farther than the torus is long; between walls, return them unchanged."""
     if not space.torus:
         return dx, dy
     wide, high = space.lengths[0], space.lengths[1]

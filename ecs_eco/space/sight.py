@@ -12,7 +12,7 @@ from ecs_eco.space.terrain import ROCK, Ground, ground_at, hill_between
 
 
 class Poses(NamedTuple):
-    """From where and in which direction each of a table looks, in canonical order, for kernels."""
+    """Position and direction of each seeker, in canonical order, for kernels."""
 
     x: np.ndarray  # f32[n] [m]
     y: np.ndarray
@@ -23,25 +23,24 @@ class Poses(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """How far all see, for kernels, and what hides bodies from them; heights may be numbers where no hill
-    hides anything."""
+    """Range and obstacles of sight, for kernels; heights may be numbers if no hill blocks sight."""
 
     radius: np.float32  # [m]
     reach: int  # cells to each side
     cos_half_fov: Number  # f32, or f32[n]
     occlusion: bool
-    eye: Number  # f32[n] [m], the height of each one's eyes
-    top: Number  # f32[k] [m], the height of each target
+    eye: Number  # f32[n] [m], height of each seeker's eyes
+    top: Number  # f32[k] [m], height of each target
 
 
 class Rays(NamedTuple):
-    """Rays in the horizontal plane, by their angles from the heading, and what they hit, for kernels."""
+    """Rays in the horizontal plane, by their angles from the heading, and their hits, for kernels."""
 
     cos: np.ndarray  # f32[rays], or f32[n, rays]
     sin: np.ndarray
-    radius: np.float32  # [m], how far they reach
-    eye: np.ndarray  # f32[n] [m], the height of each one's eyes
-    hit: np.ndarray  # i32[n, rays], the kind of the first body; -1 for none, -2 for rock or wall
+    radius: np.float32  # range [m]
+    eye: np.ndarray  # f32[n] [m], height of each seeker's eyes
+    hit: np.ndarray  # i32[n, rays], kind of the first body; −1: none, −2: rock or wall
     distance: np.ndarray  # f32[n, rays] [m]
 
 
@@ -107,10 +106,10 @@ def rock_between(x, y, dx, dy, ground, space):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
-    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends,
-    `me` and `it`.
+    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me`
+    and `it`.
 
-    Looks at the cells of the box around the line, widened by the largest radius of a body.
+    Checks the cells of the box around the line, widened by the largest radius of a body.
     """
     bx, by, bz, br, bu, _, start, margin = bodies
     nx, ny, nz, _, lengths, torus, _ = space
@@ -170,9 +169,9 @@ def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
 @njit
 def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground, found):
     """Replace the nearest target of each seeker by the nearest that is in the field of view and not hidden by
-    a body, rock or hill, −1 if none.
+    a body, rock or hill, −1 if there is none.
 
-    Seekers without any target in reach are left as they are. Kernel over seekers first … last − 1.
+    Seekers without any target in reach stay as they are. Kernel over seekers first … last − 1.
     """
     ox, oy, oz, ou, cos, sin = seekers
     _, tx, ty, tz, tu, _ = targets
@@ -216,7 +215,7 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
 
 @njit
 def behind_ground(x, y, dx, dy, i, j, sight, ground, space):
-    """Return whether a rock or hill hides target j at the end of the way (dx, dy) from seeker i."""
+    """Return whether a rock or hill hides target j, at displacement (dx, dy), from seeker i."""
     eye, top = of_row(sight.eye, i), of_row(sight.top, j)
     return rock_between(x, y, dx, dy, ground, space) <= 1 or hill_between(
         x, y, dx, dy, eye, top, ground, space
@@ -243,7 +242,7 @@ def cast(
     space: Extent,
 ) -> None:
     """Write for each seeker and ray the kind of the first body hit within the rays' radius (−1 none,
-    −2 rock or wall) and how far. Rays start at the seekers' places; `reach` is in cells."""
+    −2 rock or wall) and its distance. Rays start at the seekers' positions; `reach` is in cells."""
     ox, oy, oz, ou, cos, sin = seekers
     bx, by, bz, br, bu, bkind, _, _ = bodies
     ray_cos, ray_sin, radius, eye, hit, distance = rays

@@ -109,9 +109,9 @@ def nearest_in_sight(
     nearest: Places,
     found: Found,
 ) -> None:
-    """Write for each seeker where the nearest target is that lies in the field of view and that no sphere,
-    capsule, box, rock or hill hides: its nearest place; the entry found is that of the seeker, or −1 if there
-    is none. `spheres` and `solids` are the opaque ones."""
+    """Write for each seeker the nearest point of the nearest target in the field of view that no sphere,
+    capsule, box, rock or hill hides; the entry found is that of the seeker, or −1 if there is none. `spheres`
+    and `solids` are opaque."""
     ox, oy, oz, ou, cos, sin = seekers
     form, uid, radius, (target, distance2) = targets.form, targets.uid, sight.radius, found
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)

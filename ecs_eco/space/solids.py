@@ -29,7 +29,7 @@ class Solids(NamedTuple):
 
 
 def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Solids:
-    """List `tables`: a sequence of (form, rows, uid), each over the living of one table."""
+    """Return the solids of several tables, given as (form, rows, uid) of each."""
     none = (np.zeros((0, 9), np.float32), np.zeros(0, np.int64), np.zeros(0, np.uint64))
     form, rows, uid = (np.concatenate(parts) for parts in zip(none, *tables, strict=True))
     kind = np.repeat(np.arange(len(tables)), [len(t[0]) for t in tables]).astype(np.int32)

@@ -20,7 +20,7 @@ TOUCHING2 = 1e-12  # [m^2] the smallest square of a distance
 
 
 class Looking(NamedTuple):
-    """From where each looks, and how far, for kernels: f32[n] [m]."""
+    """Position and range of each seeker, for kernels: f32[n] [m]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -29,15 +29,15 @@ class Looking(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """What is summed over bodies, for kernels, in the order of their index."""
+    """Weights of bodies in a sum, for kernels, in the order of their index."""
 
     value: np.ndarray  # f32[k]
-    size: np.ndarray  # f32[k] [m], their radius
-    decay: int  # how a weight falls with distance
+    size: np.ndarray  # f32[k] [m]
+    decay: int  # decrease of a weight with distance
 
 
 class Sums(NamedTuple):
-    """The sums of each seeker, for kernels to write: f64[n]."""
+    """Sums of each seeker, which kernels write: f64[n]."""
 
     total: np.ndarray
     weight: np.ndarray

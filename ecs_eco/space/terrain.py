@@ -20,11 +20,11 @@ OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
 
 class Ground(NamedTuple):
-    """Maps of the ground, for kernels; one of a single cell says that there is nothing to heed."""
+    """Maps of the ground, for kernels; a map of one cell has no effect."""
 
     kind: np.ndarray  # u8[ny, nx]
     height: np.ndarray  # f32[ny, nx] [m]
-    inverse: np.ndarray  # f32[2], cells to the metre
+    inverse: np.ndarray  # f32[2], cells per meter
 
 
 OPEN_GROUND = Ground(np.zeros((1, 1), np.uint8), np.zeros((1, 1), np.float32), np.zeros(2, np.float32))
@@ -79,7 +79,7 @@ class Terrain:
 
     @property
     def maps(self) -> Ground:
-        """Its maps, as kernels take them."""
+        """Maps for kernels."""
         return Ground(self.ground, self.height, self.inverse)
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
@@ -378,7 +378,7 @@ def is_open(x, y, dx, dy, ground, space):
 
 @njit
 def along(x, y, dx, dy, space):
-    """Return the place at the end of a way (dx, dy)."""
+    """Return the position at a displacement (dx, dy)."""
     return into(x + dx, space.lengths[0], space.torus), into(y + dy, space.lengths[1], space.torus)
 
 

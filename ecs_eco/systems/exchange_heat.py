@@ -35,16 +35,16 @@ LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it takes the temperature
 
 
 class Heat(NamedTuple):
-    """How bodies exchange and make heat, for kernels: numbers, or arrays [rows] where each has its own."""
+    """Exchange and production of heat, for kernels: numbers, or arrays [rows], each body's own."""
 
     specific_heat: Number  # [J/(kg K)]
     conductance: Number  # [W/(m^2 K)]
     insulation: Number  # [m^2 K/W]
-    metabolic_heat: Number  # [J] of a unit of energy that is burnt
+    metabolic_heat: Number  # heat of a unit of burnt energy [J]
     set_point: Number  # [K]
-    warming: Number  # the most heat that it makes [W]
-    cooling: Number  # the most heat that it gives off [W]
-    cost: Number  # energy of a joule of either
+    warming: Number  # maximum production [W]
+    cooling: Number  # maximum loss [W]
+    cost: Number  # energy per joule of each
 
 
 class ExchangeHeat(System):

@@ -36,15 +36,15 @@ class Cells(NamedTuple):
     nx: int  # along x, y and z
     ny: int
     nz: int
-    inverse: np.ndarray  # f32[3], cells to the metre
+    inverse: np.ndarray  # f32[3], cells per meter
 
 
 class Mouths(NamedTuple):
-    """Where on bodies their mouths are, for kernels: [rows], or numbers where all are alike."""
+    """Position of mouths on bodies, for kernels: [rows], or numbers for all."""
 
     heading: np.ndarray  # [rad]
     radius: np.ndarray  # [m]
-    forward: Number  # radii ahead, to the left and up
+    forward: Number  # ahead, to the left and up, in radii
     left: Number
     up: Number
 

@@ -359,7 +359,7 @@ def propose(
     key: np.uint64,
     purpose: int,
 ) -> None:
-    """Let eaters first … last − 1 leave the nearest food where they cannot have it: nothing is found then."""
+    """Reject food that eaters first … last − 1 cannot have: its entry becomes −1."""
     rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
     radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
     food_radius, toughness, food_cause = foods

@@ -21,13 +21,13 @@ ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # of the mass, which appro
 
 
 class Law(NamedTuple):
-    """How bodies grow, for kernels."""
+    """Growth of bodies, for kernels."""
 
     root: float  # of the mass, which approaches that of the adult
-    step: Number  # rate × dt, or that of each row
-    standard: float  # the adult mass for which that holds [kg], 0 for any
-    cost: Number  # energy of a kilogram
-    reserve: Number  # energy that is not spent
+    step: Number  # rate × dt, or f32[rows]
+    standard: float  # adult mass to which it applies [kg], 0: any
+    cost: Number  # energy per kilogram
+    reserve: Number  # energy that growth leaves
 
 
 class GrowUp(System):
@@ -99,7 +99,7 @@ def grow_up(
     energy: np.ndarray,
     burnt: np.ndarray,
 ) -> None:
-    """Let the living grow for a tick."""
+    """Grow the living for a tick."""
     root, step, standard, cost, reserve = law
     for row in range(first, last):
         if not alive[row] or mass[row] >= adult_mass[row]:

@@ -38,21 +38,21 @@ WILLING = {"none": 0, "one": 1, "both": 2}
 
 
 class Wishes(NamedTuple):
-    """Who wants to mate, for kernels."""
+    """Willingness to mate, for kernels."""
 
-    column: int  # of the action mate, -1 where there is none
+    column: int  # of the action mate, −1: none
     decision: np.ndarray  # u8[rows, actions]
-    consent: int  # how many of two must want to
+    consent: int  # how many of the two must be willing
 
 
 class Sires(NamedTuple):
-    """Those who may sire, for kernels; form f32[k, 9] is empty where all are spheres."""
+    """Possible sires, for kernels; form f32[k, 9] is empty if all are spheres."""
 
     can: np.ndarray  # u8[rows], the roles of each
     radius: np.ndarray  # f32[rows] [m]
     energy: np.ndarray  # f32[rows]
     reach: Number  # [m]
-    share: Number  # of a litter's energy that the father pays
+    share: Number  # father's share of a litter's energy
     form: np.ndarray
 
 

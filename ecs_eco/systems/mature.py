@@ -22,14 +22,14 @@ EDGE = 1e-3  # least distance of the prime from maturity and from the end, as a 
 
 
 class Fertility(NamedTuple):
-    """How fertility depends on age and season, for kernels: f32[rows], or arrays of one."""
+    """Fertility by age and season, for kernels: f32[rows], or arrays of one."""
 
     peak: np.ndarray
     maturity: np.ndarray  # [s]
     prime: np.ndarray  # [s]
     end: np.ndarray  # [s]
     season: np.ndarray  # share of the year
-    width: np.ndarray  # share of the year, 0 where there is no season
+    width: np.ndarray  # share of the year, 0: no season
 
 
 class Mature(System):
@@ -77,7 +77,7 @@ class Mature(System):
 
 
 def columns(table: Table, way: Season) -> Fertility:
-    """Return how fertility depends on age and season: columns, or the species' values as arrays of one."""
+    """Return fertility by age and season: columns, or the species' values as arrays of one."""
     if Breeding in table:
         b = table[Breeding]
         return Fertility(b.peak, b.maturity, b.prime, b.end, b.season, b.width)

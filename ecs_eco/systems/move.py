@@ -36,7 +36,7 @@ BLOCK = 64  # rows
 
 
 class Bodies(NamedTuple):
-    """Where bodies are and how they move, for kernels: f32[rows]."""
+    """Position and motion of bodies, for kernels: f32[rows]."""
 
     x: np.ndarray  # [m]
     y: np.ndarray
@@ -182,10 +182,10 @@ def move(
     bodies: Bodies,
     gone: np.ndarray,
 ) -> None:
-    """Move the living rows first … last − 1. `gone` f32[rows] takes how far ahead each has gone [m], where it
-    is not empty.
+    """Move the living rows first … last − 1. `gone` f32[rows] receives how far ahead each has moved [m], unless
+    it is empty.
 
-    Rows go in blocks, whose sines and cosines are computed at once.
+    Rows are processed in blocks, whose sines and cosines are computed at once.
     """
     if first >= last:
         return

@@ -104,17 +104,17 @@ class Nurse(System):
 
 
 class Caring(NamedTuple):
-    """How parents feed, for kernels: numbers, or arrays [rows] where each has its own."""
+    """Feeding of young, for kernels: numbers, or arrays [rows], each parent's own."""
 
     reach: Number  # [m]
-    most: Number  # energy that a young one gets in a tick
-    reserve: Number  # energy that the parent keeps
-    efficiency: Number  # the share that arrives
-    full: Number  # the most energy of the young
+    most: Number  # energy per young and tick
+    reserve: Number  # energy that a parent keeps
+    efficiency: Number  # share that arrives
+    full: Number  # maximum energy of young
 
 
 class Energy(NamedTuple):
-    """What all hold, and how it comes and goes, for kernels: f32[rows]."""
+    """Energy and its flows, for kernels: f32[rows]."""
 
     energy: np.ndarray
     taken: np.ndarray

@@ -25,7 +25,7 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class Stores(NamedTuple):
-    """The energy of organisms, for kernels: f32[rows], empty where they have none."""
+    """Energy of organisms, for kernels: f32[rows], empty if they have none."""
 
     energy: np.ndarray
     taken: np.ndarray

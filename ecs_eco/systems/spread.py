@@ -39,26 +39,26 @@ AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, if sites hold uids
 
 
 class Seeds(NamedTuple):
-    """How seeds fall in a tick, for kernels."""
+    """Seed rates per tick, for kernels."""
 
-    everywhere: np.float32  # how many of a site's come from other plants
-    rain: np.float32  # and from the seed rain
-    reach: int  # sites that one may fall away from its plant, 0 for anywhere
-    vigour: np.ndarray  # f32[rows], the share that sprouts; empty where all do
+    everywhere: np.float32  # seeds of other plants per site
+    rain: np.float32  # seed rain per site
+    reach: int  # range around the plant, in sites; 0: anywhere
+    vigour: np.ndarray  # f32[rows], share that sprouts; empty: all
     key: np.uint64
     salt: int  # of the random draws
-    uid: np.ndarray  # u64[rows]; empty where sites hold uids
+    uid: np.ndarray  # u64[rows]; empty if sites hold uids
 
 
 class Sprouts(NamedTuple):
-    """What `sprout` lists: of each seed that sprouts its site, its parent's row and uid, and its place."""
+    """Output of `sprout`: site, parent's row and uid, and position of each seed that sprouts."""
 
     site: np.ndarray  # i64
-    parent: np.ndarray  # i64, -1 for the seed rain
-    parents: np.ndarray  # u64, 0 for the seed rain
+    parent: np.ndarray  # i64, −1: seed rain
+    parents: np.ndarray  # u64, 0: seed rain
     x: np.ndarray  # f32 [m]
     y: np.ndarray
-    found: np.ndarray  # i64[blocks], how many at each
+    found: np.ndarray  # i64[blocks], number per block
 
 
 class Spread(System):
@@ -329,9 +329,9 @@ def sprout(
     sprouts: Sprouts,
 ) -> None:
     """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
-    and uid of its parent (−1 and 0: seed rain), and where on the site: from the place of the first site on,
-    and in `found`, at the first block, how many. `fertile` f32[ny, nx] multiplies both rates, a map of one
-    cell is 1 everywhere."""
+    and uid of its parent (−1 and 0: seed rain), and its position on the site: from the position of the first
+    site on, and in `found`, at the first block, how many. `fertile` f32[ny, nx] multiplies both rates, a map
+    of one cell is 1 everywhere."""
     everywhere, rain_everywhere, reach, vigour, key, salt, uid = seeds
     (site, parent, parents, xs, ys, found), lengths = sprouts, space.lengths
     (ny, nx), flat, luck, n = taken.shape, taken.reshape(-1), np.empty(SITES, np.float32), first * SITES

@@ -59,7 +59,7 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
 
 
 class Motion(NamedTuple):
-    """How all of a table move, for kernels: f32[rows]."""
+    """Motion of bodies, for kernels: f32[rows]."""
 
     heading: np.ndarray  # [rad]
     speed: np.ndarray  # [m/s]

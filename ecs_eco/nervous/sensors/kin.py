@@ -28,7 +28,7 @@ NOBODY = np.zeros(0, np.uint64)
 
 
 class Kin(NamedTuple):
-    """Who is whose child, for kernels: uids u64[n], those of parents empty where a table knows none."""
+    """Parentage, for kernels: uids u64[n]; those of parents are empty if the table has none."""
 
     uid: np.ndarray
     mother: np.ndarray

@@ -33,11 +33,11 @@ NO_HEIGHTS: tuple[Number, Number] = NO_HEIGHT, NO_HEIGHT
 
 
 class Bearings(NamedTuple):
-    """Where direction and nearness of what each sees are written, for kernels."""
+    """Output of a sensor, for kernels: direction and nearness."""
 
-    reach: Number  # f32[n] [m], or one for all: who is further away is not seen
+    reach: Number  # range, f32[n] [m], or one for all
     out: np.ndarray  # f32[channels, n]
-    column: int  # the first of the sensor's channels
+    column: int  # first channel of the sensor
 
 
 def see_nearest(
@@ -140,9 +140,9 @@ def look(
     hiding: tuple[tuple[str, ...], tuple[str, ...]],
     found: Found,
 ) -> Places:
-    """Return the place of the nearest of a kind that is nearest to each seeker's eye, if some bodies are
-    capsules or boxes; write its entry, that of seeker i is i, −1 where it sees none. `hiding` are the kinds
-    of bodies that hide what is behind them."""
+    """Return the point of the nearest body of a kind that is nearest to each seeker's eye, if some bodies are
+    capsules or boxes; write its entry, that of seeker i is i, −1 if it sees none. `hiding` are the kinds of
+    bodies that block sight."""
     n = found.entry.size
     places = Places(*(np.zeros(n, np.float32) for _ in range(3)))
     world.split(
@@ -177,8 +177,8 @@ def see_clearly(
     ground: Ground,
     seen: Bearings,
 ) -> None:
-    """`seek` for the seekers in the rows of cells first … last − 1, or for those seekers what is `known`;
-    then `nearest_visible`, direction and nearness of what was found."""
+    """Run `seek` for the seekers in the rows of cells first … last − 1, unless the result is `known`; then
+    `nearest_visible`, direction and nearness of the result."""
     if not known:
         seek(first, last, mine, targets, space, search, found)
         first, last = mine.start[first * space.nx], mine.start[last * space.nx]
@@ -209,8 +209,8 @@ def see(
 def _bearings(
     first: int, last: int, seekers: Poses, targets: Places, space: Extent, found: Found, seen: Bearings
 ) -> None:
-    """Write direction and nearness, 0 where nobody is in range; without branches and with unsigned indices,
-    so that it becomes vector code."""
+    """Write direction and nearness, 0 if no target is in range; no branches and unsigned indices, so that it
+    compiles to vector code."""
     ox, oy, oz, _, cos, sin = seekers
     tx, ty, tz, (entries, distance2), (radius, out, column) = targets.x, targets.y, targets.z, found, seen
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if space.volume else 2)
