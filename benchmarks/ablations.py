@@ -42,6 +42,7 @@ TRICKS = {
 from numba.core.lowering import Lower
 from ecs_eco.compiled import numba_private
 numba_private.OuterLowering.lowering_class = property(lambda self: Lower)
+numba_private.InnerLowering.lowering_class = property(lambda self: Lower)
 """,
     FORM: """
 from ecs_eco.compiled import kernel
