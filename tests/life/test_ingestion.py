@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco.components import Chemistry, Matter
 from ecs_eco.life.ingestion import ingest
-from ecs_eco.life.matter import litres
+from ecs_eco.life.matter import Bodies, litres
 from ecs_eco.systems import Decide, Feed, Sense
 from ecs_eco.testing import act, arrange
 
@@ -109,7 +109,9 @@ def test_the_kernel_is_its_slow_twin(seed):
     wanted = molarity.astype(float)
     wanted[eaters] += 0.4 * amount / volume[eaters, None]
     left = np.zeros((k, s))
-    taken = ingest(eaters, eaten, 0.4, volume, molarity, residue, food_volume, food, none, left)
+    taken = ingest(
+        eaters, eaten, 0.4, Bodies(volume, molarity, residue), Bodies(food_volume, food, none), left
+    )
     assert taken == pytest.approx(amount.sum(0), rel=1e-12)
     assert molarity + residue.astype(float) == pytest.approx(wanted, rel=1e-12)
     assert left == pytest.approx(0.6 * amount, rel=1e-9)

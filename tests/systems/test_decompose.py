@@ -8,7 +8,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Chemistry, Position
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.life.matter import litres, stocks
+from ecs_eco.life.matter import Bodies, litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
 from ecs_eco.systems.decompose import give_back
 
@@ -110,7 +110,7 @@ def test_the_kernel_is_its_slow_twin():
     volume, rows, old = rng.uniform(1, 2, 6), np.array([4, 0, 3]), np.array([False, True, False])
     share = np.where(old, 1.0, 0.3)[:, None]
     before, amount = molarity.astype(float), np.zeros((3, 2))
-    give_back(rows, old, 0.3, volume, molarity, residue, amount)
+    give_back(rows, old, 0.3, Bodies(volume, molarity, residue), amount)
     assert amount == pytest.approx(before[rows] * share * volume[rows, None], rel=1e-12)
     before[rows] *= 1 - share
     assert molarity + residue.astype(float) == pytest.approx(before, abs=1e-12)

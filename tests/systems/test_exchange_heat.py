@@ -7,7 +7,7 @@ import pytest
 
 from ecs_eco.components import HeatExchange, Metabolism, Physical
 from ecs_eco.systems import ExchangeHeat, Metabolise
-from ecs_eco.systems.exchange_heat import exchange, span, when
+from ecs_eco.systems.exchange_heat import Heat, exchange, span, when
 from ecs_eco.testing import act, arrange
 
 F = np.float32
@@ -242,14 +242,7 @@ def test_the_kernel_is_its_slow_twin(seed):
         radius,
         around,
         coat,
-        100.0,
-        5.0,
-        0.3,
-        500.0,
-        310.0,
-        90.0,
-        60.0,
-        1e-4,
+        Heat(100.0, 5.0, 0.3, 500.0, 310.0, 90.0, 60.0, 1e-4),
         dt,
         temperature,
         residue,

@@ -9,7 +9,7 @@ from ecs_eco.components import Body, Metabolism, Nervous, Position, Stature, Vel
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.systems import Feed, Grow, GrowUp, Metabolise, Move, Nurse, Reproduce
-from ecs_eco.systems.grow_up import grow_up
+from ecs_eco.systems.grow_up import Law, grow_up
 from ecs_eco.testing import act, arrange, check_system
 
 F = np.float32
@@ -171,9 +171,8 @@ def test_the_kernel_does_what_plain_python_does(cost):
     mass = (adult * generator.uniform(0.01, 1, n)).astype(F)
     before, held, radius = mass.copy(), energy.copy(), np.ones(n, F)
     burnt, residue = np.zeros(n, F), np.zeros(n, F)
-    grow_up(
-        0, n, alive, adult, np.ones(n, F), 1 / 3, 0.3, 0.0, cost, 0.1, mass, radius, residue, energy, burnt
-    )
+    law = Law(1 / 3, 0.3, 0.0, cost, 0.1)
+    grow_up(0, n, alive, adult, np.ones(n, F), law, mass, radius, residue, energy, burnt)
     wanted = [
         plain(float(m), float(a), 1 / 3, 0.3, cost, 0.1, float(e)) if lives else m
         for m, a, e, lives in zip(before, adult, held, alive, strict=True)

@@ -8,7 +8,7 @@ import pytest
 from ecs_eco.components import Biology, Breeding
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import Mature, Reproduce
-from ecs_eco.systems.mature import by_age, ripen
+from ecs_eco.systems.mature import Fertility, by_age, ripen
 from ecs_eco.testing import act, arrange, check_system
 
 F = np.float32
@@ -162,7 +162,7 @@ def test_the_kernel_does_what_plain_python_does():
     prime = generator.uniform(25, 55, n).astype(F)
     season, width = generator.random(n).astype(F), generator.uniform(0.05, 0.5, n).astype(F)
     fertility = np.full(n, 7, F)
-    ripen(0, n, alive, age, peak, maturity, prime, end, season, width, True, 0.4, True, fertility)
+    ripen(0, n, alive, age, Fertility(peak, maturity, prime, end, season, width), True, 0.4, True, fertility)
     each = zip(*(a.astype(float) for a in (age, peak, maturity, prime, end, season, width)), strict=True)
     wanted = [plain(*values, 0.4) if lives else 7 for values, lives in zip(each, alive, strict=True)]
     assert fertility == pytest.approx(wanted, rel=1e-5, abs=1e-7)

@@ -6,7 +6,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Body, Chemistry, Matter, Position
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.life.matter import litres, stocks
+from ecs_eco.life.matter import Bodies, litres, stocks
 from ecs_eco.record.matter import LEDGER, imbalance
 from ecs_eco.systems import Spread
 from ecs_eco.systems.provide import divide
@@ -66,7 +66,7 @@ def test_the_kernel_is_its_slow_twin():
     molarity, residue = rng.random((7, 2)).astype(np.float32), np.zeros((7, 2), np.float32)
     volume, before = rng.uniform(1, 2, 7), molarity.astype(float)
     young, mothers, given = np.array([5, 2, 6]), np.array([0, 3, 0]), np.zeros(2)
-    divide(young, mothers, volume, molarity, residue, given)
+    divide(young, mothers, Bodies(volume, molarity, residue), given)
     wanted = before.copy()
     for mother, litter in ((0, [5, 6]), (3, [2])):
         wanted[[mother, *litter]] = before[mother] * volume[mother] / volume[[mother, *litter]].sum()

@@ -5,9 +5,9 @@ import pytest
 
 from ecs_eco.components import Chemistry, Matter, Metabolism, Nervous
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.life.matter import NUMBER
+from ecs_eco.life.matter import NUMBER, Bodies
 from ecs_eco.systems import Metabolise, React
-from ecs_eco.systems.react import react
+from ecs_eco.systems.react import Stores, react
 from ecs_eco.testing import act, arrange
 
 SUBSTANCES = {"glucose": "", "oxygen": "", "carbon_dioxide": "", "water": ""}
@@ -192,9 +192,7 @@ def test_the_kernel_is_its_slow_twin(seed):
     wanted, before = c + reach[:, None] * change, energy.copy()
     react(
         alive,
-        volume,
-        molarity,
-        residue,
+        Bodies(volume, molarity, residue),
         used,
         change,
         half,
@@ -202,9 +200,7 @@ def test_the_kernel_is_its_slow_twin(seed):
         light,
         gain,
         ceiling,
-        energy,
-        taken,
-        burnt,
+        Stores(energy, taken, burnt),
         made,
     )
     assert molarity.astype(float) + residue == pytest.approx(wanted, abs=1e-9)
