@@ -1,6 +1,6 @@
 """Learning over time: diagnostics of policy updates, frequencies of actions, and the page of a training."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -194,6 +194,7 @@ NOTE = (
 )
 
 
+ARMS = ("trained", "random", "difference")
 WORDS = {
     "happiness": "mean happiness",
     "intake": "intake per animal and second",
@@ -271,7 +272,7 @@ def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, st
 def against(found: Mapping[str, Any]) -> list[str]:
     """Return the table that compares trained with random policies."""
     rows = [
-        [s, WORDS[word], *(_ends(of[arm]) for arm in ("trained", "random", "difference"))]
+        [s, WORDS[word], *(number(x[0]) if x[1] is None else interval(x) for x in map(of.get, ARMS))]
         for s, by_word in found.items()
         for word, of in by_word.items()
     ]
@@ -279,15 +280,7 @@ def against(found: Mapping[str, Any]) -> list[str]:
         "<p class='under'>Neither policy learns here. The worlds are those of the training, with "
         "constant numbers. Means over runs with the same seeds, with 95% intervals.</p>"
     )
-    return [
-        "<h2>Comparison with random policies</h2>",
-        table(["species", "measure", "trained", "random", "difference"], rows),
-        note,
-    ]
-
-
-def _ends(x: Sequence[float | None]) -> str:
-    return number(x[0]) if x[1] is None else interval(x)
+    return ["<h2>Comparison with random policies</h2>", table(["species", "measure", *ARMS], rows), note]
 
 
 def _arrays(of: Mapping[str, Any]) -> dict[str, np.ndarray]:

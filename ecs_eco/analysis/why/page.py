@@ -39,15 +39,13 @@ def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
     blocks: Blocks = {
         "What happened": [headline(case, findings), *happened(case, findings)],
         "Why": list(chain(case, findings)),
+        "Energy": [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))],
+        "What limited each species": [phase(case, s, p) for s, of in findings["phases"].items() for p in of],
+        "Behavior of the animals": [
+            x for s, both in findings["conduct"].items() for x in conducted(s, *both)
+        ],
+        "What to change": [turn(a) for a in findings["parameters"]],
     }
-    blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
-    blocks["What limited each species"] = [
-        phase(case, s, p) for s, phases in findings["phases"].items() for p in phases
-    ]
-    blocks["Behavior of the animals"] = [
-        line for s, both in findings["conduct"].items() for line in conducted(s, *both)
-    ]
-    blocks["What to change"] = [turn(a) for a in findings["parameters"]]
     return {head: lines for head, lines in blocks.items() if lines}
 
 
