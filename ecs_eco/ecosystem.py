@@ -33,7 +33,7 @@ from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
 # higher-level or slow packages, for methods that use them
-_above = lazy(__name__, {"plot": "ecs_eco.analysis.plot", "view": "ecs_eco.view.watch"})
+_above = lazy(__name__, {"plot": "ecs_eco.analysis.figures", "view": "ecs_eco.view.watch"})
 
 
 class World(SpatialWorld):

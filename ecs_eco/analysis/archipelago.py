@@ -1,20 +1,23 @@
-"""The outcome of an archipelago: numbers on each island, and migrants along each route."""
+"""The outcome of an archipelago, and its report: numbers on each island, and migrants along each route."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.analysis.page import Markup, drawn, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, tables
-from ecs_eco.analysis.style import Figure, colors, panels, styled
+from ecs_eco.analysis.style import Figure, colors_of, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.archipelago import ISLANDS, check_island, read
+from ecs_eco.record.container import inside
 
 
 @dataclass(frozen=True)
@@ -28,9 +31,19 @@ class Islands:
     moves: np.ndarray
 
     @property
+    def first(self) -> Series:
+        """The series of the first island."""
+        return next(iter(self.series.values()))
+
+    @property
     def species(self) -> tuple[str, ...]:
         """The species, in the order of the world."""
-        return next(iter(self.series.values())).species
+        return self.first.species
+
+    @property
+    def migrants(self) -> list[str]:
+        """The species that migrate."""
+        return [s for s in self.species if s in self.plan.migration_probability]
 
     def moved(self, species: str | None = None) -> np.ndarray:
         """Return the number of migrants between islands, in total or of one species: i64[from, to]."""
@@ -56,22 +69,14 @@ def load_islands(folder: Path | str) -> Islands:
     for name, one in series.items():
         check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
         if len(one.ticks) != manifest["tick"]:
-            raise RecordingError(
-                f"{root / ISLANDS / name}: has {len(one.ticks)} ticks, but its archipelago has "
-                f"{manifest['tick']}"
-            )
+            fault = f"has {len(one.ticks)} ticks, but its archipelago has {manifest['tick']}"
+            raise RecordingError(f"{root / ISLANDS / name}: {fault}")
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):
         for part in tables(root / ISLANDS / name, "arrivals"):
-            rows = np.stack(
-                [
-                    np.asarray(part["tick"].to_numpy(), np.int64),
-                    _codes(part["species"], species),
-                    _codes(part["origin"], plan.names),
-                ],
-                1,
-            )
+            who, origin = _codes(part["species"], species), _codes(part["origin"], plan.names)
+            rows = np.stack([np.asarray(part["tick"].to_numpy(), np.int64), who, origin], 1)
             found, count = np.unique(rows[rows[:, 0] < manifest["tick"]], axis=0, return_counts=True)
             moves.append(np.column_stack([found, np.full(len(found), number), count]))
     return Islands(manifest, plan, series, np.concatenate(moves) if moves else np.zeros((0, 5), np.int64))
@@ -101,50 +106,27 @@ def chart(islands: Islands) -> Figure:
     number of migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
-    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)
-    hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
+    wander, hue = islands.migrants or list(islands.species), colors_of(islands.first)
     figure, ((ax,),) = panels(1, 1, 6.4, 6.4)
     at, moved = places(islands.plan), islands.moved()
     now = {name: [series.n[-1][series.index(s)] for s in wander] for name, series in islands.series.items()}
     most = max(max(sum(n) for n in now.values()), 1)
+    arrow: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 10, "connectionstyle": "arc3,rad=0.12"}
+    arrow |= {"shrinkA": 26, "shrinkB": 26, "color": AXIS, "alpha": 0.8, "zorder": 1}
     for i, targets in enumerate(islands.plan.neighbours()):
         for j in targets:
-            ax.add_patch(
-                FancyArrowPatch(
-                    tuple(at[i]),
-                    tuple(at[j]),
-                    arrowstyle="-|>",
-                    mutation_scale=10,
-                    shrinkA=26,
-                    shrinkB=26,
-                    connectionstyle="arc3,rad=0.12",
-                    color=AXIS,
-                    alpha=0.8,
-                    linewidth=0.4 + 3.6 * moved[i, j] / max(moved.max(), 1),
-                    zorder=1,
-                )
-            )
+            wide = 0.4 + 3.6 * moved[i, j] / max(moved.max(), 1)
+            ax.add_patch(FancyArrowPatch(tuple(at[i]), tuple(at[j]), linewidth=wide, **arrow))
     for (x, y), (name, n) in zip(at, now.items(), strict=True):
         radius, total, turned = 0.025 + 0.04 * math.sqrt(sum(n) / most), max(sum(n), 1), 90.0
         for species, count in zip(wander, n, strict=True):
-            ax.add_patch(
-                Wedge((x, y), radius, turned - 360 * count / total, turned, color=hue[species], zorder=2)
-            )
-            turned -= 360 * count / total
-        ax.annotate(
-            f"{name}\n{sum(n):,.0f}",
-            (x, y),
-            (0, -30),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            fontsize=8,
-        )
-    ax.legend(
-        handles=[Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander],
-        loc="upper right",
-        frameon=False,
-    )
+            begin = turned - 360 * count / total
+            ax.add_patch(Wedge((x, y), radius, begin, turned, color=hue[species], zorder=2))
+            turned = begin
+        text = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 8}
+        ax.annotate(f"{name}\n{sum(n):,.0f}", (x, y), (0, -30), **text)
+    handles = [Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander]
+    ax.legend(handles=handles, loc="upper right", frameon=False)
     ax.set(xlim=(-0.05, 1.05), ylim=(-0.08, 1.05), aspect="equal")
     ax.axis("off")
     return figure
@@ -153,25 +135,14 @@ def chart(islands: Islands) -> Figure:
 @styled
 def numbers(islands: Islands) -> Figure:
     """Draw the numbers of each migrating species, one line per island; below, its migrants."""
-    wander = [s for s in islands.species if s in islands.plan.migration_probability] or list(islands.species)[
-        :1
-    ]
-    hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
+    wander, hue = islands.migrants or list(islands.species[:1]), colors_of(islands.first)
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
         top, bottom = axes[0, column], axes[1, column]
         for name, series in islands.series.items():
-            top.plot(
-                series.ticks, series.of(species), color=hue[species], alpha=0.6, linewidth=0.9, label=name
-            )
+            top.plot(series.ticks, series.of(species), color=hue[species], alpha=0.6, lw=0.9, label=name)
         total = np.sum([series.of(species) for series in islands.series.values()], axis=0)
-        top.plot(
-            next(iter(islands.series.values())).ticks,
-            total / len(islands.series),
-            color=INK,
-            linewidth=1.6,
-            label="mean",
-        )
+        top.plot(islands.first.ticks, total / len(islands.series), color=INK, lw=1.6, label="mean")
         top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)
         bottom.bar(ticks, count, width=0.8 * islands.plan.migration_interval, color=hue[species])
@@ -183,3 +154,70 @@ def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
     """Return the numbers of words, i64[rows]."""
     known = {word: i for i, word in enumerate(words)}
     return np.array([known[word] for word in column.to_pylist()], np.int64)
+
+
+# --- the report ---------------------------------------------------------------------------------------------
+
+
+_MAP = (
+    "The islands at the end of the run. The area of a disc is the number of organisms of migrating species; an "
+    "arrow is as wide as the number of migrants."
+)
+_NUMBERS = (
+    "Numbers on each island, with their mean as a thick line, and the number of migrants that arrived at each "
+    "barrier."
+)
+
+
+def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
+    """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
+    of the report. Raises RecordingError if there is no archipelago or a file is damaged."""
+    root = Path(folder)
+    place = inside(root, root / "figures").parent if out is None else Path(out)
+    islands = load_islands(root)
+    m = islands.manifest
+    title = str(m.get("title") or m.get("world"))
+    picture = drawn(chart(islands), place / "figures" / "map.svg", _MAP)
+    curves = drawn(numbers(islands), place / "figures" / "islands.svg", _NUMBERS)
+    plan = islands.plan
+    what = (
+        f"World {m['world']}, seed {m['seed']}: {len(plan.names)} islands, graph {plan.graph}, "
+        f"{m['tick']:,} ticks with a barrier every {plan.migration_interval:,}. Digest {str(m['digest'])[:16]}."
+    )
+    head = ["island", *islands.species, "immigrants", "emigrants", "island's own values"]
+    blocks = [
+        f"<h1>{escape(title)}</h1>",
+        f"<p class='under'>{escape(what)}</p>",
+        picture,
+        "<h2>Islands</h2>",
+        table(head, _rows(islands, root, place)),
+        curves,
+        "<h2>Migrants</h2>",
+        *_ways(islands),
+    ]
+    return write_text(place / "report.html", page(title, *blocks))
+
+
+def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
+    """Yield a row per island: numbers at the end, total migrants, and the island's own values."""
+    moved = islands.moved()
+    for i, (name, series) in enumerate(islands.series.items()):
+        link: object = name
+        if place == root and (root / ISLANDS / name / "report.html").is_file():
+            link = Markup(f'<a href="{ISLANDS}/{escape(name)}/report.html">{escape(name)}</a>')
+        own = ", ".join(f"{key} = {value}" for key, value in islands.plan.islands[name].items())
+        migrants = f"{moved[:, i].sum():,}", f"{moved[i].sum():,}"
+        yield [link, *(f"{n:,.0f}" for n in series.n[-1]), *migrants, own or "–"]
+
+
+def _ways(islands: Islands) -> Iterator[str]:
+    """Yield a table of migrants between islands for each migrating species."""
+    for species, chance in islands.plan.migration_probability.items():
+        moved = islands.moved(species)
+        yield (
+            f"<p>{escape(species)}: {moved.sum():,} arrived. At each barrier, an organism leaves with "
+            f"probability {chance:g}. Rows: from; columns: to.</p>"
+        )
+        counts = ([f"{k:,}" if k else "–" for k in row] for row in moved.tolist())
+        rows = ([name, *row] for name, row in zip(islands.plan.names, counts, strict=True))
+        yield table(["", *islands.plan.names], rows)

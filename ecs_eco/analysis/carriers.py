@@ -1,7 +1,8 @@
 """Carriers of each value of a gene over time: counts from births and deaths, and their figure."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from typing import Any
 
 import numpy as np
@@ -123,18 +124,21 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
     if not isinstance(gene, str):
         at, letters = gene
         if at < 0 or letters < 1:
-            raise ValueError(
-                f"gene {tuple(gene)} of {species!r}: expected a first locus from 0 and at least 1 letter"
-            )
+            expected = "expected a first locus from 0 and at least 1 letter"
+            raise ValueError(f"gene {tuple(gene)} of {species!r}: {expected}")
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
-    kept = lineage.genomes.get(species, {})
-    known = {g["name"]: g for g in (*kept.get("genes", []), *kept.get("derived", []))}
+    known = {g["name"]: g for g in genes_in(lineage.genomes.get(species, {}))}
     by_trait = {g["trait"]: g for g in known.values() if g["trait"]}
     if gene not in known and gene in by_trait:
         return by_trait[gene]
     if gene not in known:
         raise UnknownName(unknown_name(f"genome of {species!r}", "gene", gene, known))
     return known[gene]
+
+
+def genes_in(kept: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the records of the genes and derived traits of a species in the manifest."""
+    return [*kept.get("genes", ()), *kept.get("derived", ())]
 
 
 def codons_of(
@@ -162,15 +166,10 @@ def _copies(
     """Return, for each possible copy of a gene in a genome of variable length, the different codons, "" for
     none, and the index of each organism's codon."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
-    codons = [
-        [word for string in strings for word in string]
-        for strings in words_of_strings(texts.dictionary.to_pylist(), gene, kept)
-    ]
+    strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
+    copies = zip_longest(*(chain.from_iterable(of) for of in strings), fillvalue="")
     which = texts.indices.to_numpy(zero_copy_only=False)
-    return [
-        ([words[c] if c < len(words) else "" for words in codons], which)
-        for c in range(max(map(len, codons), default=0))
-    ]
+    return [(list(words), which) for words in copies]
 
 
 def words_of_strings(
@@ -185,33 +184,26 @@ def words_of_strings(
     promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in kept["genes"]}
     skip, span = len(gene["promoter"]), spans[gene["name"]]
-    return [
-        [
-            [
-                string[at + skip : at + span]
-                for name, at in copies_in(string, promoters, spans)
-                if name == gene["name"]
-            ]
-            for string in text.split(kept["separator"])
-        ]
-        for text in texts
-    ]
+
+    def words(string: str) -> list[str]:
+        places = (at for name, at in copies_in(string, promoters, spans) if name == gene["name"])
+        return [string[at + skip : at + span] for at in places]
+
+    return [[words(string) for string in text.split(kept["separator"])] for text in texts]
 
 
 def _values(
     codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str
 ) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Return the names of a gene's values and, for each string, the index of each organism's value."""
-    words = sorted({word for words_of_cut, _ in codons for word in words_of_cut if word})
+    words = sorted({word for cut, _ in codons for word in cut if word})
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
         names = [f"{v:g}" for v in distinct]
         meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
-    return tuple(names), [
-        np.array([meaning.get(w, -1) for w in words_of_cut])[which] for words_of_cut, which in codons
-    ]
+    return tuple(names), [np.array([meaning.get(w, -1) for w in cut])[which] for cut, which in codons]
 
 
 def codon_number(codon: str, alphabet: str) -> int:
@@ -266,7 +258,7 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
         ax.plot(genes[0].ticks, genes[0].n, color=GREY, lw=1, zorder=1.5, label="all")
         ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
     ax.set(xlabel="tick", ylabel="number of carriers", ylim=(0, None), title=title)
-    figure.legend(loc="outside upper left", ncols=min(max(len(lines) + 1, 1), 6))
+    figure.legend(loc="outside upper left", ncols=6)
     return figure
 
 
@@ -313,7 +305,7 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
     having = {
         name: record
         for name, kept in lineage.genomes.items()
-        for record in (*kept["genes"], *kept.get("derived", []))
+        for record in genes_in(kept)
         if gene in (record["name"], record["trait"])
     }
     if len(having) > 1:
@@ -345,14 +337,13 @@ def _of_formula(lineage: Pedigree, record: dict[str, Any], species: str) -> np.n
     kept = lineage.genomes[species]
     formulas = {one["name"]: one["formula"] for one in kept["derived"]}
     formula = compile_formula(record["formula"], [*(gene["name"] for gene in kept["genes"]), *formulas])
-    out = formula(
-        {
-            name: _of_formula(lineage, {"formula": formulas[name]}, species)
-            if name in formulas
-            else values_of(lineage, name, species)
-            for name in formula.names
-        }
-    )
+
+    def value(name: str) -> np.ndarray:
+        if name not in formulas:
+            return values_of(lineage, name, species)
+        return _of_formula(lineage, {"formula": formulas[name]}, species)
+
+    out = formula({name: value(name) for name in formula.names})
     if "low" not in record:  # read by another formula
         return out
     kind: Kind = "whole" if record.get("whole") else "number"

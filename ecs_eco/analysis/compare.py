@@ -2,7 +2,7 @@
 replicates: training seeds and world seeds if runs use policies from several trainings (`seed_grid.py`)."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -82,20 +82,15 @@ def compare(
     }
     reference = next(iter(loaded))
     grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
+    others = [arm for arm in loaded if arm != reference]
+    of_arm = {arm: {s: curves[s][arm] for s in names if arm in curves[s]} for arm in loaded}
     result: dict[str, Any] = {
         "format": 1,
         "reference": reference,
         "species": list(names),
         "opening": {arm: shared(runs) for arm, runs in loaded.items()},
-        "arms": {
-            arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed)
-            for arm, runs in loaded.items()
-        },
-        "effects": {
-            arm: _effects(loaded[reference], runs, names, seed)
-            for arm, runs in loaded.items()
-            if arm != reference
-        },
+        "arms": {arm: _arm(runs, of_arm[arm], cycles[arm], seed) for arm, runs in loaded.items()},
+        "effects": {arm: _effects(loaded[reference], loaded[arm], names, seed) for arm in others},
     }
     rows = {arm: grids[arm].runs if arm in grids else [runs] for arm, runs in loaded.items()}
     if found := measures.of_arms(rows):
@@ -149,10 +144,8 @@ def _load(
     for arm, runs in loaded.items():
         for run in runs:
             if run.species != names:
-                raise ValueError(
-                    f"arm {arm!r} has a run with {', '.join(run.species)}, "
-                    f"but the first arm has {', '.join(names)}: compare runs of the same species"
-                )
+                fault = f"arm {arm!r} has a run with {', '.join(run.species)}, but the first arm has "
+                raise ValueError(f"{fault}{', '.join(names)}: compare runs of the same species")
     return loaded, names
 
 
@@ -176,13 +169,10 @@ def _crossed_effects(
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
-    first, second = (
-        grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name])) for name in (arm, reference)
-    )
-    paired = first.worlds == second.worlds and (
-        first.training == second.training or 1 in (len(first.training), len(second.training))
-    )
-    if not paired:
+    alone = {name: [0] * len(loaded[name]) for name in (arm, reference)}
+    first, second = (grids.get(name) or _grid_of(loaded[name], seeds) for name, seeds in alone.items())
+    same = first.training == second.training or 1 in (len(first.training), len(second.training))
+    if first.worlds != second.worlds or not same:
         return effects
     names = [s for s in result["species"] if _there(loaded[arm], s) and _there(loaded[reference], s)]
 
@@ -262,16 +252,13 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
     n = sum(c is not None for row in cycles for c in row)
     if not n:
         return {}
-    of = {
-        "amplitude": lambda c: c.share,
-        "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)),
-        "r": lambda c: c.r,
-    }
-    by_word = {
-        word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
-        for word, value in of.items()
-    }
-    return {"depth": {"n": n, **{word: mean_of_seeds(values) for word, values in by_word.items()}}}
+    missing = (np.nan,) * 3
+    values = [
+        [missing if c is None else (c.share, c.share * float(np.cos(c.fit.acrophase)), c.r) for c in row]
+        for row in cycles
+    ]
+    amplitude, along_day, r = (mean_of_seeds(of) for of in np.moveaxis(np.array(values), 2, 0))
+    return {"depth": {"n": n, "amplitude": amplitude, "along_day": along_day, "r": r}}
 
 
 def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
@@ -296,13 +283,8 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
             surrogates = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
         except ValueError:
             continue
-        out[f"{a}→{b}"] = {
-            "n": surrogates.n,
-            "period": period,
-            "coherency": surrogates.coherency,
-            "share": surrogates.share,
-            "p": surrogates.p,
-        }
+        kept_of = {word: getattr(surrogates, word) for word in ("coherency", "share", "p")}
+        out[f"{a}→{b}"] = {"n": surrogates.n, "period": period, **kept_of}
     return out
 
 
@@ -310,20 +292,15 @@ def _effects(
     reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int
 ) -> dict[str, Any]:
     """Return the differences between this arm and the reference."""
-    out: dict[str, Any] = {
-        "persistence": difference_of_shares(
-            sum(r.persisted for r in runs), len(runs), sum(r.persisted for r in reference), len(reference)
-        ),
-        "per_species": {},
-    }
+    kept = [(sum(r.persisted for r in arm), len(arm)) for arm in (runs, reference)]
+    out: dict[str, Any] = {"persistence": difference_of_shares(*kept[0], *kept[1]), "per_species": {}}
     for s in (s for s in names if _there(runs, s) and _there(reference, s)):
         a, b = _lifetimes(runs, s), _lifetimes(reference, s)
+        means = ([r.of(s).mean() for r in arm] for arm in (runs, reference))
         out["per_species"][s] = {
             "lifetime": bootstrap_difference(a[0], b[0], seed=seed),
             "log_rank_p": log_rank(a, b)[1],
-            "mean_number": bootstrap_difference(
-                [r.of(s).mean() for r in runs], [r.of(s).mean() for r in reference], seed=seed
-            ),
+            "mean_number": bootstrap_difference(*means, seed=seed),
         }
     return out
 
@@ -400,6 +377,10 @@ _DEPTH = (
     "at noon and negative if at midnight; and the correlation of mean depth with light. Means over "
     "runs, with 95% intervals.</p>"
 )
+_LAGS = (
+    "<p>Lags as fractions of the period, over cycling runs; p tests the pair against pairs from "
+    "different runs.</p>"
+)
 _PEAKS = (
     "<p>Runs whose spectrum has a peak above red noise that only relaxes (p ≤ 0.05 in each run; 1 in "
     "20 by chance), and above AR(1), which classifies smooth series as periodic.</p>"
@@ -412,14 +393,9 @@ def _draw_survival(
     """Return survival curves of the species that died out in some run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
-    return [
-        drawn(
-            figures.survival(curves[s], until, f"{s} persists"),
-            out / "figures" / f"survival_{s}.svg",
-            _CURVE.format(s),
-        )
-        for s in shown
-    ]
+    figured = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
+    folder = out / "figures"
+    return [drawn(f, folder / f"survival_{s}.svg", _CURVE.format(s)) for s, f in figured.items()]
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
@@ -436,29 +412,23 @@ def _head(result: dict[str, Any]) -> list[str]:
     """Return the head of the page: persistence in each arm, and the causes of extinctions."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
+    known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
         f"<h1>Comparison of {len(arms)} arms</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
         "<p class='under'>Seeds are the replicates. Intervals are 95%.</p>",
-        *(
-            f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
-            for arm, a in arms.items()
-            if "policies" in a
-        ),
+        *(f"<p class='under'>{escape(line)}</p>" for line in known),
     ]
 
 
 def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     """Return persistence by arm: runs in which all species persisted, and the ticks of extinctions."""
     names = result["species"]
-    rows = [
-        [arm, a["n"], f"{a['ticks']:,}", a["persisted"], interval(a["persistence"])]
-        + [
-            f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}"
-            for x in (a["per_species"][s] for s in names)
-        ]
-        for arm, a in result["arms"].items()
-    ]
+    rows = []
+    for arm, a in result["arms"].items():
+        of = [a["per_species"][s] for s in names]
+        gone = [f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}" for x in of]
+        rows.append([arm, a["n"], f"{a['ticks']:,}", a["persisted"], interval(a["persistence"]), *gone])
     head = ["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)]
     return ["<h2>Persistence</h2>", table(head, rows), *pictures]
 
@@ -497,38 +467,25 @@ def _against(result: dict[str, Any]) -> list[str]:
     if not gaps:
         return []
     share = [[arm, interval(e["persistence"])] for arm, e in result["effects"].items()]
+    head = ["arm", "species", "lifetime [ticks], difference", "log-rank p", "mean number, difference"]
     return [
         f"<h2>Differences from {escape(result['reference'])}</h2>",
         table(["arm", "fraction that persists, difference (Newcombe)"], share),
-        table(
-            ["arm", "species", "lifetime [ticks], difference", "log-rank p", "mean number, difference"], gaps
-        ),
+        table(head, gaps),
     ]
 
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the daily cycle of mean depth in each arm, for species that swim under a sun."""
-    depths = [
-        (arm, s, x["depth"])
-        for arm, a in result["arms"].items()
-        for s, x in a["per_species"].items()
-        if "depth" in x
-    ]
+    depths = [(arm, s, x["depth"]) for arm, s, x in _by_species(result) if "depth" in x]
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
     hours = drawn(depth_figures.arms(loaded, names), out / "figures" / "depth.svg", _HOURS)
-    rows = [
-        [arm, s, d["n"], *(interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths
-    ]
-    head = [
-        "arm",
-        "species",
-        "runs with at least two days",
-        "amplitude",
-        "along the sun",
-        "correlation with light",
-    ]
+    words = ("amplitude", "along_day", "r")
+    rows = [[arm, s, d["n"], *(interval(d[word]) for word in words)] for arm, s, d in depths]
+    head = ["arm", "species", "runs with at least two days", "amplitude", "along the sun"]
+    head.append("correlation with light")
     return ["<h2>Depth over the day</h2>", _DEPTH, hours, table(head, rows)]
 
 
@@ -538,64 +495,37 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
         return []
     found, gaps = result["measured"]["arms"], result["measured"]["effects"]
     courses = drawn(measures.arms_figure(loaded), out / "figures" / "measured.svg", _REPORTED)
-    rows = [
-        [
-            name,
-            "the world" if of == measures.WORLD else of,
-            arm,
-            x["n"],
-            interval(x["mean"]),
-            interval(gaps[name][of].get(arm)),
-        ]
-        for name, kinds in found.items()
-        for of, arms in kinds.items()
-        for arm, x in arms.items()
-    ]
+    rows = []
+    for name, kinds in found.items():
+        for of, arms in kinds.items():
+            who = "the world" if of == measures.WORLD else of
+            for arm, x in arms.items():
+                gap = interval(gaps[name][of].get(arm))
+                rows.append([name, who, arm, x["n"], interval(x["mean"]), gap])
     head = ["measured", "of", "arm", "runs", "mean", f"difference from {result['reference']}"]
     return ["<h2>Measured</h2>", courses, table(head, rows)]
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
     """Return cycles by arm, and the lags between species."""
-    rows = [
-        [
-            arm,
-            s,
-            f"{x['cycling']} of {x['long_enough']}",
-            number(x["pooled_p"], 2),
-            f"{x['cycling_ar1']} of {x['long_enough']}",
-            number(x["median_period"]),
-            number(x["mean_number"]),
-        ]
-        for arm, a in result["arms"].items()
-        for s, x in a["per_species"].items()
-    ]
-    head = [
-        "arm",
-        "species",
-        "cycling",
-        "p over all seeds",
-        "beyond AR(1)",
-        "median period [ticks]",
-        "mean number",
-    ]
-    blocks = ["<h2>Cycles</h2>", _PEAKS, table(head, rows)]
-    lags = [
-        [
-            arm,
-            pair,
-            x["n"],
-            interval([x["median"], x["low"], x["high"]]),
-            number(a["coupling"].get(pair, {}).get("p")),
-        ]
-        for arm, a in result["arms"].items()
-        for pair, x in a["lags"].items()
-        if x["n"]
-    ]
+    rows = []
+    for arm, s, x in _by_species(result):
+        red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))
+        ends = number(x["median_period"]), number(x["mean_number"])
+        rows.append([arm, s, red, number(x["pooled_p"], 2), lenient, *ends])
+    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]"]
+    blocks = ["<h2>Cycles</h2>", _PEAKS, table([*head, "mean number"], rows)]
+    lags = []
+    for arm, a in result["arms"].items():
+        for pair, x in a["lags"].items():
+            share, p = [x["median"], x["low"], x["high"]], a["coupling"].get(pair, {}).get("p")
+            lags += [[arm, pair, x["n"], interval(share), number(p)]] * bool(x["n"])
     if lags:
-        blocks.append(
-            "<p>Lags as fractions of the period, over cycling runs; p tests the pair against pairs "
-            "from different runs.</p>"
-        )
-        blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lags))
+        blocks += [_LAGS, table(["arm", "pair", "runs", "median lag", "coupling p"], lags)]
     return blocks
+
+
+def _by_species(result: Mapping[str, Any]) -> Iterator[tuple[str, str, Any]]:
+    """Yield the results of each species in each arm."""
+    for arm, a in result["arms"].items():
+        yield from ((arm, s, x) for s, x in a["per_species"].items())

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ecs_eco.analysis import genes_figures
-from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quantitative, selection_of
+from ecs_eco.analysis.carriers import genes_in
+from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quantitative, selections
 from ecs_eco.analysis.genes_figures import Band
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, table
@@ -53,10 +54,8 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
     if not all(isinstance(run, str | Path) for run in folders):
         return []
     manifests = [read_manifest(run) for run in folders]
-    if not all(
-        any(few_valued(kept) or quantitative(kept) for kept in m.get("genomes", {}).values())
-        for m in manifests
-    ):
+    genomes = [m.get("genomes", {}).values() for m in manifests]
+    if not all(any(few_valued(kept) or quantitative(kept) for kept in of) for of in genomes):
         return []
     every = max(1, max(int(m.get("done", m.get("ticks", 0))) for m in manifests) // SAMPLES)
     found: dict[tuple[str, ...], Gene] = {}
@@ -69,7 +68,7 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
 def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage, every: int) -> None:
     """Add the k-th run of an arm."""
     for s, kept in lineage.genomes.items():
-        traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
+        traits = {g["name"]: g["trait"] for g in genes_in(kept)}
         for name, value, curve, outcome in _outcomes(lineage, s, every) if s in lineage.species else ():
             gene = found.setdefault((s, name, value or ""), Gene(s, name, value, traits[name], every))
             gene.curves.setdefault(arm, []).append(curve)
@@ -82,23 +81,16 @@ def _outcomes(
     """Yield each gene of a species in one run, its value, its curve, and its outcomes."""
     kept, generation = lineage.genomes[s], generation_time(lineage, s)
     for name in few_valued(kept):
-        f = lineage.frequencies(s, name, every)
-        for j in range(1 if len(f.values) == 2 else 0, len(f.values)):
-            p = f.allele[:, j]
-            outcome = selection_of(p, f.ticks, f.copies.sum(axis=1), generation)
-            yield name, f.values[j], p, outcome._asdict()
+        for value, p, outcome in selections(lineage.frequencies(s, name, every), generation):
+            yield name, value, p, outcome._asdict()
     for name in quantitative(kept):
         c = lineage.course(s, name, every)
         there = np.flatnonzero(c.n)
         at = (there[0], there[-1]) if there.size else ()
-        ends = dict(zip(("first", "last"), c.mean[list(at)], strict=False))
-        spread = dict(zip(("sd_first", "sd_last"), c.sd[list(at)], strict=False))
-        yield (
-            name,
-            None,
-            c.mean,
-            ends | spread | {"haldanes": haldanes(c, generation), "generation": generation},
-        )
+        outcomes = {"haldanes": haldanes(c, generation), "generation": generation}
+        outcomes |= zip(("first", "last"), c.mean[list(at)], strict=False)
+        outcomes |= zip(("sd_first", "sd_last"), c.sd[list(at)], strict=False)
+        yield name, None, c.mean, outcomes
 
 
 def summary(
@@ -173,20 +165,16 @@ _QUANTITIES = (
 )
 
 
+_RATE = {"allele": "s per generation", "quantitative": "change per generation [sd]"}
 _HEADS = {
     "alleles": {
         "first": "first frequency",
         "last": "last",
-        "s": "s per generation",
+        "s": _RATE["allele"],
         "generation": "generation [ticks]",
     },
-    "genes": {
-        "first": "first mean",
-        "last": "last mean",
-        "sd_first": "first sd",
-        "sd_last": "last sd",
-        "haldanes": "change per generation [sd]",
-    },
+    "genes": {"first": "first mean", "last": "last mean", "sd_first": "first sd", "sd_last": "last sd"}
+    | {"haldanes": _RATE["quantitative"]},
 }
 
 
@@ -227,7 +215,6 @@ def _against(rows: Mapping[str, Any], reference: str) -> str:
     ]
     if not found:
         return ""
-    alleles = next(iter(rows.values()))["kind"] == "allele"
-    rate = "s per generation" if alleles else "change per generation [sd]"
+    rate = _RATE[next(iter(rows.values()))["kind"]]
     head = ["gene", "arm", "last, difference", f"{rate}, difference"]
     return f"<p>Differences from {escape(reference)}:</p>{table(head, found)}"

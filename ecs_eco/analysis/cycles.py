@@ -4,28 +4,13 @@ of different runs (`cross_seed_surrogates`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import permutations
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, thin, transform, waves
-
-__all__ = [
-    "CycleStatistics",
-    "Lag",
-    "Surrogates",
-    "consumers",
-    "cross_correlation",
-    "cross_seed_surrogates",
-    "cycle_statistics",
-    "lag",
-    "living_stretch",
-    "median_lag_interval",
-    "spectral_peak",
-    "thin",
-]
 
 LAG_SAMPLES = 2048
 BLOCK = 3
@@ -71,11 +56,8 @@ class CycleStatistics:
         -------
         tuple of str
         """
-        return tuple(
-            s
-            for s in self.species
-            if (peak := self.peaks.get(s)) is not None and peak.p <= level and peak.recurs
-        )
+        known = ((s, peak) for s in self.species if (peak := self.peaks.get(s)) is not None)
+        return tuple(s for s, peak in known if peak.p <= level and peak.recurs)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the statistics as numbers and strings, without spectra.
@@ -109,10 +91,8 @@ def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
 def consumers(config: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the species of a resolved configuration (`manifest["config"]`) that eat another species."""
     species = config.get("species", {})
-    eaten = {
-        name: {food["eats"] for food in about.get("diet") or ()} - {name} for name, about in species.items()
-    }
-    return tuple(name for name, of in eaten.items() if of & set(species))
+    eaten = {name: {food["eats"] for food in about.get("diet") or ()} for name, about in species.items()}
+    return tuple(name for name, of in eaten.items() if of & (set(species) - {name}))
 
 
 def cycle_statistics(
@@ -158,25 +138,22 @@ def cycle_statistics(
     (100, 0.25)
     """
     series = load_series(run, species)
-    names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
+    names = tuple(series.there)
     searched = _asked(series, names, period_of)
     n = living_stretch(series, skip)
     if len(n) < SHORTEST:
         return CycleStatistics(names, len(n), False, period_of=searched)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
-    lenient = {
-        s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)
-    }
-    p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
+    lenient = [spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for x in n.T]
+    p_ar1 = {s: None if peak is None else peak.p for s, peak in zip(names, lenient, strict=True)}
     candidates = [peak for s in searched if (peak := peaks[s]) is not None]
     if not candidates:
         return CycleStatistics(names, len(n), True, peaks, p_ar1, period_of=searched)
     period = min(candidates, key=lambda peak: (not peak.recurs, peak.p, -peak.ratio)).period
     log = transform(n)
-    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     lags = {
         f"{names[i]}→{names[j]}": lag(log[:, i], log[:, j], period, seed=seed)
-        for i, j in pairs
+        for i, j in combinations(range(len(names)), 2)
         if np.ptp(n[:, [i, j]], 0).all()
     }
     return CycleStatistics(names, len(n), True, peaks, p_ar1, period, searched, lags)
@@ -214,12 +191,8 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     blocks = max(n / block, 3.0)
     wider = stdtrit(blocks - 1, 0.975) / ndtri(0.975) * np.sqrt(blocks / (blocks - 1))
     low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
-    return Lag(
-        share,
-        share + float(low),
-        share + float(high),
-        float(np.abs(cross.mean()) / weight) if weight else 0.0,
-    )
+    coherence = float(np.abs(cross.mean()) / weight) if weight else 0.0
+    return Lag(share, share + float(low), share + float(high), coherence)
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
@@ -297,10 +270,8 @@ def cross_seed_surrogates(
     pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
     n = min(map(len, pairs))
     if n < 2 * period:
-        raise ValueError(
-            f"the shortest run has {n} ticks before its first extinction: fewer than two periods of "
-            f"{period:.0f} ticks"
-        )
+        fault = f"the shortest run has {n} ticks before its first extinction"
+        raise ValueError(f"{fault}: fewer than two periods of {period:.0f} ticks")
     numbers, factor = thin(transform(np.stack([x[len(x) - n :].T for x in pairs])), LAG_SAMPLES)
     z = waves(numbers, period / factor)
     z = z / np.linalg.norm(z, axis=-1, keepdims=True)

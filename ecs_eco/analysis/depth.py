@@ -33,6 +33,11 @@ class DepthCycle:
         return ((self.fit.acrophase + np.pi) % (2 * np.pi) - np.pi) / (2 * np.pi)
 
 
+def water_of(series: Series) -> float:
+    """Return the depth of the water [m]."""
+    return float(series.manifest["config"]["space"]["size"][2])
+
+
 def day_of(series: Series) -> int:
     """Return the number of ticks in a day; 0 if the run has no sun, no depth, or less than a day."""
     config = series.manifest.get("config", {})
@@ -78,7 +83,7 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
     light = surface_light(series, ticks)
     r = float(np.corrcoef(depth, light)[0, 1]) if light.std() > 1e-9 and depth.std() > 1e-9 else float("nan")
     p = p_of_days(depth[: whole * day].reshape(whole, day), n=999) if whole > 2 else float("nan")
-    return DepthCycle(len(depth) / day, fit, float(series.manifest["config"]["space"]["size"][2]), p, r)
+    return DepthCycle(len(depth) / day, fit, water_of(series), p, r)
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
@@ -99,11 +104,7 @@ def mean_of_there(values: np.ndarray) -> np.ndarray:
 def swimmers(series: Series) -> list[str]:
     """Return the species of a run that were present and can move."""
     known = series.manifest.get("config", {}).get("species", {})
-    return [
-        s
-        for s, here in zip(series.species, series.present, strict=True)
-        if here and known.get(s, {}).get("locomotion")
-    ]
+    return [s for s in series.there if known.get(s, {}).get("locomotion")]
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
@@ -112,10 +113,8 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
     The first day is left out.
     """
-    top = float(series.manifest["config"]["space"]["size"][2])
-    out = {
-        s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here
-    }
+    top = water_of(series)
+    out = {s: np.zeros((layers, HOURS)) for s in series.there}
     for tick, layer, name in _snapshots(run, top, layers):
         hour = _part_of_day(series, tick)
         for s, counts in out.items():

@@ -15,9 +15,11 @@ from ecs_eco.analysis.depth import (
     depths_by_hour,
     depths_over_time,
     hours_of,
+    is_night,
     mean_of_there,
     surface_light,
     swimmers,
+    water_of,
 )
 from ecs_eco.analysis.escapes import (
     AROUND,
@@ -34,7 +36,16 @@ from ecs_eco.analysis.escapes import (
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import PALETTE, Axes, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import (
+    PALETTE,
+    Axes,
+    Figure,
+    colors_of,
+    grid_of_arms,
+    many_and_one,
+    panels,
+    styled,
+)
 from ecs_eco.analysis.svg import DIM
 
 NOON = "#fff6d1"
@@ -49,26 +60,16 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
     figure.set_gid(DIM)
     hue = colors_of(series)
     time = (series.ticks - series.ticks[0]) / day
-    height = float(series.manifest["config"]["space"]["size"][2])
+    height = water_of(series)
     shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
     light = surface_light(series)
     most = max(1e-9, float(light.max()))
-    seen = ax.imshow(
-        light[None],
-        extent=(0.0, float(time[-1]), height, 0.0),
-        aspect="auto",
-        cmap=shade,
-        vmin=0,
-        vmax=most,
-        interpolation="nearest",
-        zorder=0,
-    )
+    box = {"extent": (0.0, float(time[-1]), height, 0.0), "aspect": "auto", "interpolation": "nearest"}
+    seen = ax.imshow(light[None], cmap=shade, vmin=0, vmax=most, zorder=0, **box)
     for s in species:
-        lived = series.of(s) > 0
-        ax.plot(time, np.where(lived, series.of(s, "depth_mean"), np.nan), color="white", lw=3.2, zorder=2)
-        ax.plot(
-            time, np.where(lived, series.of(s, "depth_mean"), np.nan), color=hue[s], lw=1.7, label=s, zorder=3
-        )
+        depth = np.where(series.of(s) > 0, series.of(s, "depth_mean"), np.nan)
+        ax.plot(time, depth, color="white", lw=3.2, zorder=2)
+        ax.plot(time, depth, color=hue[s], lw=1.7, label=s, zorder=3)
     ax.set(xlim=(0, time[-1]), ylim=(height, 0), xlabel="day", ylabel="mean depth [m]")
     ax.grid(visible=False)
     figure.colorbar(seen, ax=ax, label="light at the surface", pad=0.015)
@@ -89,15 +90,8 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
     for (above, ax), (s, share) in zip(axes.T, shares.items(), strict=True):
         above.fill_between(np.linspace(0, 24, len(light)), 0, light, color=SUN, lw=0)
         above.set(title=s, ylim=(0, max(1e-9, light.max()) * 1.05), yticks=[])
-        seen = ax.pcolormesh(
-            np.linspace(0, 24, HOURS + 1),
-            np.linspace(0, height, len(share) + 1),
-            share,
-            cmap="viridis",
-            vmin=0,
-            vmax=top,
-            rasterized=True,
-        )
+        edges = np.linspace(0, 24, HOURS + 1), np.linspace(0, height, len(share) + 1)
+        seen = ax.pcolormesh(*edges, share, cmap="viridis", vmin=0, vmax=top, rasterized=True)
         ax.set(xlabel="hour of the day", xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
         ax.grid(visible=False)
     axes[0, 0].set_ylabel("light")
@@ -112,10 +106,8 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
     top."""
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
-        deep = np.linspace(0, height, len(count) + 1)
-        seen = ax.pcolormesh(
-            edges, deep, count, cmap="viridis", vmin=0, vmax=max(float(count.max()), 1e-9), rasterized=True
-        )
+        deep, most = np.linspace(0, height, len(count) + 1), max(float(count.max()), 1e-9)
+        seen = ax.pcolormesh(edges, deep, count, cmap="viridis", vmin=0, vmax=most, rasterized=True)
         ax.set(title=s, ylabel="depth [m]", ylim=(height, 0), xlim=(edges[0], edges[-1]))
         ax.grid(visible=False)
         figure.colorbar(seen, ax=ax, label="mean number", pad=0.015)
@@ -127,24 +119,17 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
     """Draw mean depth by hour of the day in each arm (columns) for each species (rows). Thin: each run.
     Thick: the mean over runs."""
-    figure, axes = panels(
-        len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True
-    )
     first = next(iter(runs.values()))[0]
-    hue, height = colors_of(first), float(first.manifest["config"]["space"]["size"][2])
-    for column, (arm, members) in enumerate(runs.items()):
-        for ax, s in zip(axes[:, column], species, strict=True):
+    hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
+    figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)
+    for column, members in zip(axes.T, runs.values(), strict=True):
+        for ax, s in zip(column, species, strict=True):
             days = np.array([day_by_hour(run, s) for run in members])
             _night(ax, members[0])
-            hours = np.arange(HOURS) + 0.5
-            ax.plot(hours, days.T, color=hue[s], lw=0.6, alpha=0.5)
-            ax.plot(hours, mean_of_there(days), color=hue[s], lw=2.2)
-            ax.set(xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
+            many_and_one(ax, np.arange(HOURS) + 0.5, days, mean_of_there(days), hue[s], lw=2.2)
+            ax.set(xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(water_of(first), 0))
             ax.grid(visible=False)
-        axes[0, column].set_title(f"{arm} (n = {len(members)})")
-        axes[-1, column].set_xlabel("hour")
-    for ax, s in zip(axes[:, 0], species, strict=True):
-        ax.set_ylabel(f"mean depth of {s} [m]")
+        column[-1].set_xlabel("hour")
     return figure
 
 
@@ -154,12 +139,9 @@ def _night(ax: Axes, run: Series) -> None:
     if not day:
         return
     ticks = run.ticks[0] + np.arange(day)
-    light, hours = surface_light(run, ticks), hours_of(run, ticks) * 24
-    order = np.argsort(hours)
-    dark = light[order] < 0.01 * max(float(light.max()), 1e-9)
-    ax.fill_between(
-        hours[order], 0, 1, where=dark, transform=ax.get_xaxis_transform(), color=NIGHT, alpha=0.5, lw=0
-    )
+    order = np.argsort(hours := hours_of(run, ticks) * 24)
+    dark, whole = is_night(run, ticks)[order], ax.get_xaxis_transform()
+    ax.fill_between(hours[order], 0, 1, where=dark, transform=whole, color=NIGHT, alpha=0.5, lw=0)
 
 
 @styled
@@ -193,14 +175,17 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
     shade = "Mean depth over time; the background shows the light at the surface."
     over = drawn(mean_depth(series, species, day), place / "figures" / "depth.svg", shade)
     hours, away = _hours(run, place, series, day), _escapes(run, place, series)
-    return [head, over, _cycles(series, species), *density, *hours, *away, *_smells(run, series)]
+    smells = (
+        _leaving(of, *nose) for nose in noses(series.manifest) if (of := leaving(run, *nose)) is not None
+    )
+    return [head, over, _cycles(series, species), *density, *hours, *away, *smells]
 
 
 def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
     species = swimmers(series) if "depth_mean" in series.columns and len(series.ticks) else []
     edges, numbers = depths_over_time(run, series, species)
     if species and len(edges) > 2:
-        height = float(series.manifest["config"]["space"]["size"][2])
+        height = water_of(series)
         layer = height / len(numbers[species[0]])
         caption = (
             f"Depth distribution over time: the mean number per {number(layer)} m of depth, averaged "
@@ -214,9 +199,8 @@ def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
     if any(np.isfinite(share).any() for share in shares.values()):
         ticks = np.arange(day)
         light = surface_light(series, ticks)[np.argsort(hours_of(series, ticks))]
-        height = float(series.manifest["config"]["space"]["size"][2])
         caption = "Depth of each species by hour of a 24-hour day, without the first day."
-        yield drawn(by_hour(shares, height, light), place / "figures" / "hours.svg", caption)
+        yield drawn(by_hour(shares, water_of(series), light), place / "figures" / "hours.svg", caption)
 
 
 def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
@@ -230,24 +214,9 @@ def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
             yield _escape(result, prey, predator, series.dt)
 
 
-def _smells(run: Path, series: Series) -> Iterator[str]:
-    for species, nose in noses(series.manifest):
-        result = leaving(run, species, nose)
-        if result is not None:
-            yield _leaving(result, species, nose)
-
-
 def _cycles(series: Series, species: list[str]) -> str:
-    head = [
-        "species",
-        "days",
-        "mean depth [m]",
-        "amplitude [m]",
-        "fraction of the water",
-        "deepest [h after noon]",
-        "p",
-        "r with light",
-    ]
+    head = ["species", "days", "mean depth [m]", "amplitude [m]", "fraction of the water"]
+    head += ["deepest [h after noon]", "p", "r with light"]
     note = (
         "A cosine with a period of one day is fitted to mean depth, without the first day; the "
         "amplitude is half the height of the wave. p is the fraction of days starting at random "
@@ -258,20 +227,11 @@ def _cycles(series: Series, species: list[str]) -> str:
 
 
 def _cycle(series: Series, species: str) -> list[str]:
-    c = depth_cycle(series, species)
-    if c is None:
+    if (c := depth_cycle(series, species)) is None:
         return [species, "less than two days", *["–"] * 6]
     p = "–" if np.isnan(c.p) else f"{'≤' if c.p <= 0.001 else '='} {c.p:.2g}"
-    return [
-        species,
-        f"{c.days:.0f}",
-        number(c.fit.mesor),
-        number(c.fit.amplitude),
-        f"{c.share:.0%}",
-        f"{24 * c.lag:+.1f}",
-        p,
-        number(c.r),
-    ]
+    wave = number(c.fit.mesor), number(c.fit.amplitude), f"{c.share:.0%}", f"{24 * c.lag:+.1f}"
+    return [species, f"{c.days:.0f}", *wave, p, number(c.r)]
 
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:

@@ -30,18 +30,19 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     not show which animals were near."""
     if manifest.get("record") != "full":
         return []
-    kinds = {
-        k.removeprefix("details-")
-        for k, n in manifest.get("parts", {}).items()
-        if k.startswith("details-") and n
-    }
-    known = manifest["config"]["species"]
+    animals = _detailed(manifest)
     return [
         (meal["eats"], name)
-        for name, species in known.items()
+        for name, species in animals.items()
         for meal in species.get("diet", ())
-        if {name, meal["eats"]} <= kinds
+        if meal["eats"] in animals
     ]
+
+
+def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the configuration of each species with details."""
+    known, kept = manifest["config"]["species"], manifest.get("parts", {})
+    return {name: species for name, species in known.items() if kept.get(f"details-{name}")}
 
 
 def recorded_tracks(
@@ -113,15 +114,14 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
     if not len(events):
         return None
     speed, away = (event_average(x, events, AROUND, AROUND) for x in (tracks.speed, tracks.away))
-    before = float(np.nanmean(speed[:AROUND])) if np.isfinite(speed[:AROUND]).any() else float("nan")
+    before = float(np.nanmean(speed[:AROUND])) if np.isfinite(speed[:AROUND]).any() else np.nan
     after = speed[AROUND : AROUND + 3]
     fast = np.flatnonzero(speed[AROUND:] >= 2 * before)
     later = events[events[:, 0] + 1 < len(tracks.away)]
     cosines = tracks.away[later[:, 0] + 1, later[:, 1]]
-    u, p = (
-        v_test(cosines[np.isfinite(cosines)]) if np.isfinite(cosines).any() else (float("nan"), float("nan"))
-    )
-    gain = float(np.nanmax(after)) / before if before > 0 and np.isfinite(after).any() else float("nan")
+    cosines = cosines[np.isfinite(cosines)]
+    u, p = v_test(cosines) if len(cosines) else (np.nan, np.nan)
+    gain = float(np.nanmax(after)) / before if before > 0 and np.isfinite(after).any() else np.nan
     return Escape(len(events), speed, away, gain, int(fast[0]) if fast.size else None, u, p)
 
 
@@ -138,20 +138,10 @@ class Leaving:
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return (species, channels without directions) of two-sided noses, for species with details."""
-    kinds = {
-        k.removeprefix("details-")
-        for k, n in manifest.get("parts", {}).items()
-        if k.startswith("details-") and n
-    }
-    known = {
-        name: species.get("sensors", ())
-        for name, species in manifest["config"]["species"].items()
-        if name in kinds
-    }
     return [
         (name, s.get("name") or f"{s['field']}_gradient")
-        for name, all_ in known.items()
-        for s in all_
+        for name, species in _detailed(manifest).items()
+        for s in species.get("sensors", ())
         if s["kind"] == "gradient"
     ]
 
@@ -161,15 +151,8 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     the nose measures a gradient above `least` (at most 1) at the beginning of the tick; None if no smell was
     detected."""
     series = load_series(run)
-    names = [
-        "tick",
-        "uid",
-        "x",
-        "y",
-        "z",
-        "heading",
-        *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up")),
-    ]
+    smells = (f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))
+    names = ["tick", "uid", "x", "y", "z", "heading", *smells]
     blocks = [[rows[name].to_numpy() for name in names] for rows in tables(run, f"details-{species}", names)]
     if not blocks:
         return None
@@ -193,8 +176,5 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     if not felt.any():
         return None
     down, dark = along < 0, felt & night
-    of = [
-        (int(moves.sum()), float(2 * down[moves].mean() - 1) if moves.any() else float("nan"))
-        for moves in (felt, dark)
-    ]
-    return Leaving(*of[0], *of[1])
+    index, at_night = (float(2 * down[of].mean() - 1) if of.any() else np.nan for of in (felt, dark))
+    return Leaving(int(felt.sum()), index, int(dark.sum()), at_night)

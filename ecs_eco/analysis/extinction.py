@@ -1,5 +1,6 @@
 """Extinctions: which species died out, when, and from which causes. Every report of runs opens with them."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -39,21 +40,13 @@ def decline(series: Series, species: str) -> Decline | None:
     end = int(np.searchsorted(series.ticks, series.extinct[i]))
     high = np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))
     since = int(high[-1]) if len(high) else -1  # extinct within the first tick
-    counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
+    after = slice(since + 1, end + 1)
+    counts = {c: int(series.of(species, DIED + c)[after].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
-    births = (
-        int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
-    )
-    if since < 0:
-        return Decline(
-            species,
-            int(series.ticks[0]),
-            int(series.ticks[0]),
-            int(series.of(species, "deaths")[0]),
-            births,
-            counts,
-        )
-    return Decline(species, int(series.extinct[i]), int(series.ticks[since]), int(n[since]), births, counts)
+    births = int(series.of(species, "births")[after].sum()) if "births" in series.columns else None
+    number = n[since] if since >= 0 else series.of(species, "deaths")[0]
+    first = int(series.ticks[max(since, 0)])
+    return Decline(species, int(series.extinct[i]), first, int(number), births, counts)
 
 
 def declines(series: Series) -> list[Decline]:
@@ -74,42 +67,31 @@ def lifetime(series: Series) -> tuple[float, bool]:
 def opening(series: Series) -> list[str]:
     """Return the opening of a run's report, one sentence per item: whether all species persisted, otherwise
     which died out, when, and from which causes."""
-    lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
+    lived = series.there
     if not lived:
         return ["No species had a living member at the end of any tick."]
     lost, end = declines(series), f"tick {series.ticks[-1] + 1:,.0f}"
     kept = [s for s in lived if s not in {d.species for d in lost}]
+    whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
     if not lost:
-        first = (
-            f"All {len(lived)} species persisted to {end}."
-            if len(lived) > 1
-            else f"The only species, {lived[0]}, persisted to {end}."
-        )
+        first = f"{whole} persisted to {end}."
     elif not kept:
-        whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
         first = f"{whole} died out; at the end, {end}, no organism is alive."
     else:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
     barren = [d.species for d in lost if not multiplies(series, d.species)]
-    expected = [
-        f"{species} cannot reproduce in this world, so its extinction was expected." for species in barren
-    ]
-    return [
-        first,
-        *map(sentence, lost),
-        *expected,
-        *([f"Never present: {', '.join(absent)}."] if absent else []),
-    ]
+    expected = [f"{s} cannot reproduce in this world, so its extinction was expected." for s in barren]
+    never = [f"Never present: {', '.join(absent)}."] * bool(absent)
+    return [first, *map(sentence, lost), *expected, *never]
 
 
 def multiplies(series: Series, species: str) -> bool:
     """Return whether a species can have offspring: it had some, its configuration has reproduction, or there
     is not a configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})
-    return bool(known.get("reproduction")) or bool(
-        "births" in series.columns and series.of(species, "births").any()
-    )
+    born = "births" in series.columns and series.of(species, "births").any()
+    return bool(known.get("reproduction") or born)
 
 
 def sentence(end: Decline) -> str:
@@ -117,10 +99,8 @@ def sentence(end: Decline) -> str:
     number."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
-    return (
-        f"{end.species} died out at tick {end.tick:,}. Since tick {end.since:,}, when there were "
-        f"{end.n:,}{how}."
-    )
+    since = f"Since tick {end.since:,}, when there were {end.n:,}{how}."
+    return f"{end.species} died out at tick {end.tick:,}. {since}"
 
 
 def shared(runs: Sequence[Series]) -> str:
@@ -132,16 +112,10 @@ def shared(runs: Sequence[Series]) -> str:
     sentences = []
     for species in dict.fromkeys(d.species for d in all_declines):
         of = [d for d in all_declines if d.species == species]
-        causes: dict[str, int] = {}
-        for d in of:
-            for cause, k in d.causes.items():
-                causes[cause] = causes.get(cause, 0) + k
-        pooled = Decline(species, 0, 0, 0, None, dict(sorted(causes.items(), key=lambda x: -x[1])))
+        causes = sum((Counter(d.causes) for d in of), Counter[str]())
+        pooled = Decline(species, 0, 0, 0, None, dict(causes.most_common()))
         ticks = sorted(d.tick for d in of)
         when = f"at tick {ticks[0]:,}" if len(of) == 1 else f"at ticks {ticks[0]:,} to {ticks[-1]:,}"
-        sentences.append(
-            f"{species} died out in {len(of)} of {n}, {when}"
-            + (f" ({pooled.shares()})" if causes else "")
-            + "."
-        )
+        why = f" ({pooled.shares()})" if causes else ""
+        sentences.append(f"{species} died out in {len(of)} of {n}, {when}{why}.")
     return " ".join([first, *sentences])

@@ -1,6 +1,8 @@
 """Figures of one run and of several, as matplotlib Figures without global state; `save` writes one."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +10,7 @@ from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretc
 from ecs_eco.analysis.land import Land, draw_land
 from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
 from ecs_eco.analysis.relief import Relief, draw_relief
-from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.runs import DIED, Series, load_series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
 from ecs_eco.analysis.style import (
     DASHES,
@@ -17,33 +19,17 @@ from ecs_eco.analysis.style import (
     Figure,
     colors,
     colors_of,
+    grid_of_arms,
+    many_and_one,
     panels,
-    save,
-    save_svg,
     styled,
 )
+from ecs_eco.analysis.style import save as save
+from ecs_eco.analysis.style import save_svg as save_svg
 from ecs_eco.analysis.survival import SurvivalCurve
 from ecs_eco.analysis.svg import DIM
 from ecs_eco.config.models.interventions import describe
-
-__all__ = [
-    "PALETTE",
-    "arms",
-    "binned",
-    "colors",
-    "deaths",
-    "energy",
-    "interventions",
-    "lags",
-    "mark",
-    "phase",
-    "populations",
-    "positions",
-    "save",
-    "save_svg",
-    "spectra",
-    "survival",
-]
+from ecs_eco.engine.errors import shortened, unknown_name
 
 
 @styled
@@ -69,7 +55,7 @@ def populations(series: Series) -> Figure:
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
     lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
-    figure.legend(handles=lines, loc="outside upper left", ncols=max(1, min(5, len(lines))))
+    figure.legend(handles=lines, loc="outside upper left", ncols=5)
     ax.margins(x=0)
     mark(figure.axes[-1], interventions(series))
     return figure
@@ -77,9 +63,12 @@ def populations(series: Series) -> Figure:
 
 def interventions(series: Series) -> list[tuple[int, str]]:
     """Return the interventions that were carried out: (tick, text), in chronological order."""
-    return [
-        (int(tick), describe(intervention)) for tick, intervention in series.manifest.get("intervened") or ()
-    ]
+    return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
+
+
+ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 7.5, "color": INK}
+PATCH = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6}
+"""The style of a text along a vertical line, and of the patch behind it."""
 
 
 def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
@@ -90,22 +79,40 @@ def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
         ax.axvline(tick, color=SOFT, lw=0.9, ls=(0, (3, 2)), zorder=1)
         fresh = dict.fromkeys(label for t, label in done if t == tick and label not in labelled)
         if fresh and tick - last >= room:
-            text = "; ".join(fresh)
-            ax.annotate(
-                text if len(text) <= 44 else text[:43] + "…",
-                (tick, 1),
-                xycoords=("data", "axes fraction"),
-                xytext=(2, -3),
-                textcoords="offset points",
-                rotation=90,
-                ha="left",
-                va="top",
-                fontsize=7.5,
-                color=INK,
-                bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6},
-            )
+            where: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+            ax.annotate(shortened("; ".join(fresh), 44), (tick, 1), (2, -3), bbox=PATCH, **where, **ALONG)
             last = tick
             labelled.update(fresh)
+
+
+def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
+    """Return a column of a world's series over time, with one line per species; notebooks display it.
+
+    Raises RuntimeError if nothing is recorded, KeyError for an unknown column or species.
+    """
+    series = load_series(world.series(), species)
+    colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
+    series = replace(series, manifest={"colors": colours, "dt": world.dt, "intervened": world.intervened})
+    if column not in series.columns:
+        raise KeyError(unknown_name("the series", "column", column, [*series.columns]))
+    return populations(series) if column == "n" else over_time(series, column)
+
+
+@styled
+def over_time(series: Series, column: str) -> Figure:
+    """Draw a column over time, with one line for each species that has it."""
+    figure, ((ax,),) = panels(1, 1, 9, 3.6)
+    hue = colors_of(series)
+    for name in series.species:
+        values = series.of(name, column)
+        if np.any(np.nan_to_num(values)):
+            ax.plot(series.ticks, values, color=hue[name], label=name)
+    ax.set(xlabel="tick", ylabel=column)
+    if ax.get_lines():
+        figure.legend(loc="outside upper left", ncols=len(series.species))
+    ax.margins(x=0)
+    mark(ax, interventions(series))
+    return figure
 
 
 @styled
@@ -146,9 +153,8 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         named = f"{peak.period:,.0f} ticks" if peak.recurs else "no recurring period"
         if peak.recurs:
             ax.axvline(peak.period, color=INK, lw=0.8, ls=":")
-        ax.set_ylim(
-            max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2, 3 * max(band.max(), peak.power.max())
-        )
+        low, high = max(peak.power[used].min(), 1e-6 * peak.power.max()), max(band.max(), peak.power.max())
+        ax.set_ylim(low / 2, 3 * high)
         ax.minorticks_off()
         ax.xaxis.set_major_formatter("{x:,.0f}")
         ax.set_title(f"{s}: {named}, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
@@ -171,9 +177,8 @@ def lags(
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
         if band is not None:
-            ax.fill_between(
-                band.lags, band.low, band.high, color=BAND, lw=0, label=f"{a} and {b} of different runs, 95%"
-            )
+            label = f"{a} and {b} of different runs, 95%"
+            ax.fill_between(band.lags, band.low, band.high, color=BAND, lw=0, label=label)
             ax.plot(band.lags, band.real.T, color=PALETTE[2], lw=0.8, alpha=0.5)
             x, y = band.lags, band.real.mean(0)
         else:
@@ -217,19 +222,17 @@ def deaths(series: Series) -> Figure:
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
     if shown:
-        areas = axes[0, 0].collections
-        figure.legend(
-            areas, [series.causes[j] for j in used], loc="outside upper left", ncols=min(5, len(used))
-        )
+        causes = [series.causes[j] for j in used]
+        figure.legend(axes[0, 0].collections, causes, loc="outside upper left", ncols=5)
     return figure
 
 
 FLOWS = (
-    ("taken_in", "taken in", 1),
-    ("endowed", "endowed", 1),
-    ("burnt", "burnt", -1),
-    ("given", "given to offspring", -1),
-    ("lost", "lost with the dead", -1),
+    ("taken_in", "taken in", 1, PALETTE[0]),
+    ("endowed", "endowed", 1, PALETTE[1]),
+    ("burnt", "burnt", -1, PALETTE[3]),
+    ("given", "given to offspring", -1, PALETTE[4]),
+    ("lost", "lost with the dead", -1, PALETTE[5]),
 )
 
 
@@ -239,23 +242,15 @@ def energy(series: Series) -> Figure:
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
-            flows = [
-                (k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns
-            ]
-            middle, rate = binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
-            ax.stackplot(
-                middle,
-                sign * rate.T,
-                colors=[PALETTE[(0, 1, 3, 4, 5)[k]] for k, _ in flows],
-                labels=[FLOWS[k][1] for k, _ in flows],
-                lw=0,
-            )
+            flows = [flow for flow in FLOWS if flow[2] == sign and flow[0] in series.columns]
+            middle, rate = binned(series, np.stack([series.columns[flow[0]][:, i] for flow in flows], -1))
+            labels, hues = [flow[1] for flow in flows], [flow[3] for flow in flows]
+            ax.stackplot(middle, sign * rate.T, colors=hues, labels=labels, lw=0)
         ax.axhline(0, color=INK, lw=0.8)
         ax.set(title=s, ylabel="energy per tick")
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=5)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
 
@@ -277,24 +272,10 @@ def positions(
     for i, (s, xyz) in enumerate(at.items()):
         area = float(np.clip(9000 / max(len(xyz), 1), 3, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
-        ax.scatter(
-            *_apart(xy, size[0]).T,
-            s=area,
-            color=hue[s],
-            marker="os^Dv"[i % 5],
-            lw=0.4,
-            edgecolor="white",
-            label=f"{s} ({len(xyz):,})",
-            zorder=2 + i,
-        )
-    ax.set(
-        xlim=(0, size[0]),
-        ylim=(0, high),
-        xlabel="x [m]",
-        ylabel="z [m]" if volume else "y [m]",
-        aspect="equal",
-        title=title,
-    )
+        style = {"color": hue[s], "marker": "os^Dv"[i % 5], "lw": 0.4, "edgecolor": "white"}
+        ax.scatter(*_apart(xy, size[0]).T, s=area, label=f"{s} ({len(xyz):,})", zorder=2 + i, **style)
+    ax.set(xlim=(0, size[0]), ylim=(0, high), aspect="equal", title=title)
+    ax.set(xlabel="x [m]", ylabel="z [m]" if volume else "y [m]")
     if land is not None and not volume:
         draw_land(ax, land)
     if relief is not None and not volume:
@@ -303,7 +284,7 @@ def positions(
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
-    shown = figure.legend(loc="outside upper left", ncols=max(1, min(5, len(at))))
+    shown = figure.legend(loc="outside upper left", ncols=5)
     for handle in shown.legend_handles:
         handle.set_sizes([28])  # type: ignore[union-attr]
     return figure
@@ -326,15 +307,8 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
         share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
         hue = PALETTE[(k + 2) % len(PALETTE)]
         ax.fill_between(time, low, high, step="post", color=hue, alpha=0.15, lw=0)
-        ax.step(
-            time,
-            share,
-            where="post",
-            color=hue,
-            ls=DASHES[k % len(DASHES)],
-            lw=2,
-            label=f"{name} (n = {curve.at_risk[0]})",
-        )
+        label = f"{name} (n = {curve.at_risk[0]})"
+        ax.step(time, share, where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=label)
     ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="fraction that survives", title=title)
     ax.legend(loc="lower left")
     return figure
@@ -344,27 +318,16 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Draw numbers over time in each arm (columns). Thin: each run. Thick: the median over runs."""
     first = next(iter(runs.values()))[0]
-    hue = colors_of(first)
-    figure, axes = panels(
-        len(first.species),
-        len(runs),
-        4 * len(runs) + 1,
-        1.9 * len(first.species) + 0.6,
-        sharex=True,
-        sharey="row",
-    )
-    for column, (arm, members) in enumerate(runs.items()):
+    hue, labels = colors_of(first), [f"number of {s}" for s in first.species]
+    figure, axes = grid_of_arms(runs, labels, (4, 1.9), 0.6, sharey="row")
+    for column, members in zip(axes.T, runs.values(), strict=True):
         length = min(len(run.ticks) for run in members)
-        for row, s in enumerate(first.species):
-            ax = axes[row, column]
+        for ax, s in zip(column, first.species, strict=True):
             numbers = [thin(run.of(s)[:length], 400)[0] for run in members]
             x = np.linspace(members[0].ticks[0], members[0].ticks[length - 1], len(numbers[0]))
-            ax.plot(x, np.transpose(numbers), color=hue[s], lw=0.6, alpha=0.5)
-            ax.plot(x, np.median(numbers, axis=0), color=hue[s], lw=2)
+            many_and_one(ax, x, np.array(numbers), np.median(numbers, axis=0), hue[s])
             ax.margins(x=0)
-        axes[0, column].set_title(f"{arm} (n = {len(members)})")
-        axes[-1, column].set_xlabel("tick")
-    for ax, s in zip(axes[:, 0], first.species, strict=True):
-        ax.set_ylabel(f"number of {s}")
+        column[-1].set_xlabel("tick")
+    for ax in axes[:, 0]:
         ax.set_ylim(0, None)  # last, because it ends the scaling of the whole row
     return figure

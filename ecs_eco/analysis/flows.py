@@ -84,12 +84,9 @@ def flows(series: Series) -> Flows | None:
         passed = sum(max(m.energy, 0.0) for m in meals if m.food == name)
         rest = max(0.0, float(mean["taken_in"][s]) - sum(ate))
         rest = rest if rest > 1e-6 * max(float(mean["taken_in"][s]), 1e-9) else 0.0
-        budgets[name] = Budget(
-            0.0 if ate else rest,
-            rest if ate else 0.0,
-            float(mean["burnt"][s]),
-            max(0.0, float(mean["lost"][s]) - passed),
-        )
+        light, other = (0.0, rest) if ate else (rest, 0.0)
+        dead = max(0.0, float(mean["lost"][s]) - passed)
+        budgets[name] = Budget(light, other, float(mean["burnt"][s]), dead)
     return Flows(tuple(meals), budgets, shared)
 
 
@@ -131,15 +128,10 @@ def draw(series: Series, found: Flows) -> str:
             y += high + GAP
     high = max(y + h for _, y, h, *_ in at.values()) + 8
     parts = [part for n in names for part in _enters(n, found.budgets[n], at[n], scale)]
-    parts += [
-        _band(m, at[m.food], at[m.eater], names.index(m.food), scale)
-        for m in sorted(found.meals, key=lambda m: (names.index(m.eater), names.index(m.food)))
-    ]
-    parts += [
-        part
-        for i, n in enumerate(names)
-        for part in _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)
-    ]
+    meals = sorted(found.meals, key=lambda m: (names.index(m.eater), names.index(m.food)))
+    parts += [_band(m, at[m.food], at[m.eater], names.index(m.food), scale) for m in meals]
+    for i, n in enumerate(names):
+        parts += _node(n, i, found.budgets[n], at[n], scale, level[n] == len(columns) - 1 > 0)
     words = "; ".join(
         f"{m.eater} eats {number(m.number)} {m.food} per tick and gains {number(m.energy)}"
         for m in found.meals
@@ -167,10 +159,8 @@ def _style(series: Series, names: list[str]) -> str:
     for dark in (False, True):
         hue = colors(series.species, chosen) | safe(own_colors(chosen), dark=dark)
         lines = [f".flows .s{i}{{fill:{hue[n]}}}.flows .b{i}{{stroke:{hue[n]}}}" for i, n in enumerate(names)]
-        lines += [
-            f".flows text{{fill:{INK[dark]}}}.flows .soft{{fill:{SOFT[dark]}}}",
-            f".flows .light{{fill:{LIGHT[dark]}}}.flows .harm{{stroke:{HARM[dark]}}}",
-        ]
+        lines.append(f".flows text{{fill:{INK[dark]}}}.flows .soft{{fill:{SOFT[dark]}}}")
+        lines.append(f".flows .light{{fill:{LIGHT[dark]}}}.flows .harm{{stroke:{HARM[dark]}}}")
         rules.append("".join(lines))
     return f"{rules[0]}@media (prefers-color-scheme:dark){{{rules[1]}}}"
 
@@ -219,13 +209,9 @@ def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
-        if value:
-            parts.append(
-                _rect(
-                    "soft", x + BAR, out, STUB - 4, value * scale, opacity, f"{name}, {what}: {number(value)}"
-                )
-            )
-        out += value * scale
+        high_of, words = value * scale, f"{name}, {what}: {number(value)}"
+        parts += [_rect("soft", x + BAR, out, STUB - 4, high_of, opacity, words)] * bool(value)
+        out += high_of
     given = f" {number((into - y) / scale, 2)}" if into - y > 0.01 else ""
     where, anchor = (x + BAR, "end") if last else (x, "start")
     return [
@@ -251,15 +237,10 @@ def blocks(series: Series, place: Path) -> list[str]:
     drawn = draw(series, found)
     alone = drawn.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
     write_text(place / "figures" / "flows.svg", alone)
-    rows = [
-        [
-            f"{m.food} → {m.eater}",
-            number(m.energy),
-            number(m.number),
-            number(m.energy / m.number) if m.number else "–",
-        ]
-        for m in found.meals
-    ]
+    rows = []
+    for m in found.meals:
+        each = number(m.energy / m.number) if m.number else "–"
+        rows.append([f"{m.food} → {m.eater}", number(m.energy), number(m.number), each])
     caption = escape(_CAPTION + _SHARED * found.shared)
     return [
         "<h2>Energy flows</h2>",

@@ -136,21 +136,14 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
         case ast.BinOp(left=a, op=ast.Mult(), right=b):
             return _sum((_times(way(a), value(b)), _times(way(b), value(a))))
         case ast.BinOp(left=a, op=ast.Div(), right=b):
-            return _sum(
-                (
-                    _times(way(a), value(b)),
-                    _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None)),
-                )
-            )
+            falls = _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None))
+            return _sum((_times(way(a), value(b)), falls))
         case ast.BinOp(left=a, op=ast.Pow(), right=ast.Constant(value=power)):
             odd = power > 0 and (power % 2 == 1 or value(a) == 1)  # type: ignore[operator]
             return way(a) if odd else None
         case ast.Compare(left=a, ops=ops, comparators=others):
-            operands = [a, *others]
-            return _sum(
-                _way_of_comparison(op, way(x), way(y))
-                for op, x, y in zip(ops, operands, others, strict=False)
-            )
+            pairs = zip(ops, [a, *others], others, strict=False)
+            return _sum(_way_of_comparison(op, way(x), way(y)) for op, x, y in pairs)
         case ast.BoolOp(values=parts):
             return _sum(way(p) if value(p) == 1 else _times(None, way(p)) for p in parts)
         case ast.IfExp(test=test, body=a, orelse=b):

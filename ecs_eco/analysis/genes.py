@@ -1,13 +1,21 @@
 """Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
 births and deaths. One run is one replicate: `ecs_eco.analysis.compare_genes` gives intervals."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values, require_number, values_of
+from ecs_eco.analysis.carriers import (
+    Frequencies,
+    frequencies,
+    gene_of,
+    genes_in,
+    has_few_values,
+    require_number,
+    values_of,
+)
 from ecs_eco.analysis.pedigree import Pedigree
 
 BINS = 40  # most bins in which the values of a gene are counted over time
@@ -54,7 +62,7 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
     """Return the quantitative genes and derived traits of a species in the manifest."""
     return [
         g["name"]
-        for g in (*genomes["genes"], *genomes.get("derived", []))
+        for g in genes_in(genomes)
         if ("range" in g or "formula" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)
     ]
 
@@ -213,6 +221,14 @@ def selection_of(
     slope = log_odds_slope(p, ticks[within], n[within])
     ends = (float(p[0]), float(p[-1])) if p.size else (np.nan, np.nan)
     return Selection(slope * generation, slope, generation, int(((p > 0) & (p < 1)).sum()), *ends)
+
+
+def selections(counted: Frequencies, generation: float) -> Iterator[tuple[str, np.ndarray, Selection]]:
+    """Yield the name, the allele frequencies and the Selection of each value; only of the second of two."""
+    n = counted.copies.sum(axis=1)
+    for j in range(1 if len(counted.values) == 2 else 0, len(counted.values)):
+        p = counted.allele[:, j]
+        yield counted.values[j], p, selection_of(p, counted.ticks, n, generation)
 
 
 def haldanes(course: Course, generation: float) -> float:

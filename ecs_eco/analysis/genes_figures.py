@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.carriers import Frequencies, carriers, lines_of
+from ecs_eco.analysis.carriers import Frequencies, carriers, genes_in, lines_of
 from ecs_eco.analysis.genes import (
     SAMPLES,
     Course,
@@ -15,13 +15,13 @@ from ecs_eco.analysis.genes import (
     generation_time,
     haldanes,
     quantitative,
-    selection_of,
+    selections,
 )
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import GREY, INK
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, several, styled
 
 PANELS = 8  # of one figure
 
@@ -46,7 +46,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
     ax.set(xlabel="tick", ylabel="allele frequency", ylim=(-0.02, 1.02), title=title)
     if genes:
         ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
-    figure.legend(loc="outside upper left", ncols=min(max(len(lines), 1), 5))
+    figure.legend(loc="outside upper left", ncols=5)
     return figure
 
 
@@ -61,24 +61,14 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         half = np.diff(g.ticks)[0] / 2 if len(g.ticks) > 1 else 0.5
         sides, share = np.append(g.ticks - half, g.ticks[-1] + half), np.nan_to_num(g.share.T)
         top = max(float(share.max(initial=0.0)), 1e-9)
-        mesh = ax.pcolormesh(
-            sides, g.edges, share, cmap=shades, norm=PowerNorm(0.5, vmin=0.0, vmax=top), rasterized=True
-        )
+        norm = PowerNorm(0.5, vmin=0.0, vmax=top)
+        mesh = ax.pcolormesh(sides, g.edges, share, cmap=shades, norm=norm, rasterized=True)
         ax.plot(g.ticks, g.mean, color=INK, lw=1.6, label="mean")
         for sign in (-1, 1):
-            ax.plot(
-                g.ticks,
-                g.mean + sign * g.sd,
-                color=INK,
-                lw=0.9,
-                ls=(0, (4, 2)),
-                label="± 1 standard deviation" if sign > 0 else None,
-            )
-        ax.set(
-            title=f"{title}: {g.gene}" if title else g.gene,
-            xlim=(g.ticks[0], max(g.ticks[-1], 1)),
-            ylabel=traits.get(g.gene) or g.gene,
-        )
+            label = "± 1 standard deviation" if sign > 0 else None
+            ax.plot(g.ticks, g.mean + sign * g.sd, color=INK, lw=0.9, ls=(0, (4, 2)), label=label)
+        ax.set(xlim=(g.ticks[0], max(g.ticks[-1], 1)), ylabel=traits.get(g.gene) or g.gene)
+        ax.set_title(f"{title}: {g.gene}" if title else g.gene)
         ax.grid(visible=False)
         bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
         bar.set_label("fraction of the living", fontsize=8.5)
@@ -97,9 +87,7 @@ def arms(
 
     `labels` are the labels of the vertical axes, by gene; `shares` sets their range to 0 to 1.
     """
-    columns = min(2, len(bands))
-    rows = -(-len(bands) // columns)
-    figure, axes = panels(rows, columns, 4.6 * columns + 0.6, 2.5 * rows + 0.8, sharex=True)
+    figure, axes = several(len(bands), 2, (4.6, 2.5), (0.6, 0.8), sharex=True)
     for ax, (gene, by_arm) in zip(axes.flat, bands.items(), strict=False):
         for k, (arm, band) in enumerate(by_arm.items()):
             hue = PALETTE[(k + 2) % len(PALETTE)]
@@ -110,14 +98,11 @@ def arms(
             ax.set_ylim(-0.02, 1.02)
         ax.margins(x=0)
         ax.xaxis.set_tick_params(labelbottom=True)
-    for ax in axes.flat[len(bands) :]:
-        ax.set_axis_off()
     for ax in axes[-1]:
         ax.set_xlabel("tick")
     if title:
         figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=11)
-    handles, names = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper left", ncols=min(len(names), 5))
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
 
@@ -130,15 +115,12 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
 
     Figures are written below `place`.
     """
-    genomes = {
-        s: kept
-        for s, kept in series.manifest.get("genomes", {}).items()
-        if few_valued(kept) or quantitative(kept)
-    }
-    if not genomes or not len(series.ticks):
+    kept = series.manifest.get("genomes", {})
+    having = [s for s in kept if few_valued(kept[s]) or quantitative(kept[s])]
+    if not having or not len(series.ticks):
         return []
     lineage = Lineage.read(run)
-    parts = [part for s in genomes if s in lineage.species for part in _species(lineage, series, s, place)]
+    parts = [part for s in having if s in lineage.species for part in _species(lineage, series, s, place)]
     return ["<h2>Genes</h2>", *parts] if parts else []
 
 
@@ -148,48 +130,29 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
     generation = generation_time(lineage, s)
     if few := few_valued(kept):
         counts = [lineage.frequencies(s, gene, every) for gene in few]
-        without = (
-            "An organism with the value of a gene's first codon counts as without that gene; the "
-            "gray line counts all organisms"
+        text = (
+            f"Number of {s} that carry each gene. An organism with the value of a gene's first codon counts "
+            "as without that gene; the gray line counts all organisms."
         )
-        yield drawn(
-            carriers(counts, s),
-            folder / f"carriers-{i}.svg",
-            f"Number of {s} that carry each gene. {without}.",
-        )
-        yield drawn(
-            alleles(counts, s),
-            folder / f"alleles-{i}.svg",
-            f"Allele frequencies of {s}: the fraction of each value among all copies of a gene.",
-        )
+        yield drawn(carriers(counts, s), folder / f"carriers-{i}.svg", text)
+        text = f"Allele frequencies of {s}: the fraction of each value among all copies of a gene."
+        yield drawn(alleles(counts, s), folder / f"alleles-{i}.svg", text)
         yield _selection(counts, generation)
     if many := quantitative(kept):
         found = [course(lineage, s, gene, every) for gene in many]
-        traits = {g["name"]: g["trait"] for g in (*kept["genes"], *kept.get("derived", []))}
+        traits = {g["name"]: g["trait"] for g in genes_in(kept)}
         for k in range(0, len(found), PANELS):
-            yield drawn(
-                courses(found[k : k + PANELS], traits, s),
-                folder / (f"genes-{i}" + (f"-{k // PANELS}" if k else "") + ".svg"),
-                f"Quantitative genes of {s}: the fraction of the living with each value, and the mean.",
-            )
+            file = folder / (f"genes-{i}" + (f"-{k // PANELS}" if k else "") + ".svg")
+            text = f"Quantitative genes of {s}: the fraction of the living with each value, and the mean."
+            yield drawn(courses(found[k : k + PANELS], traits, s), file, text)
         yield _change(found, traits, generation)
 
 
 def _selection(counts: list[Frequencies], generation: float) -> str:
     rows = []
     for g in counts:
-        for j in range(1 if len(g.values) == 2 else 0, len(g.values)):
-            found = selection_of(g.allele[:, j], g.ticks, g.copies.sum(axis=1), generation)
-            rows.append(
-                [
-                    g.gene,
-                    g.values[j],
-                    number(found.first),
-                    number(found.last),
-                    number(found.s),
-                    number(1000 * found.per_tick),
-                ]
-            )
+        for value, _, of in selections(g, generation):
+            rows.append([g.gene, value, *map(number, (of.first, of.last, of.s, 1000 * of.per_tick))])
     head = ["gene", "value", "first frequency", "last", "s per generation", "s per 1,000 ticks"]
     note = (
         "s is the slope of the log odds of a value against all others. It includes mutation and "
@@ -205,14 +168,8 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
     for c in found:
         there = np.flatnonzero(c.n)
         ends = [(c.mean[k], c.sd[k]) for k in (there[0], there[-1])] if there.size else [(np.nan, np.nan)] * 2
-        rows.append(
-            [
-                c.gene,
-                traits[c.gene] or "–",
-                *(f"{number(m)} ± {number(sd)}" for m, sd in ends),
-                number(haldanes(c, generation)),
-            ]
-        )
+        means = (f"{number(m)} ± {number(sd)}" for m, sd in ends)
+        rows.append([c.gene, traits[c.gene] or "–", *means, number(haldanes(c, generation))])
     head = ["gene", "trait", "first mean ± standard deviation", "last", "change per generation [sd]"]
     note = (
         f"Change is the slope of the mean, in standard deviations per generation of {_ticks(generation)} "
@@ -222,6 +179,5 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
 
 
 def _ticks(generation: float) -> str:
-    return (
-        "unknown, as no organism was born of parents" if np.isnan(generation) else f"{generation:,.0f} ticks"
-    )
+    known = not np.isnan(generation)
+    return f"{generation:,.0f} ticks" if known else "unknown, as no organism was born of parents"

@@ -28,10 +28,8 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
     standing: Land = {
         "fence": [{"line": one["line"]} for one in lines if one["make"] == "fences"],
-        "road": [
-            _shape(road)
-            for road in [*terrain.get("roads", ()), *(one for one in lines if one["make"] == "roads")]
-        ],
+        "road": [_shape(road) for road in terrain.get("roads", ())]
+        + [_shape(one) for one in lines if one["make"] == "roads"],
     }
     for when, order in intervened:
         if not isinstance(order, Mapping) or when > tick or order.get("kind") not in standing:
@@ -44,18 +42,12 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
         else:
             gone = next((other for other in known if _where(other) == _where(shape)), None)
             standing[order["kind"]] = [other for other in known if other is not gone]
-    used = [
-        use
-        for use in config.get("land_use") or ()
-        if use.get("region")
-        and use.get("at", 0) <= tick
-        and (use.get("until") is None or tick <= use["until"])
-    ]
-    return {
-        "fences": standing["fence"],
-        "roads": standing["road"],
-        "areas": [{key: use[key] for key in ("kind", "species", "region")} for use in used],
-    }
+    areas = []
+    for use in config.get("land_use") or ():
+        until = use.get("until")
+        if use.get("region") and use.get("at", 0) <= tick and (until is None or tick <= until):
+            areas.append({key: use[key] for key in ("kind", "species", "region")})
+    return {"fences": standing["fence"], "roads": standing["road"], "areas": areas}
 
 
 @lru_cache(maxsize=4)
@@ -84,23 +76,20 @@ def draw_land(ax: Axes, land: Land) -> list[Any]:
 
     drawn: list[Any] = []
     for road in land["roads"]:
-        strips = PolyCollection(
-            strip(np.array(road["line"], float), road["width"]), facecolor=ROAD, lw=0, zorder=0.6
-        )
-        drawn.append(ax.add_collection(strips))
+        corners = strip(np.array(road["line"], float), road["width"])
+        drawn.append(ax.add_collection(PolyCollection(corners, facecolor=ROAD, lw=0, zorder=0.6)))
     shapes: list[tuple[dict[str, Any], dict[str, Any]]] = [
         (area, {"ec": USES[area["kind"]], "ls": (0, (2, 2)), "lw": 1.0}) for area in land["areas"]
     ]
     shapes += [(fence, {"ec": FENCE, "ls": (0, (3, 1)), "lw": 1.2}) for fence in land["fences"]]
     for shape, style in shapes:
-        where = shape.get("region", ())
-        patch = (
-            Polygon(shape["line"], closed=False, **style)
-            if not where
-            else Circle(where[:2], where[2], **style)
-            if len(where) == 3
-            else Rectangle(where[:2], where[2] - where[0], where[3] - where[1], **style)
-        )
+        match shape.get("region", ()):
+            case (x, y, radius):
+                patch: Any = Circle((x, y), radius, **style)
+            case (x, y, right, top):
+                patch = Rectangle((x, y), right - x, top - y, **style)
+            case _:
+                patch = Polygon(shape["line"], closed=False, **style)
         patch.set(fill=False, zorder=0.8)
         drawn.append(ax.add_patch(patch))
     return drawn

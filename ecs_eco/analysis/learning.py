@@ -1,16 +1,18 @@
-"""Learning over time: diagnostics of policy updates, and the frequencies of actions."""
+"""Learning over time: diagnostics of policy updates, frequencies of actions, and the page of a training."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, GREY
 from ecs_eco.analysis.runs import Series, tables
-from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
+from ecs_eco.analysis.style import PALETTE, Figure, colors, colors_of, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
 POINTS = 150  # most points of a curve
@@ -128,8 +130,7 @@ def diagnostics(
             ax.set_ylim(min(0.0, low), 1.08 * max(high, 1e-6))
     for ax in axes[-1]:
         ax.set_xlabel("tick")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=min(max(len(labels), 1), 6))
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=6)
     return figure
 
 
@@ -179,3 +180,108 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
     }
     out |= {word: ends(updates.columns[word]) for word in SHOWN if word != "happiness"}
     return out if happiness is None else out | {"happiness": ends(happiness[1])}
+
+
+# --- the part of a report, and the page of a training --------------------------------------------------------
+
+NOTE = (
+    "<p class='under'>Means over the first and the last tenth. Reward is the change of happiness "
+    "after a decision. Entropy measures how undecided the policy is, and falls as it learns. The KL "
+    "divergence measures how far an update moved the policy. Explained variance is the fraction of "
+    "the returns' variance that the value function predicted: 1 all, 0 none, negative worse than "
+    "their mean. If individuals have their own networks, these are means over the individuals that "
+    "learned.</p>"
+)
+
+
+ARMS = ("trained", "random", "difference")
+WORDS = {
+    "happiness": "mean happiness",
+    "intake": "intake per animal and second",
+    "deaths": "deaths per animal and second",
+}
+
+
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Return diagnostics of learning and frequencies of actions, if recorded, with figures below `place`."""
+    updates, acts = read(run, "learning"), read(run, "actions")
+    out = []
+    if updates is not None and len(updates):
+        out += learnt(updates_of(updates), happiness_of(series), colors_of(series), place)
+    if acts is not None and len(acts):
+        numbers = {s: f"-{i}" for i, s in enumerate(series.species)}
+        out += done({s: (of, numbers.get(s, "")) for s, of in acts_of(acts).items()}, place)
+    return out
+
+
+def learnt(
+    updates: Mapping[str, Updates],
+    happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    hue: Mapping[str, str],
+    place: Path,
+) -> list[str]:
+    """Return the heading, the figure and the table of learning diagnostics."""
+    figure = diagnostics(updates, happiness, hue)
+    words = ("reward", "happiness", "entropy", "approx_kl", "explained_variance")
+    rows = []
+    for s, of in updates.items():
+        told = summary(of, happiness.get(s))
+        ends = (" → ".join(map(number, told[w])) if w in told else "–" for w in words)
+        rows.append([s, f"{told['updates']:,}", f"{told['transitions']:,}", *ends])
+    head = ["species", "updates", "transitions", "reward", "happiness", "entropy [nat]", "KL [nat]"]
+    caption = "Diagnostics of policy updates, and mean happiness, by species."
+    return [
+        "<h2>Learning</h2>",
+        drawn(figure, place / "figures" / "learning.svg", caption),
+        table([*head, "explained variance"], rows),
+        NOTE,
+    ]
+
+
+def done(acts: Mapping[str, tuple[Acts, str]], place: Path) -> list[str]:
+    """Return the heading and the figures of the actions by species, each with the end of its file's name."""
+    caption = "Fraction of {} that do each action, by group of actions."
+    files = {s: place / "figures" / f"actions{end}.svg" for s, (_, end) in acts.items()}
+    figures = (drawn(actions(of, s), files[s], caption.format(s)) for s, (of, _) in acts.items())
+    return ["<h2>Actions</h2>", *figures]
+
+
+def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
+    """Write training.html and figures of a result of `pretrain`, including `against_random` if present."""
+    hue = colors(list(result["curves"]), chosen)
+    happiness = {
+        s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()
+    }
+    updates = {s: Updates(np.array(of["tick"]), _arrays(of)) for s, of in result["learning"].items()}
+    blocks = [
+        f"<h1>Training of {escape(result['world'])}</h1>",
+        f"<p class='under'>{result['ticks']:,} ticks, seed {result['seed']}.</p>",
+    ]
+    if "against_random" in result:
+        blocks += against(result["against_random"])
+    if updates:
+        blocks += learnt(updates, happiness, hue, out)
+    acts = {}
+    for k, (s, of) in enumerate(result["actions"].items()):
+        shares = _arrays(of)
+        acts[s] = Acts(np.array(of["tick"]), tuple(shares), np.stack(list(shares.values()), 1)), f"-{k}"
+    blocks += done(acts, out) if acts else []
+    return write_text(out / "training.html", page(f"Training of {result['world']}", *blocks))
+
+
+def against(found: Mapping[str, Any]) -> list[str]:
+    """Return the table that compares trained with random policies."""
+    rows = [
+        [s, WORDS[word], *(number(x[0]) if x[1] is None else interval(x) for x in map(of.get, ARMS))]
+        for s, by_word in found.items()
+        for word, of in by_word.items()
+    ]
+    note = (
+        "<p class='under'>Neither policy learns here. The worlds are those of the training, with "
+        "constant numbers. Means over runs with the same seeds, with 95% intervals.</p>"
+    )
+    return ["<h2>Comparison with random policies</h2>", table(["species", "measure", *ARMS], rows), note]
+
+
+def _arrays(of: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    return {word: np.array(values, float) for word, values in of.items() if word != "tick"}

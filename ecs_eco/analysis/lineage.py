@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis import carriers, genes
 from ecs_eco.analysis.page import write_text
-from ecs_eco.analysis.pedigree import ALIVE, Pedigree
+from ecs_eco.analysis.pedigree import ALIVE, Pedigree, among
 from ecs_eco.analysis.runs import read_manifest, tables
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
@@ -36,18 +36,10 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
     parents = zip(lineage.parent.tolist(), lineage.parent2.tolist(), strict=True)
     ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
     ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
-    writer.writerows(
-        zip(
-            lineage.uid.tolist(),
-            ancestors,
-            lineage.born.tolist(),
-            ends,
-            lineage.species.tolist(),
-            lineage.genome.tolist(),
-            *(["" if np.isnan(x) else x for x in values] for values in lineage.recorded.values()),
-            strict=True,
-        )
-    )
+    known = lineage.uid.tolist(), ancestors, lineage.born.tolist(), ends
+    texts = lineage.species.tolist(), lineage.genome.tolist()
+    recorded = (["" if np.isnan(x) else x for x in values] for values in lineage.recorded.values())
+    writer.writerows(zip(*known, *texts, *recorded, strict=True))
     return write_text(path, out.getvalue())
 
 
@@ -136,14 +128,11 @@ class Lineage(Pedigree):
         """
         recorder = world.recorder
         if recorder is None:
-            raise RuntimeError(
-                "this world has no recorder; add one that keeps events: Recorder(world, keep_events=True)"
-            )
+            hint = "add one that keeps events: Recorder(world, keep_events=True)"
+            raise RuntimeError(f"this world has no recorder; {hint}")
         births, deaths = recorder.events("births"), recorder.events("deaths")
-        born = births["species"]
-        births["species"] = (
-            np.array(recorder.names)[born.astype(int)] if len(births["uid"]) else born.astype(str)
-        )
+        born, named = births["species"], np.array(recorder.names or [""])
+        births["species"] = named[born.astype(int)] if len(births["uid"]) else born.astype(str)
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
         genomes = {name: kept for name in recorder.names if (kept := genes_of(world.tables[name]))}
@@ -183,10 +172,7 @@ class Lineage(Pedigree):
             births = _with_founders(births, deaths)
         if "island" in manifest:
             births, deaths = _present(folder, births, deaths)
-        end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
-        return cls._joined(
-            births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {})
-        )
+        return cls._of_run(births, deaths, manifest)
 
     @classmethod
     def _of_islands(cls, root: Path) -> Self:
@@ -198,10 +184,15 @@ class Lineage(Pedigree):
             for kind, columns in (("births", BIRTHS | recorded), ("deaths", DEATHS | recorded))
             for parts in [[_events(folder, kind, columns) for folder in folders]]
         )
-        first = read_manifest(folders[0])
-        return cls._joined(
-            births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"], genomes=first.get("genomes", {})
-        )
+        return cls._of_run(births, deaths, read_manifest(folders[0]))
+
+    @classmethod
+    def _of_run(
+        cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], run: dict[str, Any]
+    ) -> Self:
+        """Return the lineage of a run with this manifest."""
+        end, dt = max(run.get("done", run.get("ticks", 0)) - 1, 0), run.get("dt", 1.0)
+        return cls._joined(births, deaths, end=end, dt=dt, genomes=run.get("genomes", {}))
 
     @classmethod
     def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Self:
@@ -242,8 +233,8 @@ class Lineage(Pedigree):
 
     def genes_to_pandas(self, species: str) -> Any:
         """Return a pandas.DataFrame with a row per organism, by uid, and a column per gene: its `values`."""
-        own, kept = self.of_species(species), self.genomes.get(species, {})
-        genes = [g for g in (*kept.get("genes", []), *kept.get("derived", [])) if "weights" not in g]
+        own = self.of_species(species)
+        genes = [g for g in carriers.genes_in(self.genomes.get(species, {})) if "weights" not in g]
         values = {gene["name"]: own.values(gene["name"], species) for gene in genes}
         return SeriesTable(pa.table({"uid": own.uid} | values)).to_pandas().set_index("uid")
 
@@ -316,15 +307,9 @@ def _present(
         for name, column in (births | {"order": births["tick"]}).items()
     }
     for parent in ("parent", "parent2"):
-        births[parent] = np.where(
-            np.isin(births[parent], births["uid"]), births[parent], births[parent].dtype.type(0)
-        )
-    more = {
-        "tick": left["tick"][gone],
-        "uid": left["uid"][gone],
-        "species": left["species"][gone],
-        "cause": np.full(gone.size, "emigrated"),
-    } | {name: left[name][gone] for name in left if "." in name}
+        births[parent] = among(births[parent], births["uid"])
+    more = {name: column[gone] for name, column in left.items()}
+    more["cause"] = np.full(gone.size, "emigrated")
     return births, {name: np.concatenate([column, more[name]]) for name, column in deaths.items()}
 
 
@@ -356,7 +341,5 @@ def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray])
     k, uid = len(known), np.array(sorted(known), np.uint64)
     names = np.array([known[int(u)] for u in uid], "U1" if not k else None)
     more: dict[str, np.ndarray] = {"uid": uid, "species": names, "genome": np.full(k, "", object)}
-    return {
-        name: np.concatenate([more.get(name, np.zeros(k, column.dtype)), column])
-        for name, column in births.items()
-    }
+    none = {name: np.zeros(k, column.dtype) for name, column in births.items()}
+    return {name: np.concatenate([more.get(name, none[name]), births[name]]) for name in births}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.learning import read as read_kind
 from ecs_eco.analysis.learning import thinned
-from ecs_eco.analysis.page import drawn, number, table
+from ecs_eco.analysis.page import bullets, drawn, number, table
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
@@ -78,25 +77,18 @@ def told(ledger: Ledger) -> list[str]:
     for k, name in enumerate(ledger.substances):
         before, after = ledger.columns["stock_before"][0, :, k].sum(), ledger.stock[-1, :, k].sum()
         flows = {f: float(ledger.columns[f][:, :, k].sum()) for f in ledger.flows if f not in WITHIN}
-        some = ", ".join(
-            f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}"
-            for f, v in sorted(flows.items(), key=lambda x: -abs(x[1]))
-            if abs(v) > SURE * max(before, after, 1e-300)
-        )
+        large = {f: v for f, v in flows.items() if abs(v) > SURE * max(before, after, 1e-300)}
+        ranked = sorted(large.items(), key=lambda x: -abs(x[1]))
+        some = ", ".join(f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}" for f, v in ranked)
         most = int(ledger.stock[-1, :, k].argmax())
         share = ledger.stock[-1, most, k] / after if after > 0 else 0.0
         end = f"; most of it, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
-        lines.append(
-            f"{name}: {number(before)} mol at the start, {number(after)} mol at the "
-            f"end{f' ({some})' if some else ', no inflow or outflow'}{end}."
-        )
+        what = f" ({some})" if some else ", no inflow or outflow"
+        lines.append(f"{name}: {number(before)} mol at the start, {number(after)} mol at the end{what}{end}.")
     gap, share, tick = ledger.gap()
     kept = "closes" if share < SURE else "DOES NOT CLOSE"
-    lines.append(
-        f"The ledger of matter {kept}: the largest gap in any tick is {gap:.2g} mol, {share:.1e} of "
-        f"the stock (tick {tick:,})."
-    )
-    return lines
+    worst = f"the largest gap in any tick is {gap:.2g} mol, {share:.1e} of the stock (tick {tick:,})"
+    return [*lines, f"The ledger of matter {kept}: {worst}."]
 
 
 @styled
@@ -117,8 +109,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
         ax.set(title=name, ylabel="stock [mol]", ylim=(0, None))
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=min(len(labels), 5))
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
 
@@ -127,11 +118,10 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
     ledger = read(run)
     if ledger is None:
         return []
-    lines = "".join(f"<li>{escape(line)}</li>" for line in told(ledger))
     caption = "Stocks of each substance over time, by species, kind of object and field."
     return [
         "<h2>Matter</h2>",
-        f"<ul>{lines}</ul>",
+        bullets(told(ledger)),
         drawn(stocks(ledger, colors_of(series)), place / "figures" / "matter.svg", caption),
         sums(ledger),
     ]
@@ -141,17 +131,12 @@ def sums(ledger: Ledger) -> str:
     """Return a table of the sums of all flows [mol] by substance and holder."""
     total = {f: ledger.columns[f].sum(axis=0) for f in ledger.flows}
     shown = [f for f in ledger.flows if total[f].any()]
-    rows = [
-        [
-            name,
-            holder,
-            number(ledger.columns["stock_before"][0, i, k]),
-            *(number(total[f][i, k]) for f in shown),
-            number(ledger.stock[-1, i, k]),
-        ]
-        for k, name in enumerate(ledger.substances)
-        for i, holder in enumerate(ledger.holders)
-        if ledger.stock[:, i, k].any() or any(total[f][i, k] for f in shown)
-    ]
+    rows = []
+    for k, name in enumerate(ledger.substances):
+        for i, holder in enumerate(ledger.holders):
+            sums = [total[f][i, k] for f in shown]
+            ends = ledger.columns["stock_before"][0, i, k], ledger.stock[-1, i, k]
+            if ledger.stock[:, i, k].any() or any(sums):
+                rows.append([name, holder, *map(number, (ends[0], *sums, ends[1]))])
     head = ["substance", "in", "start [mol]", *(f.replace("_", " ") for f in shown), "end [mol]"]
     return table(head, rows)

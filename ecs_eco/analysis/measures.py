@@ -1,16 +1,19 @@
-"""Values of reporters over time in one or several runs, and their differences between arms."""
+"""Values of reporters over time in one or several runs, their differences between arms, and recorded fields."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from ecs_eco.analysis.figures import interventions, mark
 from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.palette import INK
-from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.runs import Series, tables
 from ecs_eco.analysis.seed_grid import mean_interval
-from ecs_eco.analysis.style import Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import Figure, colors_of, grid_of_arms, many_and_one, panels, styled
 from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
 Rows = Sequence[Sequence[Series]]  # the runs of an arm by training seed
@@ -89,6 +92,51 @@ def figure(series: Series) -> Figure:
     return figure
 
 
+# --- recorded fields -----------------------------------------------------------------------------------------
+
+
+def fields(run: Path | str) -> list[str]:
+    """Return a table of the fields that the world's key `record` lists: mean and standard deviation in each
+    species at birth, at death, and in the first and last snapshot; empty if none is listed."""
+    births, snapshots = list(tables(run, "births")), list(tables(run, "snapshots"))
+    names = [name for part in births[:1] for name in part.column_names if "." in name]
+    if not names:
+        return []
+    moments = [
+        _moments(births, names),
+        _moments(list(tables(run, "deaths")), names),
+        _moments(snapshots[:1], names, pc.min),
+        _moments(snapshots[-1:], names, pc.max),
+    ]
+    known = dict.fromkeys(
+        (s, name) for name in names for found in moments for s, field in found if field == name
+    )
+    rows = [[name, s, *(found.get((s, name), "–") for found in moments)] for s, name in known]
+    head = ["field", "species", "at birth", "at death", "in the first snapshot", "in the last snapshot"]
+    return ["<h2>Recorded fields</h2>", table(head, rows), "<p class='under'>Mean ± standard deviation.</p>"]
+
+
+def _moments(
+    parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
+) -> dict[tuple[str, str], str]:
+    """Return mean ± standard deviation by species and field, of all rows or one tick, as `which` selects."""
+    if not parts:
+        return {}
+    columns = ["tick", "species", *names]
+    rows = pa.concat_tables(
+        pa.table({n: t[n].cast(pa.float64()) if n in names else t[n] for n in columns}) for t in parts
+    )
+    if which is not None:
+        rows = rows.filter(pc.equal(rows["tick"], which(rows["tick"])))
+    wanted = [(name, how) for name in names for how in ("mean", "stddev")]
+    out = {}
+    for row in rows.group_by("species", use_threads=False).aggregate(wanted).to_pylist():
+        for name in names:
+            if (mean := row[f"{name}_mean"]) is not None:
+                out[row["species"], name] = f"{number(mean)} ± {number(row[f'{name}_stddev'])}"
+    return out
+
+
 # --- arms of an experiment ----------------------------------------------------------------------------------
 
 
@@ -97,22 +145,17 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Draw each reporter over time (rows) by arm (columns). Thin: each run. Thick: the median over runs."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
-    figure, axes = panels(
-        len(kinds), len(runs), 4 * len(runs) + 1, 1.9 * len(kinds) + 0.6, sharex=True, sharey="row"
-    )
-    for column, (arm, members) in enumerate(runs.items()):
+    figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")
+    for column, members in zip(axes.T, runs.values(), strict=True):
         length = min(len(run.ticks) for run in members)
-        for ax, (name, named) in zip(axes[:, column], kinds.items(), strict=True):
+        for ax, (name, named) in zip(column, kinds.items(), strict=True):
             for of in named:
                 courses = np.array([course(run, name, of)[:length] for run in members])
                 x, color = members[0].ticks[:length], hue.get(of, INK)
-                ax.plot(x, courses.T, color=color, lw=0.6, alpha=0.5)
-                ax.plot(x, _median(courses), color=color, lw=2, label=of)
+                many_and_one(ax, x, courses, _median(courses), color, label=of)
             ax.margins(x=0)
-        axes[0, column].set_title(f"{arm} (n = {len(members)})")
-        axes[-1, column].set_xlabel("tick")
-    for ax, (name, named) in zip(axes[:, 0], kinds.items(), strict=True):
-        ax.set_ylabel(name)
+        column[-1].set_xlabel("tick")
+    for ax, named in zip(axes[:, 0], kinds.values(), strict=True):
         if named != [WORLD]:
             ax.legend(loc="upper right")
     return figure

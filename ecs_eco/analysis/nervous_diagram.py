@@ -133,11 +133,9 @@ def diagram(config: WorldConfig, species: str) -> Diagram:
     nervous = nervous_species(config)
     if species not in nervous:
         fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
-        allowed = (
-            f"a species with a nervous system: {', '.join(nervous)}"
-            if nervous
-            else "no species of this world has a nervous system"
-        )
+        allowed = "no species of this world has a nervous system"
+        if nervous:
+            allowed = f"a species with a nervous system: {', '.join(nervous)}"
         raise ConfigError([Problem((), fault, species, allowed, nearest(species, nervous), "species")])
     own = config.species[species]
     return Diagram(
@@ -158,33 +156,15 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
     for s in species.sensors:
         channels = s.channels(dims)
         place = [] if s.kind == "touch" else getattr(s, "at", [])
-        at = tuple(place[:2]) if s.kind not in ("own", "nearest", "rays") or any(place) else None
-        ahead = getattr(s, "angle", 0.0)
-        sector = (
-            tuple(s.at)
-            if s.kind == "touch"
-            else (ahead - s.fov / 2, ahead + s.fov / 2)
-            if hasattr(s, "fov")
-            else None
-        )
-        kind = KINDS.get(s.kind, "other senses")
-        genes = list(
-            dict.fromkeys(
-                g.name for trait, g in _genes(species).items() if trait.startswith(f"sensors.{s.name}.")
-            )
-        )
+        at: Any = tuple(place[:2]) if s.kind not in ("own", "nearest", "rays") or any(place) else None
+        sector: Any = tuple(s.at) if s.kind == "touch" else None
+        if hasattr(s, "fov"):
+            ahead = getattr(s, "angle", 0.0)
+            sector = (ahead - s.fov / 2, ahead + s.fov / 2)
+        kind, of = KINDS.get(s.kind, "other senses"), f"sensors.{s.name}."
+        genes = [*dict.fromkeys(g.name for trait, g in _genes(species).items() if trait.startswith(of))]
         text = _text(s) + f", gene{'s' * (len(genes) > 1)} {', '.join(genes)}" * bool(genes)
-        nodes.append(
-            SensorNode(
-                kind,
-                text,
-                channels,
-                first,
-                at or None,
-                sector,  # type: ignore[arg-type]
-                kind == "vision",
-            )
-        )
+        nodes.append(SensorNode(kind, text, channels, first, at or None, sector, kind == "vision"))
         first += len(channels)
     order = [*dict.fromkeys(KINDS.values()), "other senses"]
     return sorted(nodes, key=lambda node: order.index(node.kind))
@@ -192,25 +172,17 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
 
 def _text(sensor: Any) -> str:
     """Return a text on the stimulus of a sensor, and its place."""
+    where = f", {_place(sensor.at)}" if sensor.kind in ("own", "nearest", "rays") and any(sensor.at) else ""
     match sensor.kind:
         case "own":
-            return (
-                f"own {sensor.property}"
-                + f", 1 at {sensor.scale:g}" * (sensor.scale != 1)
-                + f", {_place(sensor.at)}" * any(sensor.at)
-            )
+            return f"own {sensor.property}" + f", 1 at {sensor.scale:g}" * (sensor.scale != 1) + where
         case "nearest":
             hidden = ", if in sight" if sensor.occlusion else ""
-            return (
-                f"nearest {sensor.target} within {sensor.range:g} m{_angle(sensor.fov)}"
-                f"{f', {_place(sensor.at)}' * any(sensor.at)}{hidden}"
-            )
+            return f"nearest {sensor.target} within {sensor.range:g} m{_angle(sensor.fov)}{where}{hidden}"
         case "rays":
             rays = "1 ray" if sensor.count == 1 else f"{sensor.count} rays"
-            where = f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(
-                sensor.angle
-            ) + f", {_place(sensor.at)}" * any(sensor.at)
-            return f"{rays} of {sensor.range:g} m{_angle(sensor.fov)}{where}: {', '.join(sensor.targets)}"
+            around = f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(sensor.angle)
+            return f"{rays} of {sensor.range:g} m{_angle(sensor.fov)}{around}{where}: {', '.join(sensor.targets)}"
         case "property":
             decay = {"none": "", "linear": ", falling linearly", "inverse_square": ", by inverse square"}
             mean, whose = "mean " * (sensor.report == "mean"), " or ".join(sensor.kinds()) or "all bodies"
@@ -220,12 +192,9 @@ def _text(sensor: Any) -> str:
             )
         case "touch":
             begin, end = sensor.at
-            where = (
-                "all around"
-                if end - begin >= 2 * math.pi - 1e-5
-                else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°"
-            )
-            return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
+            sector = f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°".replace("-", "−")
+            sector = "all around" if end - begin >= 2 * math.pi - 1e-5 else sector
+            return f"{'anything' if sensor.target == 'any' else sensor.target}, {sector}"
         case "approach":
             return f"optic flow of the nearest approaching {sensor.target}, within {sensor.range:g} m"
         case "gradient":
@@ -250,19 +219,12 @@ def _actions(species: Species) -> list[ActionNode]:
     nodes, ranges = [], species.ranges()
     for row, (group, name) in enumerate(species.action_list()):
         automatic = bool({name, f"{group}.{name}"} & set(species.always_on))
-        chosen = species.policy.kind != "none" and not automatic
-        nodes.append(
-            ActionNode(
-                _section(group),
-                group,
-                name,
-                row,
-                automatic,
-                species.default_action.get(group) == name,
-                chosen,
-                ranges.get(group),
-            )
+        chosen, neutral = (
+            species.policy.kind != "none" and not automatic,
+            species.default_action.get(group) == name,
         )
+        section = _section(group)
+        nodes.append(ActionNode(section, group, name, row, automatic, neutral, chosen, ranges.get(group)))
     return sorted(nodes, key=lambda node: ORDER.index(node.section))
 
 
@@ -280,9 +242,8 @@ def _reflexes(species: Species, dims: int) -> list[Reflex]:
     for action, text in species.reflex.formulas.items():
         sources = _sources(pushes(text, _positive(species, dims)), readings)
         signs = {sign for _, sign in sources}
-        reflexes.append(
-            Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split()))
-        )
+        sign = signs.pop() if len(signs) == 1 else None
+        reflexes.append(Reflex(sources, rows[action], sign, " ".join(text.split())))
     return reflexes
 
 
@@ -328,17 +289,15 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
         return None
     if happiness.function is not None:
         return HappinessNode((), function_name(happiness.function))
-    text = happiness.formula or " + ".join(
-        f"{w:g} * {name}" for name, w in happiness.weights.items()
-    ).replace("+ -", "- ")
+    terms = " + ".join(f"{w:g} * {name}" for name, w in happiness.weights.items())
+    text = happiness.formula or terms.replace("+ -", "- ")
     sources = _sources(directions(text, _positive(species, dims)), species.readings(dims))
     label = " ".join(text.split()) if happiness.formula else text.replace(" * ", "·")
     genes = {name: g for name in happiness.weights if (g := _genes(species).get(f"happiness.{name}"))}
     signs = {row: _range(g)[1] for name, g in genes.items() for row in species.readings(dims)[name]}
     sources = tuple((row, signs.get(row, sign)) for row, sign in sources)
-    return HappinessNode(
-        sources, label, tuple(dict.fromkeys(g.name for g in genes.values())), frozenset(signs)
-    )
+    names = tuple(dict.fromkeys(g.name for g in genes.values()))
+    return HappinessNode(sources, label, names, frozenset(signs))
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:

@@ -76,13 +76,8 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
-        raise ConfigError(
-            [
-                Problem(
-                    (), fault, config.name, "a world with a species that has a nervous system", source="WORLD"
-                )
-            ]
-        )
+        expected = "a world with a species that has a nervous system"
+        raise ConfigError([Problem((), fault, config.name, expected, source="WORLD")])
     return _figure([_Drawing(diagram(config, name), {}) for name in names])
 
 
@@ -111,12 +106,9 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
     kind = path.suffix.lower()
     if kind == ".svg":
         text = svg_of(figure)
-        files.write(path, themed(text, text, NIGHT))
-        return path
+        return files.write(path, themed(text, text, NIGHT))
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
-        figure.savefig(
-            beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."), metadata=undated.get(kind)
-        )
+        figure.savefig(beside, dpi=dpi, facecolor="white", format=kind[1:], metadata=undated.get(kind))
     return path
 
 
@@ -131,9 +123,8 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
             continue
         arrays[name] = np.asarray(value, np.float64).reshape(-1)
         if len(arrays[name]) != lengths[name]:
-            raise ValueError(
-                f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; expected {lengths[name]}"
-            )
+            fault = f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers"
+            raise ValueError(f"{fault}; expected {lengths[name]}")
     return arrays
 
 
@@ -167,12 +158,10 @@ class _Drawing:
             "external": "decisions from outside",
             "function": "a function as policy",
         }.get(d.policy.kind, "one policy network per organism")
-        counts = [
-            _count(len(d.channels), "channel"),
-            _count(len(d.actions), "action"),
-            _count(reflexes, "reflex", "es"),
-        ]
-        self.pen.text(at.x_text, 0.54, f"{d.world}: {', '.join([*counts, policy])}", 8.5)
+        counts = f"{_count(len(d.channels), 'channel')}, {_count(len(d.actions), 'action')}"
+        self.pen.text(
+            at.x_text, 0.54, f"{d.world}: {counts}, {_count(reflexes, 'reflex', 'es')}, {policy}", 8.5
+        )
         for text, x, y in at.headings:
             self.pen.text(x, y, text, 8.5, bold=True)
         for y, n in at.dots:
@@ -181,12 +170,10 @@ class _Drawing:
     def _sensor(self, s: SensorNode) -> None:
         at, rows = self.at, [r for r in self.at.shown(s) if r >= 0]
         first, last = at.channel_y[rows[0]], at.channel_y[rows[-1]]
-        lines = at.sensor_lines[s.first]
+        lines, middle = at.sensor_lines[s.first], (first + last) / 2
         for i, line in enumerate(lines):
-            self.pen.text(
-                at.x_glyph - 0.24, (first + last) / 2 + (i - (len(lines) - 1) / 2) * 0.15, line, ha="right"
-            )
-        self.pen.body(at.x_glyph, (first + last) / 2, s)
+            self.pen.text(at.x_glyph - 0.24, middle + (i - (len(lines) - 1) / 2) * 0.15, line, ha="right")
+        self.pen.body(at.x_glyph, middle, s)
         if len(rows) > 1:
             self.pen.bracket(at.x_bracket - 0.04, first - 0.08, last + 0.08, 0.05)
         for row in rows:
@@ -224,13 +211,12 @@ class _Drawing:
     def _networks(self) -> None:
         """Draw the boxes of the networks, and their lines."""
         for name, (y, height) in self.at.boxes.items():
+            if name in ("policy", "function"):
+                self._bus_in(name, y)
+                self._bus_out(name, y, [a.row for a in self.d.actions if a.chosen or name == "function"])
             if name == "policy":
-                self._bus_in("policy", y)
-                self._bus_out("policy", y, [a.row for a in self.d.actions if a.chosen])
                 self._policy(y, height)
             elif name == "function":
-                self._bus_in("function", y)
-                self._bus_out("function", y, [a.row for a in self.d.actions])
                 self.pen.box(self.at.x_box, y, self.at.box, height, "white", GREY)
                 self._say(y - 0.11, "reflex function", 9, INK, bold=True)
                 self._say(y + 0.11, cut(self.d.function, 34))
@@ -271,22 +257,13 @@ class _Drawing:
         tall = [0.14 + 0.28 * min(1.0, math.log2(1 + units) / 8) for units in policy.layers]
         for i in range(n - 1):
             for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
-                self.pen.line(
-                    xs[i : i + 2],
-                    [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2],
-                    WEIGHTS,
-                    0.7,
-                    5,
-                )
+                ends = [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2]
+                self.pen.line(xs[i : i + 2], ends, WEIGHTS, 0.7, 5)
         for x, high in zip(xs, tall, strict=True):
             self.pen.block(x - 0.035, y - 0.05, 0.07, high, BLUE, 6)
         self._say(y + 0.27, policy.way, 8, INK)
-        words = [
-            policy.kind,
-            *["learns"] * policy.learns,
-            *[f"inherited: {policy.inherit}"] * (policy.inherit != "none"),
-        ]
-        self._say(y + 0.43, ", ".join(words))
+        inherited = f", inherited: {policy.inherit}" * (policy.inherit != "none")
+        self._say(y + 0.43, policy.kind + ", learns" * policy.learns + inherited)
 
     def _happiness(self, y: float, height: float) -> None:
         assert self.d.happiness is not None
@@ -301,15 +278,8 @@ class _Drawing:
         sources = self._from_the_top(self.d.happiness.sources)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.12, len(sources)), strict=True):
             dotted = row in self.d.happiness.heritable
-            self.pen.curve(
-                self.at.x_channel + NODE,
-                self.at.channel_y[row],
-                self.at.x_box - 0.07,
-                inlet,
-                sign,
-                dotted,
-                1.2,
-            )
+            start = self.at.x_channel + NODE, self.at.channel_y[row]
+            self.pen.curve(start, (self.at.x_box - 0.07, inlet), sign, dotted, 1.2)
             self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
 
     def _reflex(self, i: int) -> None:
@@ -317,20 +287,16 @@ class _Drawing:
         at, r, (y, height) = self.at, self.d.reflexes[i], self.at.hub_boxes[i]
         sources, lines, heritable = self._from_the_top(r.sources), at.hubs[i], bool(r.gene)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.06, len(sources)), strict=True):
-            self.pen.curve(at.x_channel + NODE, at.channel_y[row], at.x_box, inlet, sign, heritable)
+            self.pen.curve((at.x_channel + NODE, at.channel_y[row]), (at.x_box, inlet), sign, heritable)
         self.pen.box(at.x_box, y, at.box, height, "white", look(r.sign)["color"], ":" if heritable else "-")
         for k, line in enumerate(lines):
-            gene = heritable and k == len(lines) - 1
-            style = {"style": "italic"} if gene else {}
-            self._say(
-                y + (k - (len(lines) - 1) / 2) * LINE,
-                line if gene else minus(line),
-                8,
-                GREY if gene else INK,
-                **style,
-            )
+            where = y + (k - (len(lines) - 1) / 2) * LINE
+            if heritable and k == len(lines) - 1:
+                self._say(where, line, style="italic")
+            else:
+                self._say(where, minus(line), 8, INK)
         end = self._arrival(i)
-        self.pen.curve(at.x_box + at.box, y, at.x_action - NODE - 0.1, end, r.sign, heritable)
+        self.pen.curve((at.x_box + at.box, y), (at.x_action - NODE - 0.1, end), r.sign, heritable)
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
 
     def _arrival(self, i: int) -> float:

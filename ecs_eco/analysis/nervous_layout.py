@@ -52,9 +52,8 @@ def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: 
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
-    middles = isotonic_regression(
-        [at - offset for at, offset in zip(wanted, offsets, strict=True)]
-    ).x.tolist()
+    shifted = [at - offset for at, offset in zip(wanted, offsets, strict=True)]
+    middles = isotonic_regression(shifted).x.tolist()
     least, most = low + heights[0] / 2, high - heights[-1] / 2 - offsets[-1]
     return [max(least, min(m, most)) + offset for m, offset in zip(middles, offsets, strict=True)]
 
@@ -121,9 +120,8 @@ class Layout:
         self.box = max(LEAST, *(width(line, 8) + 0.24 for line in lines)) if lines else LEAST
         self.x_box = self.x_channel + 1.15
         self.x_action = self.x_box + self.box + 0.85
-        acts = max(
-            (width(cut(a.name, 28), 9, True) + width(action_mark(a), 8) for a in d.actions), default=0.0
-        )
+        names = (width(cut(a.name, 28), 9, True) + width(action_mark(a), 8) for a in d.actions)
+        acts = max(names, default=0.0)
         self.x_probability = self.x_action + 0.14 + acts + 0.2 + 0.22 * ("y" in values)
         self.x_group = self.x_probability + bar * ("probabilities" in values) + 0.06
         groups = max((width(cut(a.group, 24), 8) for a in d.actions), default=0.0)
@@ -135,27 +133,21 @@ class Layout:
         rows = list(range(sensor.first, sensor.first + len(sensor.channels)))
         if len(rows) <= MANY:
             return rows
-        sources = [s for r in self.d.reflexes for s in r.sources] + list(
-            self.d.happiness.sources if self.d.happiness else ()
-        )
-        kept = sorted({*rows[:2], rows[-1], *({row for row, _ in sources} & set(rows))})
-        return [
-            r
-            for a, b in zip(kept, [*kept[1:], kept[-1] + 1], strict=True)
-            for r in ([a] if b == a + 1 else [a, -1])
-        ]
+        happy = self.d.happiness.sources if self.d.happiness else ()
+        named = {row for sources in (*(r.sources for r in self.d.reflexes), happy) for row, _ in sources}
+        kept = sorted({*rows[:2], rows[-1], *(named & set(rows))})
+        after = zip(kept, [*kept[1:], kept[-1] + 1], strict=True)
+        return [r for a, b in after for r in ([a] if b == a + 1 else [a, -1])]
 
     def _rows(self) -> None:
         """Compute the y of channels, actions and headings; both columns are centered vertically."""
         channels, left_heads, dots, left = self._left()
         actions, right_heads, right = self._right()
         hubs = sum(len(lines) * LINE + 0.1 + BETWEEN for lines in self.hubs)
-        self.stack = [("policy", POLICY)] * bool(self.d.policy.layers) + [("function", FUNCTION)] * bool(
-            self.d.function
-        )
-        self.stack += [("hubs", hubs)] * bool(self.hubs) + [
-            ("happiness", (len(self.happy) + 1) * LINE + 0.14)
-        ] * bool(self.happy)
+        happy = (len(self.happy) + 1) * LINE + 0.14
+        self.stack = [("policy", POLICY)] * bool(self.d.policy.layers)
+        self.stack += [("function", FUNCTION)] * bool(self.d.function)
+        self.stack += [("hubs", hubs)] * bool(self.hubs) + [("happiness", happy)] * bool(self.happy)
         self.top = 0.85
         self.body = max(left, right, sum(h + APART for _, h in self.stack) + APART, 0.6)
         self._legend(self.top + self.body + 0.42)
@@ -227,10 +219,11 @@ class Layout:
         wanted = [self.action_y[self.d.reflexes[i].action] for i in order]
         names = list(self.boxes)
         before, after = names[: names.index("hubs")], names[names.index("hubs") + 1 :]
-        low = sum(self.boxes[before[-1]]) - self.boxes[before[-1]][1] / 2 + APART if before else self.top
-        high = (
-            self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART if after else self.top + self.body
-        )
+        low, high = self.top, self.top + self.body
+        if before:
+            low = sum(self.boxes[before[-1]]) - self.boxes[before[-1]][1] / 2 + APART
+        if after:
+            high = self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:

@@ -32,6 +32,7 @@ NIGHT = {
 }
 """The colors of a drawing on a dark background, by those on a light one."""
 NODE = 0.055  # radius
+Point = tuple[float, float]
 
 
 class Pen:
@@ -40,23 +41,18 @@ class Pen:
     def __init__(self, ax: Axes) -> None:
         self.ax = ax
 
+    def patch(self, kind: str, *where: Any, **style: Any) -> None:
+        """Draw a patch of matplotlib."""
+        from matplotlib import patches
+
+        self.ax.add_patch(getattr(patches, kind)(*where, **style))
+
     def text(
         self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False, **more: Any
     ) -> None:
         """Draw a text centered vertically on y."""
-        weight = "bold" if bold else "normal"
-        self.ax.text(
-            x,
-            y,
-            text,
-            fontsize=size,
-            color=hue,
-            va="center",
-            family="DejaVu Sans",
-            weight=weight,
-            zorder=10,
-            **more,
-        )
+        font: Any = {"fontsize": size, "family": "DejaVu Sans", "weight": "bold" if bold else "normal"}
+        self.ax.text(x, y, text, color=hue, va="center", zorder=10, **font, **more)
 
     def line(
         self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0, zorder: float = 1
@@ -66,70 +62,42 @@ class Pen:
 
     def block(self, x: float, y: float, wide: float, high: float, hue: str, zorder: float) -> None:
         """Draw a rectangle that starts at x and is centered vertically on y."""
-        from matplotlib.patches import Rectangle
+        self.patch("Rectangle", (x, y - high / 2), wide, high, facecolor=hue, lw=0, zorder=zorder)
 
-        self.ax.add_patch(Rectangle((x, y - high / 2), wide, high, facecolor=hue, lw=0, zorder=zorder))
-
-    def polygon(self, corners: Sequence[tuple[float, float]], hue: str, zorder: float) -> None:
+    def polygon(self, corners: Sequence[Point], hue: str, zorder: float) -> None:
         """Draw a filled polygon."""
-        from matplotlib.patches import Polygon
+        self.patch("Polygon", corners, facecolor=hue, lw=0, zorder=zorder)
 
-        self.ax.add_patch(Polygon(corners, facecolor=hue, lw=0, zorder=zorder))
-
-    def circle(
-        self,
-        x: float,
-        y: float,
-        radius: float,
-        face: str,
-        edge: str = "none",
-        width: float = 1.1,
-        zorder: float = 9,
-    ) -> None:
+    def circle(self, x: float, y: float, radius: float, face: str, edge: str = "none", **more: Any) -> None:
         """Draw a filled circle."""
-        from matplotlib.patches import Circle
-
-        self.ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, lw=width, zorder=zorder))
+        style = {"facecolor": face, "edgecolor": edge, "lw": 1.1, "zorder": 9, **more}
+        self.patch("Circle", (x, y), radius, **style)
 
     def box(
         self, x: float, y: float, wide: float, high: float, face: str, edge: str, style: Any = "-"
     ) -> None:
         """Draw a box with round corners that starts at x and is centered vertically on y."""
-        from matplotlib.patches import FancyBboxPatch
+        corners = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
+        style = {
+            "boxstyle": corners,
+            "facecolor": face,
+            "edgecolor": edge,
+            "lw": 1.1,
+            "ls": style,
+            "zorder": 4,
+        }
+        self.patch("FancyBboxPatch", (x, y - high / 2), wide, high, **style)
 
-        shape = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
-        box = FancyBboxPatch(
-            (x, y - high / 2),
-            wide,
-            high,
-            boxstyle=shape,
-            facecolor=face,
-            edgecolor=edge,
-            lw=1.1,
-            ls=style,
-            zorder=4,
-        )
-        self.ax.add_patch(box)
-
-    def curve(
-        self,
-        x: float,
-        y: float,
-        to_x: float,
-        to_y: float,
-        sign: Sign,
-        dotted: bool = False,
-        width: float = 1.6,
-    ) -> None:
+    def curve(self, start: Point, end: Point, sign: Sign, dotted: bool = False, width: float = 1.6) -> None:
         """Draw a connection that is level at both ends."""
-        from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 
+        (x, y), (to_x, to_y) = start, end
         bend = (to_x - x) / 2
         path = Path(
             [(x, y), (x + bend, y), (to_x - bend, to_y), (to_x, to_y)], [Path.MOVETO, *[Path.CURVE4] * 3]
         )
-        self.ax.add_patch(PathPatch(path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width)))
+        self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
         """Draw the end of a connection like a synapse: an arrow forces, a bar blocks, both: it depends."""
@@ -163,11 +131,11 @@ class Pen:
         r = 0.075
         if sensor.sector is not None:
             self._sector(x, y, 0.0 if sensor.vision else r, 0.125, sensor)
-        self.circle(x, y, r, "white", SOFT, 0.9, 3)
+        self.circle(x, y, r, "white", SOFT, lw=0.9, zorder=3)
         self.polygon([(x - 0.022, y - r + 0.012), (x + 0.022, y - r + 0.012), (x, y - r - 0.028)], SOFT, 3)
         if sensor.at is not None:
             forward, left = np.clip(sensor.at, -1.5, 1.5)
-            self.circle(x - r * left, y - r * forward, 0.03, RED, "white", 0.5, 4)
+            self.circle(x - r * left, y - r * forward, 0.03, RED, "white", lw=0.5, zorder=4)
         elif sensor.kind == "interoception":
             self.circle(x, y, 0.03, RED, zorder=4)
 

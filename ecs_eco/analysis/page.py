@@ -57,6 +57,11 @@ def drawn(figure: Figure, file: Path, caption: str) -> str:
     return picture(save_svg(figure, file), caption)
 
 
+def bullets(lines: Iterable[str]) -> str:
+    """Return a list of plain texts."""
+    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
 def verdict(lines: Iterable[str], lost: bool) -> str:
     """Return the opening sentences of a page; `lost` if a species died out."""
     text = "".join(f"<p>{escape(line)}</p>" for line in lines)

@@ -58,28 +58,11 @@ def _on_dark() -> dict[str, str]:
     """Return, for each color of figures on a light background, its color on a dark background."""
     pairs = {light: dark for light, dark, _ in SAFE}
     pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
-    pairs |= {
-        NIGHT: "#3a4350",
-        SUN: "#f0cf57",
-        "#d8ccb4": "#857a60",
-        **dict(CLEAR.values()),
-        "#b2182b": "#ef6a6a",
-        "#1b7837": "#4fb36a",
-        "#222222": "#e4eaea",
-    }
-    return (
-        pairs
-        | {
-            INK: "#e4eaea",
-            "#000000": "#e4eaea",
-            SOFT: "#98a5aa",
-            AXIS: "#7f8c92",
-            BAND: "#2c363b",
-            GRID: "#283136",
-            "#ffffff": "#12181b",
-        }
-        | dict(zip(TIME, TIME_ON_DARK, strict=True))
-    )
+    pairs |= {NIGHT: "#3a4350", SUN: "#f0cf57", "#d8ccb4": "#857a60", **dict(CLEAR.values())}
+    pairs |= {"#b2182b": "#ef6a6a", "#1b7837": "#4fb36a", "#222222": "#e4eaea"}
+    pairs |= {INK: "#e4eaea", "#000000": "#e4eaea", SOFT: "#98a5aa", AXIS: "#7f8c92", BAND: "#2c363b"}
+    pairs |= {GRID: "#283136", "#ffffff": "#12181b"}
+    return pairs | dict(zip(TIME, TIME_ON_DARK, strict=True))
 
 
 def rgb(colour: str) -> list[int]:

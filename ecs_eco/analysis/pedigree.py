@@ -13,6 +13,11 @@ from ecs_eco.engine.uids import island_of
 ALIVE = -1
 
 
+def among(parents: np.ndarray, uids: np.ndarray) -> np.ndarray:
+    """Return the parents, with 0 for each that is not one of the uids."""
+    return np.where(np.isin(parents, uids), parents, parents.dtype.type(0))
+
+
 @dataclass(frozen=True)
 class Pedigree:
     """All organisms of a run, one array entry each, in the order of their uids; for several islands, in the
@@ -96,9 +101,7 @@ class Pedigree:
         whole = {f.name: getattr(self, f.name) for f in fields(self)}
         arrays = {name: values[mask] for name, values in whole.items() if isinstance(values, np.ndarray)}
         for name in ("parent", "parent2"):  # a parent of another species is not in this lineage
-            arrays[name] = np.where(
-                np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0)
-            )
+            arrays[name] = among(arrays[name], arrays["uid"])
         recorded = {name: values[mask] for name, values in self.recorded.items()}
         return replace(self, recorded=recorded, **arrays)
 
@@ -182,9 +185,8 @@ class Pedigree:
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
         while front and left > 0:
-            front = {
-                int(line[i]) for i in front for line in (self.mother, self.father) if line[i] >= 0
-            } - before
+            parents = {int(line[i]) for i in front for line in (self.mother, self.father)}
+            front = parents - {-1} - before
             before |= front
             left -= 1
         return self.uid[sorted(before)]
@@ -290,7 +292,6 @@ class Pedigree:
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
             chosen = None if weights is None else weights[selected]
-            change += (
-                sign * np.bincount(np.searchsorted(ticks, when[selected]), chosen, len(ticks) + 1)
-            ).astype(change.dtype)
+            sums = np.bincount(np.searchsorted(ticks, when[selected]), chosen, len(ticks) + 1)
+            change += (sign * sums).astype(change.dtype)
         return np.cumsum(change[:-1])

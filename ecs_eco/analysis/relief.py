@@ -11,6 +11,7 @@ from ecs_eco.analysis.style import Axes
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
+OF_CLASS = ("color", None), ("ground", "open")  # keys of a class of land cover, and their defaults
 GROUNDS = ["open", "water", "rock"]  # of a class, by the number of the ground
 SUN = 315.0, 45.0  # direction of light on maps: from the upper left, halfway up [degrees]
 STEEP = 0.5  # heights are scaled so that the 98th percentile of slopes is drawn as this
@@ -49,16 +50,9 @@ class Relief(NamedTuple):
         except DAMAGED:
             return None
         classes = ((terrain or {}).get("classes") or {}).values()
-        return cls(
-            height,
-            ground,
-            space["size"][0] / height.shape[1],
-            space["edges"] == "torus",
-            held.get("kinds"),
-            [kind.get("color") for kind in classes],
-            held.get("wet"),
-            [kind.get("ground", "open") for kind in classes],
-        )
+        colors, grounds = ([kind.get(key, word) for kind in classes] for key, word in OF_CLASS)
+        side, torus = space["size"][0] / height.shape[1], space["edges"] == "torus"
+        return cls(height, ground, side, torus, held.get("kinds"), colors, held.get("wet"), grounds)
 
     def shade(self) -> np.ndarray:
         """Return the brightness of the ground in the sun, relative to flat ground: f64[ny, nx], about −0.7 to
@@ -98,11 +92,5 @@ class Relief(NamedTuple):
 
 def draw_relief(ax: Axes, relief: Relief, size: Sequence[float]) -> Any:
     """Draw the ground below everything else on axes in meters; return the artist."""
-    return ax.imshow(
-        relief.colours(),
-        extent=(0, size[0], 0, size[1]),
-        origin="lower",
-        zorder=0.4,
-        interpolation="nearest",
-        aspect=ax.get_aspect(),
-    )
+    where: Any = {"extent": (0, size[0], 0, size[1]), "origin": "lower", "aspect": ax.get_aspect()}
+    return ax.imshow(relief.colours(), zorder=0.4, interpolation="nearest", **where)

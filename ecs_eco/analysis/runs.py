@@ -135,6 +135,11 @@ class Series:
         return np.asarray(((self.n > 0) | (died > 0)).any(axis=0))
 
     @property
+    def there(self) -> list[str]:
+        """The species that are `present`."""
+        return [s for s, here in zip(self.species, self.present, strict=True) if here]
+
+    @property
     def persisted(self) -> bool:
         """True if every species that was ever present lives at the end."""
         return bool(np.isnan(self.extinct[self.present]).all())

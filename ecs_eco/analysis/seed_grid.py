@@ -6,6 +6,7 @@ counts as 0 or 1: the shares refer to that variance, which is smaller for rare o
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Any, Self
 
 import numpy as np
@@ -125,15 +126,10 @@ def variance_shares(
     parts = components(y)
     drawn = _shares(_corrected(components(pigeonhole(y, n_boot, seed)), *y.shape))
     drawn = drawn[:, np.isfinite(drawn).all(0)]
-    ends = (
-        np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1)
-        if drawn.size
-        else np.full((2, 3), np.nan)
-    )
-    share = [
-        Interval(float(v), float(low), float(high))
-        for v, low, high in zip(_shares(parts), *ends, strict=True)
-    ]
+    ends = np.full((2, 3), np.nan)
+    if drawn.size:
+        ends = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1)
+    share = [Interval(*map(float, ends)) for ends in zip(_shares(parts), *ends, strict=True)]
     n = int((~np.isnan(y)).sum())
     return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
 
@@ -142,13 +138,8 @@ def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
     """Return components of tables drawn by the pigeonhole bootstrap, corrected so that their means equal the
     table's own components."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
-    return np.stack(
-        [
-            drawn[0] * rows / (rows - 1) - rest / columns,
-            drawn[1] * columns / (columns - 1) - rest / rows,
-            rest,
-        ]
-    )
+    training = drawn[0] * rows / (rows - 1) - rest / columns
+    return np.stack([training, drawn[1] * columns / (columns - 1) - rest / rows, rest])
 
 
 def _shares(variance: np.ndarray) -> np.ndarray:
@@ -294,18 +285,20 @@ class Grid:
                 raise ValueError(f"training seed {a}, world seed {b} occurs twice: expected one run per cell")
             cells[a, b] = run
         rows, columns = sorted(set(training)), sorted(set(worlds))
-        for a in rows:
-            for b in columns:
-                if (a, b) not in cells:
-                    raise ValueError(
-                        f"training seed {a}, world seed {b} has no run: the design must be complete"
-                    )
+        if gap := next((cell for cell in product(rows, columns) if cell not in cells), None):
+            fault = f"training seed {gap[0]}, world seed {gap[1]} has no run"
+            raise ValueError(f"{fault}: the design must be complete")
         return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
 
     @property
     def length(self) -> float:
         """Ticks of the longest run."""
         return float(max(run.length for row in self.runs for run in row))
+
+    def lifetimes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the ticks to the first extinction of every run, or its length, and whether it had one."""
+        died = self.table(lambda run: lifetime(run)[1])
+        return self.table(lambda run: lifetime(run)[0]), died.astype(bool)
 
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
         """Return a value of every run.
@@ -346,9 +339,7 @@ def _log_period(statistics: CycleStatistics) -> float:
 def _mean_log(run: Series, species: str) -> float:
     if not run.present[run.index(species)]:
         return np.nan
-    n = living_stretch(run)[
-        :, [s for s, here in zip(run.species, run.present, strict=True) if here].index(species)
-    ]
+    n = living_stretch(run)[:, run.there.index(species)]
     return float(np.log1p(n).mean()) if len(n) else np.nan
 
 
@@ -357,17 +348,13 @@ def survival_band(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
     lower and upper ends."""
-    lived, died = (
-        grid.table(lambda run: lifetime(run)[0]),
-        grid.table(lambda run: lifetime(run)[1]).astype(bool),
-    )
+    lived, died = grid.lifetimes()
     time = kaplan_meier(lived.ravel(), died.ravel()).time
-    drawn = np.empty((n_boot, len(time)))
-    index = (
-        pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int).reshape(n_boot, -1)
-    )
-    for k, cells in enumerate(index):
-        drawn[k] = survival_function(lived.ravel()[cells], died.ravel()[cells]).evaluate(time)
+    cells = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int)
+    drawn = [
+        survival_function(lived.ravel()[some], died.ravel()[some]).evaluate(time)
+        for some in cells.reshape(n_boot, -1)
+    ]
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)
     return time, low, high
 
@@ -396,7 +383,7 @@ def crossed(
         "persistence": share_interval(kept),
         "effective_runs": effective_runs(kept),
         "persisted_by_training_seed": dict(zip(grid.training, kept.sum(1).astype(int).tolist(), strict=True)),
-        "lifetimes": grid.table(lambda run: lifetime(run)[0]),
+        "lifetimes": grid.lifetimes()[0],
         "persisted": kept.astype(int),
         "variance_shares": shares,
     }
@@ -410,10 +397,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     """Draw the fraction of runs in which all species are alive (Kaplan–Meier). Thick: all runs, with a band.
     Thin: each training seed."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
-    lived, died = (
-        grid.table(lambda run: lifetime(run)[0]),
-        grid.table(lambda run: lifetime(run)[1]).astype(bool),
-    )
+    lived, died = grid.lifetimes()
     until = grid.length
     time, low, high = survival_band(grid)
     time, low, high = np.append(time, until), np.append(low, low[-1]), np.append(high, high[-1])
@@ -421,23 +405,13 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     for k, (t, d) in enumerate(zip(lived, died, strict=True)):
         curve = kaplan_meier(t, d)
         shift = 0.006 * (k - (len(lived) - 1) / 2)  # separates seeds that agree
-        ax.step(
-            np.append(curve.time, until),
-            np.append(curve.survival, curve.survival[-1]) + shift,
-            where="post",
-            color=AXIS,
-            lw=0.8,
-            label="one training seed" if k == 0 else None,
-        )
+        share = np.append(curve.survival, curve.survival[-1]) + shift
+        style = {"color": AXIS, "lw": 0.8, "label": "one training seed" if k == 0 else None}
+        ax.step(np.append(curve.time, until), share, where="post", **style)
     curve = kaplan_meier(lived.ravel(), died.ravel())
-    ax.step(
-        np.append(curve.time, until),
-        np.append(curve.survival, curve.survival[-1]),
-        where="post",
-        color=PALETTE[2],
-        lw=2.4,
-        label=f"all {lived.size} runs",
-    )
+    share = np.append(curve.survival, curve.survival[-1])
+    style = {"color": PALETTE[2], "lw": 2.4, "label": f"all {lived.size} runs"}
+    ax.step(np.append(curve.time, until), share, where="post", **style)
     ax.set(
         xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="fraction with all species", title=title
     )
@@ -451,22 +425,15 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
     extinction are marked."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
-    lived = grid.table(lambda run: lifetime(run)[0])
+    lived, _ = grid.lifetimes()
     top = max(grid.length, 1.0)
     image = ax.imshow(lived, cmap="cividis", vmin=0, vmax=top, aspect="auto")
     for i in range(rows):
         for j in range(columns):
             first = declines(grid.runs[i][j])[:1]
             text = f"{first[0].tick:,}\n{first[0].species}" if first else "all persist"
-            ax.text(
-                j,
-                i,
-                text,
-                ha="center",
-                va="center",
-                fontsize=8.5,
-                color=ON_CELL[bool(lived[i, j] > 0.55 * top)],
-            )
+            color = ON_CELL[bool(lived[i, j] > 0.55 * top)]
+            ax.text(j, i, text, ha="center", va="center", fontsize=8.5, color=color)
     for edge in range(1, rows):
         ax.axhline(edge - 0.5, color="white", lw=1.2)
     for edge in range(1, columns):

@@ -93,6 +93,29 @@ def several(
     return figure, axes
 
 
+def grid_of_arms(
+    runs: Mapping[str, Sequence[Any]],
+    labels: Sequence[str],
+    each: tuple[float, float],
+    edge: float,
+    **more: Any,
+) -> tuple[Figure, np.ndarray]:
+    """Return a figure with axes of a size [inches] for each arm (columns) and each label (rows)."""
+    wide, high = each[0] * len(runs) + 1, each[1] * len(labels) + edge
+    figure, axes = panels(len(labels), len(runs), wide, high, sharex=True, **more)
+    for ax, (arm, members) in zip(axes[0], runs.items(), strict=True):
+        ax.set_title(f"{arm} (n = {len(members)})")
+    for ax, label in zip(axes[:, 0], labels, strict=True):
+        ax.set_ylabel(label)
+    return figure, axes
+
+
+def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue: str, **more: Any) -> None:
+    """Draw thin curves, one for each run [runs, x], and a thick curve that summarizes them."""
+    ax.plot(x, np.transpose(many), color=hue, lw=0.6, alpha=0.5)
+    ax.plot(x, one, color=hue, **{"lw": 2, **more})
+
+
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
     """Use matplotlib's defaults with our settings; restore the user's settings afterwards.

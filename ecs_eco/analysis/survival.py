@@ -106,9 +106,8 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
     """Return the Kaplan–Meier estimate as a function of time; raise ValueError for invalid durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
-        raise ValueError(
-            f"durations and died must be one-dimensional and equally long, got shapes {t.shape} and {d.shape}"
-        )
+        expected = "durations and died must be one-dimensional and equally long"
+        raise ValueError(f"{expected}, got shapes {t.shape} and {d.shape}")
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
     from scipy.stats import ecdf  # takes a second to load
@@ -221,12 +220,8 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
     """Return a − b of two independent estimates from their intervals: squares of the distances to the ends
     add (Zou and Donner 2008)."""
-    gap = a.value - b.value
-    return Interval(
-        gap,
-        gap - float(np.hypot(a.value - a.low, b.high - b.value)),
-        gap + float(np.hypot(a.high - a.value, b.value - b.low)),
-    )
+    gap, down = a.value - b.value, float(np.hypot(a.value - a.low, b.high - b.value))
+    return Interval(gap, gap - down, gap + float(np.hypot(a.high - a.value, b.value - b.low)))
 
 
 def bootstrap_difference(

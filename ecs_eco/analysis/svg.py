@@ -59,25 +59,17 @@ def embedded(text: str, caption: str) -> str:
     text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)
     text = re.sub(r'<rect class="under"[^>]*/>', "", text, count=1)
     # letters of 10 units remain 9 pixels high on a phone, where wide figures scroll
-    return text.replace(
-        "<svg ", f'<svg role="img" aria-label="{alt}" style="min-width:{min(0.9 * wide, 900):.0f}px" ', 1
-    )
+    style = f"min-width:{min(0.9 * wide, 900):.0f}px"
+    return text.replace("<svg ", f'<svg role="img" aria-label="{alt}" style="{style}" ', 1)
 
 
 def _rules(inside: str, dark: Mapping[str, str]) -> str:
     """Return the CSS rules for a dark background, for the colors in use."""
     used = {*re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', inside), ("fill", "#ffffff")}
-    rules = [
-        f'.plot [{what}="{colour}"]{{{what}:{dark[colour]}}}'
-        for what, colour in sorted(used)
-        if colour in dark
-    ]
-    return (
-        "@media (prefers-color-scheme:dark){"
-        + f".plot{{fill:{dark[INK]}}}"
-        + "".join(rules)
-        + ".plot.dim image{filter:brightness(.28)}}"
-    )
+    known = [(what, hue) for what, hue in sorted(used) if hue in dark]
+    rules = "".join(f'.plot [{what}="{hue}"]{{{what}:{dark[hue]}}}' for what, hue in known)
+    rules = f".plot{{fill:{dark[INK]}}}{rules}.plot.dim image{{filter:brightness(.28)}}"
+    return f"@media (prefers-color-scheme:dark){{{rules}}}"
 
 
 def _plain_names(root: ET.Element) -> None:
@@ -138,10 +130,9 @@ def _tenth(x: int) -> str:
 
 def _rename(root: ET.Element, prefix: str) -> None:
     """Keep only ids in use, under short names unique to this figure."""
+    values = [value for part in root.iter() for value in part.attrib.values()]
     used = {part.get("href", "")[1:] for part in root.iter("use")}
-    used |= {
-        found for part in root.iter() for value in part.attrib.values() for found in _REFERENCE.findall(value)
-    }
+    used |= {found for value in values for found in _REFERENCE.findall(value)}
     new: dict[str, str] = {}
     for part in root.iter():
         old = part.attrib.pop("id", None)
@@ -173,23 +164,12 @@ def _dots(root: ET.Element) -> None:
         if len(marks) < DENSE or len(kinds) != 1:
             continue
         href, fill = kinds.pop()
-        at = sorted(
-            {(round(float(mark.get("y", 0)), 1), round(float(mark.get("x", 0)), 1)) for mark in marks}
-        )
+        at = sorted({tuple(round(float(mark.get(axis, 0)), 1) for axis in "yx") for mark in marks})
         clip = next((part.attrib for part in group if "clip-path" in part.attrib), {})
         group[:] = []
-        ET.SubElement(
-            ET.SubElement(group, "g", clip),
-            "path",
-            {
-                "d": "".join(_steps(at)),
-                "fill": "none",
-                "stroke": fill or INK,
-                "stroke-linecap": "round",
-                "stroke-width": f"{20 * size[(href or '')[1:]]:.1f}",
-                "transform": "scale(.1)",
-            },
-        )
+        look = {"d": "".join(_steps(at)), "fill": "none", "stroke": fill or INK, "stroke-linecap": "round"}
+        look["stroke-width"] = f"{20 * size[(href or '')[1:]]:.1f}"
+        ET.SubElement(ET.SubElement(group, "g", clip), "path", look | {"transform": "scale(.1)"})
 
 
 def _marks(group: ET.Element) -> Iterator[ET.Element]:
@@ -201,7 +181,7 @@ def _marks(group: ET.Element) -> Iterator[ET.Element]:
             yield part[0]
 
 
-def _steps(at: list[tuple[float, float]]) -> Iterator[str]:
+def _steps(at: list[tuple[float, ...]]) -> Iterator[str]:
     """Yield a path in tenths of a unit from dot to dot."""
     x = y = 0
     for v, u in at:

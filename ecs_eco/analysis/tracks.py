@@ -56,48 +56,21 @@ def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )
-    columns = [np.full((len(records), uids.size), np.nan) for _ in range(5)]
+    depth, speed, near, away, aside = (np.full((len(records), uids.size), np.nan) for _ in range(5))
     for tick, (before, distance, offset, after) in enumerate(records):
-        _write(
-            space,
-            dt,
-            columns,
-            tick,
-            np.searchsorted(uids, before[0]),
-            np.searchsorted(uids, after[0]),
-            before,
-            distance,
-            offset,
-            after,
-        )
-    depth, speed, near, away, aside = columns
+        at, then = np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0])
+        depth[tick, then] = space.size[2] - after[1][:, 2]
+        near[tick, at] = distance
+        both, i, j = np.intersect1d(at, then, return_indices=True)
+        way = shortest(space, after[1][j] - before[1][i])
+        length = np.linalg.norm(way, axis=1)
+        speed[tick, both] = length / dt
+        left = np.stack([offset[i, 1], -offset[i, 0], np.zeros(i.size)], 1)
+        for cosines, direction in ((away, -offset[i]), (aside, left)):
+            span = length * np.linalg.norm(direction, axis=1)
+            moved = (span > 1e-9) & np.isfinite(distance[i])
+            cosines[tick, both[moved]] = (way * direction).sum(1)[moved] / span[moved]
     return Tracks(uids, depth, speed, near, away, aside, light)
-
-
-def _write(
-    space: Volume,
-    dt: float,
-    columns: list[np.ndarray],
-    tick: int,
-    at: np.ndarray,
-    then: np.ndarray,
-    before: Placed,
-    distance: np.ndarray,
-    offset: np.ndarray,
-    after: Placed,
-) -> None:
-    depth, speed, near, away, aside = columns
-    depth[tick, then] = space.size[2] - after[1][:, 2]
-    near[tick, at] = distance
-    both, i, j = np.intersect1d(at, then, return_indices=True)
-    way = shortest(space, after[1][j] - before[1][i])
-    length = np.linalg.norm(way, axis=1)
-    speed[tick, both] = length / dt
-    left = np.stack([offset[i, 1], -offset[i, 0], np.zeros(i.size)], 1)
-    for cosines, direction in ((away, -offset[i]), (aside, left)):
-        span = length * np.linalg.norm(direction, axis=1)
-        moved = (span > 1e-9) & np.isfinite(distance[i])
-        cosines[tick, both[moved]] = (way * direction).sum(1)[moved] / span[moved]
 
 
 def shortest(space: Volume, d: np.ndarray) -> np.ndarray:

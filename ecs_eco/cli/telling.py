@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
+from ecs_eco.analysis.archipelago import write_archipelago
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.report import write_report
-from ecs_eco.analysis.report.archipelago import write_archipelago
 from ecs_eco.analysis.runs import parts
 from ecs_eco.analysis.why import write_why
 from ecs_eco.cli.folders import pages

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ecs_eco.analysis.learning import write_training
 from ecs_eco.analysis.page import number
-from ecs_eco.analysis.report.training import write_training
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import On, Out, Quiet, Seed, Set, Ticks, Trust, World
 from ecs_eco.cli.terminal import exits, numbers, progress, refuse, say, stopped

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Self
 
-from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.analysis.archipelago import write_archipelago
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World

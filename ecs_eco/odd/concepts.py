@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.species import Species
 from ecs_eco.odd.document import Block, Heading, Items, grid
-from ecs_eco.odd.model import Model
+from ecs_eco.odd.model import Model, is_built_in
 from ecs_eco.odd.values import shown, values_of
 
 
@@ -59,9 +59,7 @@ def _emergence(model: Model) -> Iterator[Block]:
             f"Frequencies of alleles of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
             "function is imposed."
         )
-    if capped := [
-        f"{name} ({one.max_count:,})" for name, one in species.items() if one.max_count is not None
-    ]:
+    if capped := [f"{n} ({one.max_count:,})" for n, one in species.items() if one.max_count is not None]:
         yield f"The highest number is imposed for {_listed(capped)}."
 
 
@@ -90,15 +88,11 @@ def _objectives(model: Model) -> Iterator[Block]:
     rows = []
     for name, species in _species(model).items():
         if (happiness := species.happiness) is not None:
-            weights = " + ".join(
-                f"{shown(weight)} × {sensor}" for sensor, weight in happiness.weights.items()
-            )
+            weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
             formula = happiness.formula or weights or shown(happiness.function)
             rows.append((name, f"`{formula}`", shown(happiness.minimum)))
-    if not rows:
-        yield "Individuals have no objective."
-        return
-    yield "The objective is happiness, a function of the readings of sensors; the reward is its change in a tick."
+    text = "The objective is happiness, a function of the readings of sensors; the reward is its change in a tick."
+    yield text if rows else "Individuals have no objective."
     yield from grid(("species", "happiness", "least, and happiness of the dead"), rows)
 
 
@@ -108,14 +102,11 @@ def _learning(model: Model) -> Iterator[Block]:
         policy, ppo = species.policy, species.ppo
         if policy.thinks and (policy.learn or policy.file):
             when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
-            who = (
-                "each individual its own policy" if policy.kind == "individual" else "all members one policy"
-            )
+            own = policy.kind == "individual"
+            who = "each individual its own policy" if own else "all members one policy"
             rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
-    if not rows:
-        yield "Individuals do not learn."
-        return
-    yield "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
+    text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
+    yield text if rows else "Individuals do not learn."
     yield from grid(("species", "learns", "policy", "learning rate", "rollout [ticks]"), rows)
 
 
@@ -125,13 +116,11 @@ def _prediction(model: Model) -> Iterator[Block]:
         if species.policy.thinks and (species.policy.learn or species.policy.file):
             discount = species.ppo["discount"]
             rows.append((name, shown(discount), f"{1 / (1 - discount):.3g}" if discount < 1 else "∞"))
-    if not rows:
-        yield "Individuals do not predict."
-        return
-    yield (
+    text = (
         "Prediction is implicit: while a policy learns, a value network predicts the discounted sum of future "
         "rewards from the present readings."
     )
+    yield text if rows else "Individuals do not predict."
     yield from grid(("species", "discount", "horizon, 1/(1 − discount) [ticks]"), rows)
 
 
@@ -143,10 +132,8 @@ def _sensing(model: Model) -> Iterator[Block]:
             declared = "; ".join(f"{v.key} {shown(v.value)} {v.unit}".rstrip() for v in values)
             channels = sensor.channels(model.world.space.volume + 2)
             rows.append((name, getattr(sensor, "kind", ""), f"`{'`, `'.join(channels)}`", declared))
-    if not rows:
-        yield "Individuals sense nothing."
-        return
-    yield "Sensors read without error. The submodel Sensing defines the readings of each kind."
+    text = "Sensors read without error. The submodel Sensing defines the readings of each kind."
+    yield text if rows else "Individuals sense nothing."
     yield from grid(("species", "kind", "readings", "declared"), rows)
 
 
@@ -165,22 +152,15 @@ def _interaction(model: Model) -> Iterator[Block]:
         some += grid(("of", "with", "by", "reach"), rows)
     if mates := [name for name, one in species.items() if getattr(one.reproduction, "kind", "") == "sexual"]:
         some.append(f"Individuals of {_listed(mates)} mate.")
-    if solid := [
-        name for name, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)
-    ]:
+    if solid := [n for n, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)]:
         some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
-    if smells := [
-        f"{n} into {_listed(one.emits)}" for n, one in sections.items() if getattr(one, "emits", None)
-    ]:
+    if smells := [f"{n} into {_listed(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
         some.append(f"Individuals interact indirectly by emissions into fields: {_listed(smells)}.")
     if sensed := [
-        f"{name} ({', '.join(kinds)})" for name, one in species.items() if (kinds := _sensed(model, one))
+        f"{n} ({', '.join(kinds)})" for n, one in species.items() if (kinds := _sensed(model, one))
     ]:
         some.append(f"Individuals sense other individuals (kinds in parentheses): {_listed(sensed)}.")
-    own = [
-        f"`{type(s).__name__}`" for s in model.active if not type(s).__module__.startswith("ecs_eco.systems.")
-    ]
-    if own:
+    if own := [f"`{type(s).__name__}`" for s in model.active if not is_built_in(s)]:
         some.append(
             f"Processes of this world's own code may be interactions too (element 7): {_listed(own)}."
         )

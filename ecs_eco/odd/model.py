@@ -53,25 +53,19 @@ class Model:
 
     def places(self, kind: str | None = None) -> list[Section]:
         """Return the sections in which keys are looked up, of one kind or of all."""
-        own = (
-            self.sections.values() if kind is None else [self.sections[kind]] if kind in self.sections else []
-        )
+        own = [section for name, section in self.sections.items() if kind in (None, name)]
         return [*own, *([] if self.config is None else [self.config])]
 
     def named(self, system: System) -> list[str]:
         """Return the kinds on which a system acts in this world; empty if it has no work here."""
-        submodel = system.submodel or Submodel()
-        return [name for name, table in self.tables.items() if self._acts(system, submodel, name, table)]
-
-    def _acts(self, system: System, submodel: Submodel, name: str, table: Table) -> bool:
-        asked = system.asked_for is None or system.asked_for(table)
-        return asked and table.has(system.needs) and self.concerns(submodel, name)
+        submodel, asked = system.submodel or Submodel(), system.asked_for or (lambda table: True)
+        having = [name for name, table in self.tables.items() if asked(table) and table.has(system.needs)]
+        return [name for name in having if self.concerns(submodel, name)]
 
     def concerns(self, submodel: Submodel, kind: str) -> bool:
         """Return whether a submodel applies to a kind."""
-        return not submodel.where or any(
-            applies(key, self.places(kind), self.world.tables[kind]) for key in submodel.where
-        )
+        places, table = self.places(kind), self.world.tables[kind]
+        return not submodel.where or any(applies(key, places, table) for key in submodel.where)
 
     @cached_property
     def active(self) -> dict[System, list[str]]:
@@ -120,13 +114,10 @@ class Model:
 
     def keys(self, part: Part) -> list[str]:
         """Return the keys of a submodel's parameters; for a system of a custom feature, the keys of the
-        feature."""
-        return [*part.submodel.reads, *([] if part.system is None else self.own_keys(part.system))]
-
-    def own_keys(self, system: System) -> list[str]:
-        """Return the keys that a custom feature adds, for a system of that feature."""
+        feature, too."""
         features = [] if self.config is None else own_features(self.config)
-        return [key for one in features if type(system) in one.systems for key in one.model_fields]
+        own = [one for one in features if type(part.system) in one.systems]
+        return [*part.submodel.reads, *(key for one in own for key in one.model_fields)]
 
     def changes(self, kind: str, component: str, field: str, titled: bool = False) -> bool:
         """Return whether a system of this world changes a state variable of a kind; with `titled`, only
@@ -137,14 +128,13 @@ class Model:
                 continue
             for change in self.changed_by(system):
                 key, _, what = change.rpartition(": ")
-                if what in wanted and (kind in kinds if not key else self._is_named(kind, key, kinds)):
+                holders = [self.sections[one] for one in kinds if one in self.sections]
+                named = (
+                    any(kind in found_at(one, key.split(".")) for one in holders) if key else kind in kinds
+                )
+                if what in wanted and named:
                     return True
         return False
-
-    def _is_named(self, kind: str, key: str, kinds: list[str]) -> bool:
-        return any(
-            kind in found_at(self.sections[one], key.split(".")) for one in kinds if one in self.sections
-        )
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
@@ -166,6 +156,11 @@ def _declared(section: Section) -> Iterator[Section]:
 
 def _submodel(section: Section) -> Submodel:
     return section.submodel or Submodel()
+
+
+def is_built_in(system: System) -> bool:
+    """Return whether a system is one of the package's own."""
+    return type(system).__module__.startswith("ecs_eco.systems.")
 
 
 def title_of(system: System) -> str:

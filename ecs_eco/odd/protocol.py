@@ -98,11 +98,8 @@ def purpose(model: Model) -> Iterator[Block]:
     if config is None:
         yield f"The world `{model.world.name}` is built in Python; its program declares no purpose."
         return
-    yield (
-        config.description
-        or _told(config)
-        or f"The world file declares no purpose; its title is: {config.title}."
-    )
+    none = f"The world file declares no purpose; its title is: {config.title}."
+    yield config.description or _told(config) or none
     if config.patterns:
         yield "The model is judged by these patterns:"
         yield Items(tuple(config.patterns))
@@ -119,9 +116,8 @@ def _told(config: WorldConfig) -> str:
     if not file.is_file():
         return ""
     readme = file.with_name("README.md")
-    if readme.is_file() and [*config.folder.glob("*.toml")] == [
-        file
-    ]:  # otherwise it describes more than this world
+    alone = [*config.folder.glob("*.toml")] == [file]  # otherwise the README describes more than this world
+    if readme.is_file() and alone:
         parts = re.split(r"\n\s*\n", readme.read_text(encoding="utf-8"))
         text = next((part for part in parts if part.strip() and not part.startswith("#")), "")
         return " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text).replace("**", "").split())
@@ -168,9 +164,8 @@ def _state(model: Model) -> Iterator[tuple[str, ...]]:
                 continue
             unit, text = known.get(field, ("", ""))
             dynamic = [kind for kind in having if model.changes(kind, name, field)]
-            change = (
-                "dynamic" if dynamic == having else f"dynamic: {', '.join(dynamic)}" if dynamic else "static"
-            )
+            change = f"dynamic: {', '.join(dynamic)}" if dynamic else "static"
+            change = "dynamic" if dynamic == having else change
             row = (name, unit, text or first_sentence(component), _kinds(model, having), change)
             rows.setdefault(row, []).append(f"`{name}.{field}`")
     for (_, *cells), names in rows.items():
@@ -196,22 +191,17 @@ def _scales(model: Model) -> Iterator[Block]:
     if config is not None:
         span = f"{config.ticks:,} ticks = {shown(config.ticks * config.dt)} s"
         rows.append(("length of a run", span))
-        rows += [
-            (f"field `{name}`", f"cells of {shown(field.cell)} m; {_holds(field.substance)}; dynamic")
-            for name, field in config.fields.items()
-        ]
+        for name, field in config.fields.items():
+            held = (
+                f"concentration of {field.substance} [mol/L]" if field.substance else "a smell without amount"
+            )
+            rows.append((f"field `{name}`", f"cells of {shown(field.cell)} m; {held}; dynamic"))
         if config.terrain is not None:
             rows.append(("terrain", f"cells of {shown(config.terrain.cell)} m; static"))
     yield from grid(("scale", "value"), rows)
     if config is not None:
-        keys = [
-            key for key in SURROUNDINGS if key not in model.claimed("") and key in config.model_fields_set
-        ]
-        yield from parameters(model, [("", key) for key in keys])
-
-
-def _holds(substance: str | None) -> str:
-    return "a smell without amount" if substance is None else f"concentration of {substance} [mol/L]"
+        rest = config.model_fields_set - model.claimed("")
+        yield from parameters(model, [("", key) for key in SURROUNDINGS if key in rest])
 
 
 def schedule(model: Model) -> Iterator[Block]:
@@ -277,11 +267,8 @@ def _first_energy(model: Model) -> Iterator[Block]:
     for name, section in model.sections.items():
         if isinstance(section, Species) and "metabolism" in section.model_fields_set:
             share = energy_spread(model.world.tables[name], section)
-            spread = (
-                f"{shown(1 - share)} to {shown(1 + share)} times that, uniform"
-                if share
-                else "the same for all"
-            )
+            uniform = f"{shown(1 - share)} to {shown(1 + share)} times that, uniform"
+            spread = uniform if share else "the same for all"
             rows.append((name, shown(section.metabolism.energy), spread))
     yield from grid(("species", "energy of founders", "variation"), rows)
 
@@ -295,7 +282,9 @@ def inputs(model: Model) -> Iterator[Block]:
         layers = dict(lists_of(config.terrain)).get("layers", [])
         rows += [f"`{getattr(layer, 'file', '')}`: {getattr(layer, 'make', '')}" for _, layer in layers]
     if config is not None:
-        rows += [f"{_when(one)}: {in_words(one.once(one.at))}." for one in config.interventions]
+        rows += [
+            f"At tick {one.at:,}{_again(one)}: {in_words(one.once(one.at))}." for one in config.interventions
+        ]
     if not rows:
         yield "The model uses no input data to represent processes that change over time."
         return
@@ -303,9 +292,6 @@ def inputs(model: Model) -> Iterator[Block]:
     yield Items(tuple(rows))
 
 
-def _when(one: Intervention) -> str:
-    every, until = one.every, one.until
-    again = (
-        "" if every is None else f", then every {every:,} ticks" + (f" until tick {until:,}" if until else "")
-    )
-    return f"At tick {one.at:,}{again}"
+def _again(one: Intervention) -> str:
+    until = f" until tick {one.until:,}" if one.until else ""
+    return "" if one.every is None else f", then every {one.every:,} ticks{until}"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from ecs_eco.engine.system import System
 from ecs_eco.inputs.section import NAMED, Section, Use
 from ecs_eco.odd.document import Block, Heading, Items, grid
-from ecs_eco.odd.model import Model, Part
+from ecs_eco.odd.model import Model, Part, is_built_in
 from ecs_eco.odd.values import (
     Value,
     applies,
@@ -41,7 +41,7 @@ def submodels(model: Model) -> Iterator[Block]:
         yield from parameters(model, [one for one in dict.fromkeys(wanted) if one not in described])
         described.update(wanted)
         for part in parts:
-            if part.system is not None and not type(part.system).__module__.startswith("ecs_eco.systems."):
+            if part.system is not None and not is_built_in(part.system):
                 yield from _own_values(part.system)
 
 
@@ -64,38 +64,30 @@ def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Bloc
     """Yield tables of the values at pairs (kind, key), with the kind "" for the world: single values,
     kinds side by side, then lists."""
     holders = {} if model.config is None else {"": model.config}
-    held = {
-        name: {v.key: v for v in values_of(section) if _wanted(name, v.key, wanted)}
-        for name, section in (holders | model.sections).items()
-    }
-    yield from _side_by_side({name: values for name, values in held.items() if values and not name})
-    yield from _side_by_side({name: values for name, values in held.items() if values and name})
+    held: dict[str, dict[str, Value]] = {}
     entries: dict[type[Section], list[tuple[str, str, Section]]] = {}
     for name, section in (holders | model.sections).items():
+        held[name] = {v.key: v for v in values_of(section) if _wanted(name, v.key, wanted)}
         for key, listed in lists_of(section):
             for label, entry in listed if _wanted(name, key, wanted) else ():
                 entries.setdefault(type(entry), []).append((name, f"{key}.{label}", entry))
+    for world in (True, False):
+        yield from _side_by_side({name: v for name, v in held.items() if v and (not name) == world})
     for kind, rows in entries.items():
         yield from _listed(kind, rows)
-    if named := tuple(dict.fromkeys(_functions(model, held, entries))):
+    values = [value for one in held.values() for value in one.values()]
+    values += [value for rows in entries.values() for *_, entry in rows for value in values_of(entry)]
+    if named := tuple(dict.fromkeys(_functions(model, values))):
         yield Items(named)
 
 
-def _functions(
-    model: Model,
-    held: dict[str, dict[str, Value]],
-    entries: dict[type[Section], list[tuple[str, str, Section]]],
-) -> Iterator[str]:
+def _functions(model: Model, values: list[Value]) -> Iterator[str]:
     """Yield the functions that values name, with the first sentence of their docstrings."""
-    values = [value for one in held.values() for value in one.values()]
-    values += [value for rows in entries.values() for *_, entry in rows for value in values_of(entry)]
-    for value in values:
-        if model.config is not None and (
-            isinstance(value.value, Use) or re.fullmatch(NAMED, str(value.value))
-        ):
-            function = model.config.known(value.value)
+    for one in [value.value for value in values]:
+        if model.config is not None and (isinstance(one, Use) or re.fullmatch(NAMED, str(one))):
+            function = model.config.known(one)
             if function is not None and function.__doc__:
-                yield f"`{shown(value.value)}`: {first_sentence(function)}"
+                yield f"`{shown(one)}`: {first_sentence(function)}"
 
 
 def _wanted(kind: str, key: str, wanted: Sequence[tuple[str, str]]) -> bool:
@@ -131,32 +123,23 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
         yield sentences(kind)
     values = [{v.key: v for v in values_of(entry) if v.key not in ("name", "label")} for _, _, entry in rows]
     columns = {key: one for row in values for key, one in row.items()}
-    yield from grid(
-        ("of", "entry", *(f"{key} [{one.unit}]" if one.unit else key for key, one in columns.items())),
-        [
-            (name, f"`{label}`", *(_cell(row[key]) if key in row else "" for key in columns))
-            for (name, label, _), row in zip(rows, values, strict=True)
-        ],
-    )
+    head = (f"{key} [{one.unit}]" if one.unit else key for key, one in columns.items())
+    lines = []
+    for (name, label, _), row in zip(rows, values, strict=True):
+        lines.append((name, f"`{label}`", *(_cell(row[key]) if key in row else "" for key in columns)))
+    yield from grid(("of", "entry", *head), lines)
     if meanings := tuple(f"`{key}`: {one.text}" for key, one in columns.items() if one.text):
         yield Items(meanings)
 
 
 def _own_values(system: System) -> Iterator[Block]:
     """Yield the numbers of a custom system: its attributes or its class's, with their comments."""
-    known = comments_of(type(system))
-    values = {
-        name: value
-        for name, value in {**vars(type(system)), **vars(system)}.items()
-        if not name.startswith("_") and _is_number(value) and name != "priority"
-    }
-    yield from grid(
-        ("parameter", "unit", "value", "meaning"),
-        [
-            (f"`{n}`", known.get(n, ("", ""))[0], shown(v), known.get(n, ("", ""))[1])
-            for n, v in values.items()
-        ],
-    )
+    known, rows = comments_of(type(system)), []
+    for name, value in {**vars(type(system)), **vars(system)}.items():
+        if not name.startswith("_") and _is_number(value) and name != "priority":
+            unit, text = known.get(name, ("", ""))
+            rows.append((f"`{name}`", unit, shown(value), text))
+    yield from grid(("parameter", "unit", "value", "meaning"), rows)
 
 
 def _is_number(value: object) -> bool:

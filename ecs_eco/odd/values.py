@@ -41,11 +41,10 @@ def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
         if isinstance(value, Section) and not isinstance(value, Use):
             yield from values_of(value, f"{key}.")
         elif isinstance(value, dict):
+            texts = PPO_TEXTS if name == "ppo" else {}
             for entry, one in value.items():
                 if not isinstance(one, Section) and not (name == "ppo" and _is_unused(section, entry, one)):
-                    yield Value(
-                        f"{key}.{entry}", one, unit, PPO_TEXTS.get(entry, text) if name == "ppo" else text
-                    )
+                    yield Value(f"{key}.{entry}", one, unit, texts.get(entry, text))
         elif not _sections(value) and name != "kind":
             yield Value(key, value, unit, text)
 
@@ -58,9 +57,8 @@ def _is_unused(section: Section, setting: str, value: object) -> bool:
 
 def keys_given(section: Section) -> set[str]:
     """Return the values that a file gives within a section, by key."""
-    return {
-        value.key for value in values_of(section) if value.key.partition(".")[0] in section.model_fields_set
-    }
+    keys = {value.key for value in values_of(section)}
+    return {key for key in keys if key.partition(".")[0] in section.model_fields_set}
 
 
 def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tuple[str, Section]]]]:
@@ -99,9 +97,8 @@ def unit_of(info: FieldInfo) -> str:
     """Return the unit of a field, "" for a pure number."""
     extra = info.json_schema_extra
     written = _UNIT_AT_END.search(info.description or "")
-    unit = (
-        str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else written[1] if written else ""
-    )
+    unit = written[1] if written else ""
+    unit = str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else unit
     return "" if unit == "1" else unit
 
 

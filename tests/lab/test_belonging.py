@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.analysis.archipelago import load_islands
-from ecs_eco.analysis.report.archipelago import write_archipelago
+from ecs_eco.analysis.archipelago import load_islands, write_archipelago
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.lab.archipelago import Archipelago
 from ecs_eco.lab.island import advance

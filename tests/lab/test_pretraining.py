@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.analysis.report.training import write_training
+from ecs_eco.analysis.learning import write_training
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lab.pretraining import against_random, mean_weights, pretrain

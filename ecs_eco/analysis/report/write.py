@@ -9,17 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis import depth_figures, figures, flows, genes_figures, matter, measures
+from ecs_eco.analysis import against as outside_series
+from ecs_eco.analysis import depth_figures, figures, flows, genes_figures, learning, matter, measures
 from ecs_eco.analysis.cycles import CycleStatistics, Lag, cycle_statistics
 from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.land import land_at
-from ecs_eco.analysis.page import Markup, drawn, number, page, table, verdict, write_text
+from ecs_eco.analysis.page import Markup, bullets, drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.palette import ON_DARK
 from ecs_eco.analysis.relief import Relief
-from ecs_eco.analysis.report import training
-from ecs_eco.analysis.report.against import blocks as against_blocks
-from ecs_eco.analysis.report.against import of_run
-from ecs_eco.analysis.report.recorded import fields
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
 from ecs_eco.analysis.spectrum import Peak
 from ecs_eco.analysis.style import Figure, as_delivered, colors_of
@@ -49,19 +46,8 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
     at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
-    head = [
-        "species",
-        "first tick",
-        "mean",
-        "least",
-        "most",
-        "last tick",
-        "births",
-        "refused",
-        "deaths",
-        "mean age at death [s]",
-        "life expectancy [s]",
-    ]
+    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "refused", "deaths"]
+    head += ["mean age at death [s]", "life expectancy [s]"]
     note = (
         "“Refused” counts births prevented by max_count. Life expectancy is the total time lived "
         "divided by the number of deaths; unlike the age at death, it includes organisms that are "
@@ -95,9 +81,7 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
             "thousands of ticks.</p>"
         )
     cycling = statistics.cycling()
-    items = "".join(
-        f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>" for s in statistics.species
-    )
+    items = bullets(_cycle(s, statistics.peaks[s], s in cycling) for s in statistics.species)
     method = (
         "<p class='under'>p is the probability of a spectral peak this high, at any of the periods "
         f"tested, in a population that drifts and relaxes without cycling ({statistics.ticks:,} "
@@ -105,52 +89,34 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
         "pools seeds.</p>"
     )
     if not cycling or not statistics.period:
-        return f"<ul>{items}</ul>{method}"
-    lags = "".join(
-        f"<li>{escape(_lag(pair, x, statistics.period))}</li>" for pair, x in statistics.lags.items()
-    )
+        return items + method
+    lags = bullets(_lag(pair, x, statistics.period) for pair, x in statistics.lags.items())
     who = f"<p>Lags between species at the period of {statistics.period:,.0f} ticks (95% intervals):</p>"
-    return f"<ul>{items}</ul>{who}<ul>{lags}</ul>{method}"
+    return items + who + lags + method
 
 
 def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
     if peak is None:
         return f"{species}: its number does not change."
+    p = f"p ≤ {peak.p:.3f}" if peak.p <= 0.002 else f"p = {peak.p:.2g}"
     if not cycles and peak.p <= 0.05:
-        why = (
-            f"slower swings have {peak.slower:,.1f} times its variance"
-            if peak.slower > 1
-            else f"the series contains it only {peak.held:,.1f} times"
-        )
-        return (
-            f"{species}: no cycle. Its spectrum has a bump at {peak.period:,.0f} ticks (p "
-            f"{_p(peak.p)}), but {why}."
-        )
+        why = f"the series contains it only {peak.held:,.1f} times"
+        if peak.slower > 1:
+            why = f"slower swings have {peak.slower:,.1f} times its variance"
+        return f"{species}: no cycle. Its spectrum has a bump at {peak.period:,.0f} ticks ({p}), but {why}."
     if not cycles:
-        return f"{species}: no cycle beyond red noise (p {_p(peak.p)})."
-    few = (
-        f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be certain."
-        if peak.n_periods < FEW_PERIODS
-        else ""
-    )
-    return (
-        f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, p "
-        f"{_p(peak.p)}.{few}"
-    )
-
-
-def _p(p: float) -> str:
-    return f"≤ {p:.3f}" if p <= 0.002 else f"= {p:.2g}"
+        return f"{species}: no cycle beyond red noise ({p})."
+    few = f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be certain."
+    more = few * (peak.n_periods < FEW_PERIODS)
+    return f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, {p}.{more}"
 
 
 def _lag(pair: str, lag: Lag, period: float) -> str:
     a, b = pair.split("→")
     loose = "; loosely coupled" if lag.coherence < 0.5 else ""
-    share = (
-        f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), "
-        f"about {lag.share * period:,.0f} ticks"
-    )
-    return f"{b} follows {a} by {share}; coherence {lag.coherence:.2f}{loose}."
+    share = f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f})"
+    ticks = f"about {lag.share * period:,.0f} ticks"
+    return f"{b} follows {a} by {share}, {ticks}; coherence {lag.coherence:.2f}{loose}."
 
 
 def deaths(series: Series) -> str:
@@ -283,7 +249,7 @@ def _written(
     place = run if out is None else Path(out)
     series = load_series(run)
     outside = (
-        of_run(run, series)
+        outside_series.of_run(run, series)
         if against is None
         else read_outside(against, [*series.species, *series.reporters], match)
     )
@@ -303,7 +269,7 @@ def _written(
             if series.reporters and len(series.ticks)
             else ()
         ),
-        *fields(run),
+        *measures.fields(run),
         "<h2>Cycles</h2>",
         cycles(series, found),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
@@ -317,7 +283,7 @@ def _written(
         *flows.blocks(series, place),
         *matter.blocks(run, series, place),
         *depth_figures.blocks(run, series, place),
-        *training.blocks(run, series, place),
+        *learning.blocks(run, series, place),
         *genes_figures.blocks(run, series, place),
         *(("<h2>Positions</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
@@ -329,7 +295,7 @@ def _written(
 def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
     """Return the part on outside series; if the run is too short and none was requested, the reason."""
     try:
-        return against_blocks(series, outside, place)
+        return outside_series.blocks(series, outside, place)
     except ConfigError as error:
         if asked:
             raise
@@ -371,8 +337,8 @@ def _settings(m: Mapping[str, Any]) -> str:
         ["commit", m.get("git_commit") or "unknown"],
         ["configuration", m.get("config_hash", "–")],
         ["policies", m.get("policies", "–")],
+        ["versions", versions or "–"],
     ]
-    rows.append(["versions", versions or "–"])
     config = escape(json.dumps(m.get("config", {}), indent=2, ensure_ascii=False))
     return (
         f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All "
@@ -387,33 +353,29 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     """Return the figures for which this run has data, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
-    found = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
+    found = [*_curves(series), *_cycles(series, cycles), *_places(run, series)]
     return {name: drawn(f, place / "figures" / f"{name}.svg", caption) for name, f, caption in found}
 
 
-def _numbers(series: Series) -> Iterator[Drawn]:
+def _curves(series: Series) -> Iterator[Drawn]:
     marked = "; a dashed line marks an intervention" if figures.interventions(series) else ""
-    yield (
-        "populations",
-        figures.populations(series),
-        f"Numbers over time. A cross marks an extinction{marked}.",
-    )
+    text = f"Numbers over time. A cross marks an extinction{marked}."
+    yield "populations", figures.populations(series), text
     if series.reporters:
         yield "measured", measures.figure(series), "Values of the world's reporters over time."
+    if any(series.columns[DIED + c].any() for c in series.causes):
+        yield "deaths", figures.deaths(series), "Deaths per tick by cause."
+    if "stock_after" in series.columns and series.columns["stock_after"].any():
+        yield "energy", figures.energy(series), "Energy per tick: inflows above zero, outflows below."
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
-    hue = colors_of(series)
-    present = [s for s, here in zip(series.species, series.present, strict=True) if here]
+    present = series.there
     pairs = list(zip(present, present[1:], strict=False))
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
-        band = "the band is that of a population that drifts without cycling"
-        yield (
-            "spectra",
-            figures.spectra(peaks, hue),
-            f"Spectra. A cycle is a peak above the gray band; {band}.",
-        )
+        text = "Spectra. A cycle is a peak above the gray band; the band is that of a population that "
+        yield "spectra", figures.spectra(peaks, colors_of(series)), text + "drifts without cycling."
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
         caption = (
             "Correlation of two species, one shifted in time; to the right of zero the consumer follows."
@@ -424,32 +386,20 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
         yield "phase", figures.phase(series, pairs), f"Two species plotted against each other. {turns}."
 
 
-def _flows(series: Series) -> Iterator[Drawn]:
-    if any(series.columns[DIED + c].any() for c in series.causes):
-        yield "deaths", figures.deaths(series), "Deaths per tick by cause."
-    if "stock_after" in series.columns and series.columns["stock_after"].any():
-        yield "energy", figures.energy(series), "Energy per tick: inflows above zero, outflows below."
-
-
 def _places(run: Path, series: Series) -> Iterator[Drawn]:
     size = series.manifest.get("config", {}).get("space", {}).get("size")
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
-        hue = colors_of(series)
         land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0], run)
         relief = Relief.kept(run, series.manifest["config"])
-        seen = [
-            word
-            for word, there in (
-                ("hills are lit from the upper left, blue is water", relief is not None),
-                ("strips are roads", land["roads"]),
-                ("dashed lines are fences", land["fences"]),
-                ("dotted borders are areas of harvest (red) and planting (green)", land["areas"]),
-            )
-            if there
-        ]
+        seen = ["hills are lit from the upper left, blue is water"] * (relief is not None)
+        seen += ["strips are roads"] * bool(land["roads"]) + ["dashed lines are fences"] * bool(
+            land["fences"]
+        )
+        seen += ["dotted borders are areas of harvest (red) and planting (green)"] * bool(land["areas"])
+        figure = figures.positions(snapshot[1], size, colors_of(series), land=land, relief=relief)
         yield (
             "positions",
-            figures.positions(snapshot[1], size, hue, land=land, relief=relief),
+            figure,
             f"All organisms at tick {snapshot[0]:,}{'; ' * bool(seen)}{', '.join(seen)}.",
         )

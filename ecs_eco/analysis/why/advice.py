@@ -67,21 +67,18 @@ def advise(
     Values at the end of their range are left out.
     """
     chosen: dict[str, dict[str, Any]] = {}
-    if diagnosis["species"] is None:
-        lines = [
-            (key, way, f"for more {s}: {effect}")
-            for s, limit in (limits or {}).items()
-            if limit in LIMITS
-            for key, way, effect in list(LIMITS[limit](case, s))[:2]
-        ]
-    else:
-        lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
+    lines: list[Advice] = []
+    if (species := diagnosis["species"]) is not None:
+        lines += REMEDIES[diagnosis["verdict"]](case, species, diagnosis["victim"])
+    for s, limit in (limits or {}).items() if species is None else ():
+        found = LIMITS[limit](case, s, s) if limit in LIMITS else ()
+        lines += [(key, way, f"for more {s}: {effect}") for key, way, effect in list(found)[:2]]
     for key, way, effect in lines:
         value = look_up(case.config, key)
         usable = isinstance(value, bool | int | float | list) and not _at_end(key, value, way)
         if usable and key not in chosen:
             chosen[key] = {"key": key, "value": value, "turn": way, "effect": effect}
-    return list(chosen.values()) if diagnosis["species"] is None else list(chosen.values())[:MOST]
+    return list(chosen.values())[: MOST if species is not None else None]
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
@@ -117,7 +114,7 @@ def _upkeep(case: Case, s: str) -> list[Advice]:
     return out
 
 
-def _life(case: Case, s: str) -> Iterator[Advice]:
+def _life(case: Case, s: str, victim: str) -> Iterator[Advice]:
     for i, limit in enumerate(case.of(s).get("lethal") or ()):
         if limit["property"] == "age" and limit.get("max") is not None:
             yield f"species.{s}.lethal.{i}.max", "higher", f"{s} live longer"
@@ -146,11 +143,7 @@ def _too_few(case: Case, s: str, victim: str) -> Iterator[Advice]:
     more = _catch(case, s)
     yield from (*more[:1], *_filled(MORE_BIRTHS[:2], s=s))
     yield f"species.{s}.count", "higher", "more at the start"
-    yield from (*more[1:], *_upkeep(case, s), *_life(case, s))
-
-
-def _newborns(case: Case, s: str, victim: str) -> Iterator[Advice]:
-    yield from (*_filled(NEWBORN, s=s), *_catch(case, s), *_upkeep(case, s))
+    yield from (*more[1:], *_upkeep(case, s), *_life(case, s, s))
 
 
 def _poisoned(case: Case, s: str, victim: str) -> Iterator[Advice]:
@@ -172,10 +165,6 @@ def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
             yield f"species.{s}.sensors.{i}.range", "higher", f"{s} see {sensor['target']} from farther away"
 
 
-def _ran_out(case: Case, s: str, victim: str) -> Iterator[Advice]:
-    yield from (*_filled(GROWTH[2:], s=s), *_upkeep(case, s))
-
-
 def _failed(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield f"species.{s}.count", "higher", f"more {s} at the start"
     yield from (*_filled(GROWTH, s=s), *_catch(case, victim))
@@ -184,7 +173,7 @@ def _failed(case: Case, s: str, victim: str) -> Iterator[Advice]:
 def _unborn(case: Case, s: str, victim: str) -> Iterator[Advice]:
     yield from _filled(MORE_BIRTHS, s=s)
     yield f"species.{s}.reproduction.reach", "higher", "mates find each other from farther away"
-    yield from (*_life(case, s), *_filled([ROOM], s=s))
+    yield from (*_life(case, s, s), *_filled([ROOM], s=s))
 
 
 def _removed(case: Case, s: str, victim: str) -> Iterator[Advice]:
@@ -199,25 +188,26 @@ def _surroundings(case: Case, s: str, victim: str) -> Iterator[Advice]:
             yield from _filled(LETHAL, s=s, i=i, property=limit["property"])
 
 
-LIMITS: dict[str | None, Callable[[Case, str], Iterable[Advice]]] = {
-    "food": lambda case, s: [*_catch(case, s)[:1], *_upkeep(case, s)[:1]],
-    "predators": lambda case, s: [_appetite(case, hunter, s)[0] for hunter in case.eaters(s)],
-    "poison": lambda case, s: _poisoned(case, s, s),
+Remedies = Callable[[Case, str, str], Iterable[Advice]]  # of a case, the species responsible and its victim
+LIMITS: dict[str | None, Remedies] = {
+    "food": lambda case, s, _: [*_catch(case, s)[:1], *_upkeep(case, s)[:1]],
+    "predators": lambda case, s, _: [_appetite(case, hunter, s)[0] for hunter in case.eaters(s)],
+    "poison": _poisoned,
     "age": _life,
-    "room": lambda case, s: _filled([MORE_BIRTHS[2], ROOM], s=s),
-    "removal": lambda case, s: _removed(case, s, s),
-    "surroundings": lambda case, s: _surroundings(case, s, s),
+    "room": lambda case, s, _: _filled([MORE_BIRTHS[2], ROOM], s=s),
+    "removal": _removed,
+    "surroundings": _surroundings,
 }
 """Changes that would make a species more numerous, by its limiting factor."""
-REMEDIES: dict[str, Callable[[Case, str, str], Iterator[Advice]]] = {
+REMEDIES: dict[str, Remedies] = {
     "overgrazing": _overgrazing,
     "predators too good": _too_good,
     "predators too few": _too_few,
-    "newborns starve": _newborns,
+    "newborns starve": lambda case, s, _: [*_filled(NEWBORN, s=s), *_catch(case, s), *_upkeep(case, s)],
     "poisoned": _poisoned,
     "starved amid plenty": _starved,
     "food failed": _failed,
-    "energy ran out": _ran_out,
+    "energy ran out": lambda case, s, _: [*_filled(GROWTH[2:], s=s), *_upkeep(case, s)],
     "too few births": _unborn,
     "removed": _removed,
     "surroundings": _surroundings,

@@ -1,7 +1,7 @@
 """A recorded run prepared for diagnosis: diets, deaths by kind of cause, per capita rates, ages, energies."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -70,19 +70,10 @@ class Case:
         eaten = []
         for s in self.species:
             for i, line in enumerate(self.of(s).get("diet") or ()):
-                poison = (self.of(line["eats"]).get("defence") or {}).get("poison", 0.0) + max(
-                    0.0, -line["gain"]
-                )
-                eaten.append(
-                    Food(
-                        s,
-                        line["eats"],
-                        f"species.{s}.diet.{i}",
-                        self._gain(s, line),
-                        poison,
-                        bool(line.get("deadly")),
-                    )
-                )
+                poison = (self.of(line["eats"]).get("defence") or {}).get("poison", 0.0)
+                poison += max(0.0, -line["gain"])
+                key, deadly = f"species.{s}.diet.{i}", bool(line.get("deadly"))
+                eaten.append(Food(s, line["eats"], key, self._gain(s, line), poison, deadly))
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
@@ -130,41 +121,29 @@ class Case:
 
     def died(self, species: str, kind: str) -> np.ndarray:
         """Return deaths from a kind of cause in each tick, (ticks,)."""
-        i = self.series.index(species)
-        columns = [
-            self.series.columns[DIED + c][:, i] for c in self.series.causes if self.kind(species, c) == kind
-        ]
-        return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
+        causes = (c for c in self.series.causes if self.kind(species, c) == kind)
+        return self._total(self.series.of(species, DIED + c) for c in causes)
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
         """Return the number of `prey` eaten by an eater in each tick, (ticks,); 0 for unrecorded objects."""
-        column = f"{DIED}eaten by {eater}"
-        return (
-            self.series.of(prey, column)
-            if prey in self.species and column in self.series.columns
-            else np.zeros(len(self.series.ticks))
-        )
+        return self.flow(prey, f"{DIED}eaten by {eater}")
 
     def flow(self, species: str, column: str) -> np.ndarray:
-        """Return a column of the energy ledger, (ticks,); 0 if the run has none."""
-        return (
-            self.series.of(species, column)
-            if column in self.series.columns
-            else np.zeros(len(self.series.ticks))
-        )
+        """Return a column of the series, such as the energy ledger, (ticks,); 0 if the run has none."""
+        known = species in self.species and column in self.series.columns
+        return self.series.of(species, column) if known else np.zeros(len(self.series.ticks))
 
     def toll(self, species: str) -> np.ndarray:
         """Return the energy lost through poisonous or harmful food, (ticks,)."""
-        return np.sum(
-            [f.poison * self.eaten(f.eats, species) for f in self.diet(species)]
-            or [np.zeros(len(self.series.ticks))],
-            axis=0,
-        )
+        return self._total(f.poison * self.eaten(f.eats, species) for f in self.diet(species))
 
     def meals(self, species: str) -> np.ndarray:
         """Return the number of nutritious food items taken in each tick, (ticks,)."""
         good = {f.eats for f in self.diet(species) if f.gain > 0 and not f.deadly}
-        return np.sum([self.eaten(f, species) for f in good] or [np.zeros(len(self.series.ticks))], axis=0)
+        return self._total(self.eaten(f, species) for f in good)
+
+    def _total(self, columns: Iterable[np.ndarray]) -> np.ndarray:
+        return np.sum([*columns] or [np.zeros(len(self.series.ticks))], axis=0)
 
     def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
         """Return ticks of snapshots and the fraction that had the energy to breed."""
@@ -190,11 +169,11 @@ def put(config: Any, key: str, value: Any) -> None:
     """Set the value at a dotted key, if there is one."""
     node, names = config, [part.strip('"') for part in key.split(".")]
     for i, name in enumerate(names):
-        where: Any = (
-            int(name) if isinstance(node, list) and name.isdigit() and int(name) < len(node) else name
-        )
-        if isinstance(node, list) and not isinstance(where, int):
-            return
+        where: Any = name
+        if isinstance(node, list):
+            if not (name.isdigit() and int(name) < len(node)):
+                return
+            where = int(name)
         if i == len(names) - 1:
             node[where] = value
         elif isinstance(node, dict) and node.get(where) is None:
@@ -224,12 +203,9 @@ def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]
                 if len(some):
                     by_species[s].append(some)
     joined = {s: pa.concat_tables(some) for s, some in by_species.items() if some}
+    text = pa.string()
     return {
-        s: {
-            "tick": t["tick"].to_numpy(),
-            "age": t["age"].to_numpy(),
-            "cause": t["cause"].cast(pa.string()).to_numpy(),
-        }
+        s: {"cause": t["cause"].cast(text).to_numpy(), **{c: t[c].to_numpy() for c in ("tick", "age")}}
         for s, t in joined.items()
     }
 

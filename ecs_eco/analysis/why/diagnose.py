@@ -36,9 +36,8 @@ def offspring(case: Case, species: str) -> float:
     if not way:
         return 0.0
     limits = case.of(species).get("lethal") or ()
-    span = min(
-        (x["max"] for x in limits if x["property"] == "age" and x.get("max") is not None), default=np.inf
-    )
+    ages = [x["max"] for x in limits if x["property"] == "age" and x.get("max") is not None]
+    span = min(ages, default=np.inf)
     if "rate" not in way or span == np.inf:
         return float(np.inf)
     return float(way["rate"] * way.get("litter", 1) * max(span - way.get("age_min", 0.0), 0.0))
@@ -66,16 +65,13 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
         # by one eater, of one item, in a tick
         caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))
-        out.append(
-            {
-                "eats": f.eats,
-                "left": left,
-                "caught": caught,
-                "intake": caught * full * f.gain,
-                "gain": f.gain,
-                "full": full,
-            }
-        )
+        line: dict[str, Any] = {
+            "eats": f.eats,
+            "left": left,
+            "caught": caught,
+            "intake": caught * full * f.gain,
+        }
+        out.append(line | {"gain": f.gain, "full": full})
     intake = sum(f["intake"] for f in out)
     feeds = intake / burnt if burnt else np.inf
     for line in out:
@@ -97,14 +93,8 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
     burnt = float(case.flow(s, "burnt")[span].sum() / max(case.series.of(s)[span].sum(), 1))
-    out = {
-        "births": births,
-        "starved_young": 0.0,
-        "lasts": np.nan,
-        "meal_every": np.nan,
-        "of_births": 0.0,
-        "of_hunger": 0.0,
-    }
+    out = {"births": births, "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan}
+    out |= {"of_births": 0.0, "of_hunger": 0.0}
     if not births or not burnt or not given or dead is None:
         return out
     dt, foods = case.series.dt, supply(case, fall)
@@ -113,14 +103,10 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     young = hungry & (dead["tick"] - dead["age"] / dt > case.series.ticks[0]) & (dead["age"] <= limit)
     late = dead["tick"] >= case.series.ticks[fall.first]
     meals = sum(f["caught"] * f["full"] for f in foods)
-    doomed = ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * ramp(
-        max((f["feeds"] for f in foods), default=0.0), *GROWN
-    )
-    out |= {
-        "starved_young": float(young.sum() / births),
-        "lasts": given / burnt,
-        "meal_every": 1 / meals if meals else np.inf,
-    }
+    feeds = max((f["feeds"] for f in foods), default=0.0)
+    doomed = ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * ramp(feeds, *GROWN)
+    out["starved_young"], out["lasts"] = float(young.sum() / births), given / burnt
+    out["meal_every"] = 1 / meals if meals else np.inf
     out["of_births"] = out["starved_young"] * doomed
     out["of_hunger"] = float((young & late).sum() / max((hungry & late).sum(), 1)) * doomed
     return out
@@ -171,15 +157,8 @@ def diagnose(case: Case) -> dict[str, Any]:
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.n.any() else "nobody"
-        return {
-            "verdict": verdict,
-            "species": None,
-            "victim": None,
-            "confidence": _safety(case),
-            "runner_up": None,
-            "evidence": {"weights": {}},
-            "fell": [],
-        }
+        nothing: dict[str, Any] = {"runner_up": None, "evidence": {"weights": {}}, "fell": []}
+        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case), **nothing}
     by_species = {f.species: f for f in fallen}
     scores = blame(case, fallen[0], by_species, frozenset())
     total = sum(scores.values()) or 1.0
@@ -187,9 +166,9 @@ def diagnose(case: Case) -> dict[str, Any]:
     by_verdict: dict[str, float] = defaultdict(float)
     for (verdict, _, _), weight in ranked:
         by_verdict[verdict] += weight / total
-    best, *rest = sorted(by_verdict.items(), key=lambda x: -x[1])
-    (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
     weights = dict(sorted(by_verdict.items(), key=lambda x: -x[1]))
+    best, *rest = weights.items()
+    (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
     return {
         "verdict": best[0],
         "species": species,
@@ -270,9 +249,8 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
     out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
     barren = 1 - ramp(offspring(case, s), *HEIRS)
-    for cause in [
-        w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))
-    ]:
+    apart = ("eaten", "poisoned", "removed", "surroundings", "unreplaced")
+    for cause in [w for w in out if not w.startswith(apart)]:
         out["unreplaced"] += out[cause] * barren
         out[cause] *= 1 - barren
     return dict(out)
@@ -336,28 +314,24 @@ def _scarce(
 
 
 def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
-    ticks, n = case.series.ticks, case.series.of(fall.species)
+    s, ticks, n = fall.species, case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
+    span, lived = slice(fall.first, fall.last + 1), slice(fall.first, at + 1)
+    heads = max(n[lived].sum(), 1)
     return {
-        "species": fall.species,
+        "species": s,
         "extinct": fall.extinct,
         "tick": int(ticks[at]),
         "since": int(ticks[fall.first]),
         "from": int(n[fall.first]),
         "peak": int(n.max()),
         "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
-        "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
-        "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
+        "deaths": int(case.flow(s, "deaths")[span].sum()),
+        "births": int(case.flow(s, "births")[span].sum()),
         "food": supply(case, fall),
         "newborn": newborn(case, fall),
-        "budget": {
-            flow: float(
-                case.flow(fall.species, flow)[fall.first : at + 1].sum()
-                / max(n[fall.first : at + 1].sum(), 1)
-            )
-            for flow in ("taken_in", "burnt")
-        },
-        "offspring": heirs if (heirs := offspring(case, fall.species)) < np.inf else None,
+        "budget": {flow: float(case.flow(s, flow)[lived].sum() / heads) for flow in ("taken_in", "burnt")},
+        "offspring": heirs if (heirs := offspring(case, s)) < np.inf else None,
     }
 
 

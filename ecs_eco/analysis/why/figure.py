@@ -10,6 +10,7 @@ from ecs_eco.analysis.palette import GREY, SOFT
 from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, colors_of, panels, styled
 from ecs_eco.analysis.why.case import Case
+from ecs_eco.analysis.why.diagnose import VERDICTS
 
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (
@@ -32,10 +33,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
     _numbers(top, case, findings)
     used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
     for i, s in enumerate(shown):
-        left, right = (
-            figure.add_subplot(rows[i + 1, 0], sharex=top),
-            figure.add_subplot(rows[i + 1, 1], sharex=top),
-        )
+        left, right = (figure.add_subplot(rows[i + 1, side], sharex=top) for side in (0, 1))
         _causes(left, case, s, used)
         _energy(right, case, s)
         if i == 0:
@@ -65,9 +63,8 @@ def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
-    return list(
-        dict.fromkeys([*(s for s in animals if s in fell), *animals, *(s for s in died if s in fell)])
-    )[:MOST]
+    order = [*(s for s in animals if s in fell), *animals, *(s for s in died if s in fell)]
+    return list(dict.fromkeys(order))[:MOST]
 
 
 def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
@@ -86,11 +83,8 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
     ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers, because texts are not parsed as formulas
-    verdict = findings["verdict"]
-    if verdict == "healthy":
-        ax.set_title("no species died out")
-    else:
-        ax.set_title(f"{verdict} ({findings['species']})" if findings["species"] else verdict)
+    verdict = VERDICTS["healthy"] if findings["verdict"] == "healthy" else findings["verdict"]
+    ax.set_title(f"{verdict} ({findings['species']})" if findings["species"] else verdict)
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
     mark(ax, interventions(series))
 
@@ -103,19 +97,16 @@ def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
     for k in range(len(used)):
-        ax.bar(
-            middle,
-            share[:, k],
-            width,
-            bottom=base,
-            color=PALETTE[(k + 1) % len(PALETTE)],
-            hatch=HATCHES[k % len(HATCHES)],
-            edgecolor="white",
-            linewidth=0,
-        )
+        ax.bar(middle, share[:, k], width, bottom=base, linewidth=0, **_fill(k))
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
+
+
+def _fill(k: int) -> dict[str, Any]:
+    """Return the style of the area of the k-th cause of death."""
+    hue, hatch = PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
+    return {"facecolor": hue, "hatch": hatch, "edgecolor": "white"}
 
 
 def _energy(ax: Axes, case: Case, species: str) -> None:
@@ -128,16 +119,8 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
     base = np.zeros(len(middle))
     for k, (_, _, colour) in enumerate(OUT):
-        ax.fill_between(
-            middle,
-            base,
-            base - per[:, k + 1],
-            color=colour,
-            lw=0,
-            alpha=0.85,
-            hatch=HATCHES[k],
-            edgecolor="white",
-        )
+        style: Any = {"color": colour, "hatch": HATCHES[k], "edgecolor": "white"}
+        ax.fill_between(middle, base, base - per[:, k + 1], lw=0, alpha=0.85, **style)
         base = base - per[:, k + 1]
     ax.axhline(0, color=SOFT, lw=0.8)
     span = np.nanquantile(np.abs(np.concatenate([per[:, 0], base])), 0.98) if np.isfinite(base).any() else 1.0
@@ -149,26 +132,15 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
 
     if not any_shown:
         return
-    colour = [PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))]
-    causes = [
-        Patch(facecolor=colour[k], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c)
-        for k, c in enumerate(used)
+    causes = [Patch(**_fill(k), label=cause) for k, cause in enumerate(used)]
+    flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
+    flows += [
+        Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
+        for k, (_, word, c) in enumerate(OUT)
     ]
-    flows = [
-        Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in"),
-        *(
-            Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
-            for k, (_, word, c) in enumerate(OUT)
-        ),
-    ]
-    figure.legend(
-        handles=causes,
-        loc="outside lower left",
-        ncols=3,
-        fontsize=8.5,
-        title="causes of death",
-        alignment="left",
-    )
-    figure.legend(
-        handles=flows, loc="outside lower right", ncols=2, fontsize=8.5, title="energy", alignment="left"
-    )
+    for handles, side, ncols, title in (
+        (causes, "left", 3, "causes of death"),
+        (flows, "right", 2, "energy"),
+    ):
+        where: Any = {"loc": f"outside lower {side}", "alignment": "left"}
+        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=8.5, **where)

@@ -13,7 +13,7 @@ import numpy as np
 from ecs_eco.analysis import matter
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.extinction import decline
-from ecs_eco.analysis.page import drawn, number, page, table, verdict, write_text
+from ecs_eco.analysis.page import bullets, drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
@@ -39,15 +39,13 @@ def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
     blocks: Blocks = {
         "What happened": [headline(case, findings), *happened(case, findings)],
         "Why": list(chain(case, findings)),
+        "Energy": [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))],
+        "What limited each species": [phase(case, s, p) for s, of in findings["phases"].items() for p in of],
+        "Behavior of the animals": [
+            x for s, both in findings["conduct"].items() for x in conducted(s, *both)
+        ],
+        "What to change": [turn(a) for a in findings["parameters"]],
     }
-    blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
-    blocks["What limited each species"] = [
-        phase(case, s, p) for s, phases in findings["phases"].items() for p in phases
-    ]
-    blocks["Behavior of the animals"] = [
-        line for s, both in findings["conduct"].items() for line in conducted(s, *both)
-    ]
-    blocks["What to change"] = [turn(a) for a in findings["parameters"]]
     return {head: lines for head, lines in blocks.items() if lines}
 
 
@@ -86,11 +84,9 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
             end = decline(case.series, s)
             yield f"{s} died out in the first tick: {end.shares() if end else 'it was never present'}."
         elif s not in {f["species"] for f in findings["fell"]}:
-            near = (
-                f"{s} nearly died out: {low['n']:,} were left"
-                if low["near"]
-                else f"{s} never fell below {low['n']:,}"
-            )
+            near = f"{s} never fell below {low['n']:,}"
+            if low["near"]:
+                near = f"{s} nearly died out: {low['n']:,} were left"
             yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."
     done = findings["interventions"]
     if done:
@@ -100,16 +96,11 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     """Return the recorded causes of death."""
-    span = slice(
-        int(np.searchsorted(case.series.ticks, f["since"])),
-        int(np.searchsorted(case.series.ticks, f["tick"])) + 1,
-    )
-    i = case.series.index(f["species"])
-    counts = {c: case.series.columns[DIED + c][span, i].sum() for c in case.series.causes}
-    total = sum(counts.values()) or 1
-    shares = [
-        f"{k / total:.0%} {c}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01
-    ]
+    first, last = np.searchsorted(case.series.ticks, [f["since"], f["tick"]])
+    span = slice(first, last + 1)
+    counts = {c: case.series.of(f["species"], DIED + c)[span].sum() for c in case.series.causes}
+    total, ranked = sum(counts.values()) or 1, sorted(counts.items(), key=lambda x: -x[1])
+    shares = [f"{k / total:.0%} {c}" for c, k in ranked if k / total >= 0.01]
     refused = case.flow(f["species"], "refused")[span].sum()
     more = f"; max_count prevented {refused:,.0f} more births" if refused else ""
     return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
@@ -118,9 +109,7 @@ def _died_of(case: Case, f: Mapping[str, Any]) -> str:
 def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     """Yield the links from each fall to its causes."""
     for f in findings["fell"]:
-        for cause, share in f["causes"].items():
-            if share >= 0.15:
-                yield _link(f, cause, share)
+        yield from (_link(f, cause, share) for cause, share in f["causes"].items() if share >= 0.15)
 
 
 def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
@@ -139,12 +128,11 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
         )
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
-        rate = "at the rate at which they found and caught it"
         worth = " and ".join(f"{number(x['gain'], 2)} energy from each {name}" for name, x in food.items())
         return (
-            f"{part}: starvation although there was food. The peak number would have covered "
-            f"{number(fed, 2)} times the energy that {s} burn, "
-            f"{rate}{f', with {worth}' if worth else ''}."
+            f"{part}: starvation although there was food. The peak number would have covered {number(fed, 2)} "
+            f"times the energy that {s} burn, at the rate at which they found and caught it"
+            f"{f', with {worth}' if worth else ''}."
         )
     if kind == "energy ran out":
         budget = f["budget"]
@@ -162,14 +150,9 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
     if kind == "poisoned":
         return f"{part}: their food was deadly, or cost more energy than they could spare."
     if kind == "unreplaced":
-        heirs = (
-            ""
-            if f["offspring"] is None
-            else f" A well-fed individual has {number(f['offspring'], 2)} offspring in its life."
-        )
-        return (
-            f"{part}: deaths were not replaced; {f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
-        )
+        text = f"{part}: deaths were not replaced; {f['births']:,} births against {f['deaths']:,} deaths."
+        heirs = f" A well-fed individual has {number(f['offspring'], 2)} offspring in its life."
+        return text if f["offspring"] is None else text + heirs
     return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
 
 
@@ -191,11 +174,8 @@ def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
     named = LIMITED | ({} if case.is_animal(species) else {"room": "lack of space"})
     limit = "without a limit"
     if p["limit"]:
-        limit = (
-            f"limited mainly by {named[p['limit']]} ({p['share']:.0%} of the increase in losses)"
-            if p["by"] == "rise"
-            else f"limited by {named[p['limit']]} ({p['share']:.0%} of losses)"
-        )
+        mainly, of = ("mainly ", "the increase in ") if p["by"] == "rise" else ("", "")
+        limit = f"limited {mainly}by {named[p['limit']]} ({p['share']:.0%} of {of}losses)"
     a, b = p["n"]
     return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
 
@@ -205,11 +185,8 @@ def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]
     if not before:
         return
     both = (before, during) if during else (before,)
-    parts = (
-        [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals per 100 ticks"]
-        if before["food"]
-        else []
-    )
+    meals = f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals per 100 ticks"
+    parts = [meals] * bool(before["food"])
     if before.get("effort") is not None:
         share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
         parts.append(f"movement at {share} of the cost of the most expensive gait")
@@ -245,12 +222,12 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
     heads = float(case.series.of(species)[span].sum())
     if not heads:
         return {}
-    per = {name: float(case.flow(species, name)[span].sum() / heads) for name in ("taken_in", "burnt")}
+    burnt = float(case.flow(species, "burnt")[span].sum() / heads)
     return {
         "meals": float(case.meals(species)[span].sum() / heads),
-        "intake": per["taken_in"],
-        "burnt": per["burnt"],
-        "effort": effort(case, species, per["burnt"]),
+        "intake": float(case.flow(species, "taken_in")[span].sum() / heads),
+        "burnt": burnt,
+        "effort": effort(case, species, burnt),
         "enemies": {e: distance(case, species, e, first, last) for e in case.eaters(species)},
         "food": {f.eats: distance(case, species, f.eats, first, last) for f in case.diet(species)},
     }
@@ -282,14 +259,9 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
     means, ratios = [], []
     for t in common[:: max(1, len(common) // 20)]:
         here, there = (_places(table, t, len(size)) for table in (a, b))
-        nearest = _nearest(
-            here[:: max(1, len(here) // MOST)],
-            there,
-            size,
-            case.config["space"].get("edges", "torus") == "torus",
-        )
-        means.append(nearest)
-        ratios.append(nearest / chance(len(there), size))
+        torus = case.config["space"].get("edges", "torus") == "torus"
+        means.append(_nearest(here[:: max(1, len(here) // MOST)], there, size, torus))
+        ratios.append(means[-1] / chance(len(there), size))
     return {"mean": float(np.mean(means)), "to_chance": float(np.mean(ratios))} if means else None
 
 
@@ -297,11 +269,9 @@ def chance(n: int, size: list[float]) -> float:
     """Return the expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
     Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
-    return (
-        0.5 / math.sqrt(density)
-        if len(size) == 2
-        else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3)
-    )
+    if len(size) == 2:
+        return 0.5 / math.sqrt(density)
+    return math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3)
 
 
 def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray:
@@ -338,17 +308,9 @@ def explain(case: Case) -> dict[str, Any]:
     dict
     """
     findings = diagnose(case)
-    ends = {
-        f["species"]: (
-            int(np.searchsorted(case.series.ticks, f["since"])),
-            int(np.searchsorted(case.series.ticks, f["tick"])),
-        )
-        for f in findings["fell"]
-    }
-    rows = len(case.series.ticks)
-    findings["phases"] = {
-        s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]
-    }
+    rows, ticks = len(case.series.ticks), case.series.ticks
+    ends = {f["species"]: np.searchsorted(ticks, [f["since"], f["tick"]]).tolist() for f in findings["fell"]}
+    findings["phases"] = {s: phases(case, s) for s in case.series.there}
     heads = {s: max(float(case.series.of(s).sum()), 1.0) for s in findings["phases"]}
     findings["energy"] = {
         s: {name: float(case.flow(s, name).sum() / n) for name in FLOWS} for s, n in heads.items()
@@ -410,9 +372,8 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     if (ledger := matter.read(run)) is not None:
         findings["matter"] = sections["Matter"] = matter.told(ledger)
     findings = clean(findings | {"sentences": sections})
-    write_text(
-        folder / "why.json", json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    )
+    text = json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(folder / "why.json", text + "\n")
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
@@ -422,9 +383,8 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
         blocks.append(drawn(draw(case, findings), folder / "figures" / "why.svg", CAPTION))
     rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in findings["parameters"]]
     for head, lines in sections.items():
-        items = "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
         turned = table(["value of the world file", "present value", "change", "effect"], rows)
-        blocks += [f"<h2>{head}</h2>", turned if head == "What to change" else items]
+        blocks += [f"<h2>{head}</h2>", turned if head == "What to change" else bullets(lines)]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
@@ -439,11 +399,5 @@ def _lowest(case: Case, species: str) -> dict[str, Any]:
     n = case.series.of(species)
     here = np.flatnonzero(n)
     at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it disappeared within its first tick
-    low, mean = int(n[at]), float(n.mean())
-    return {
-        "n": low,
-        "tick": int(case.series.ticks[at]),
-        "mean": mean,
-        "end": int(n[-1]),
-        "near": low < max(3, NEAR * mean),
-    }
+    low, mean, near = int(n[at]), float(n.mean()), bool(n[at] < max(3, NEAR * n.mean()))
+    return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]), "near": near}
