@@ -22,7 +22,7 @@ from ecs_eco.engine.table import Table
 from ecs_eco.life.kind import Kind
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.nervous.external import External
-from ecs_eco.record import checkpoint, copying
+from ecs_eco.record import checkpoint
 from ecs_eco.record.digest import digest
 from ecs_eco.record.frame import SeriesTable
 from ecs_eco.record.recorder import Recorder
@@ -702,7 +702,7 @@ class World(SpatialWorld):
         >>> world.copy().run(3).digest() == world.run(3).digest()
         True
         """
-        return copying.copy(self, threads=threads, systems=systems, prepare=prepare)
+        return checkpoint.copy(self, threads=threads, systems=systems, prepare=prepare)
 
     def fork(
         self,
@@ -734,7 +734,7 @@ class World(SpatialWorld):
         >>> futures[0].digest() == futures[1].digest()
         False
         """
-        return copying.fork(self, seed, threads=threads, systems=systems, prepare=prepare)
+        return checkpoint.fork(self, seed, threads=threads, systems=systems, prepare=prepare)
 
     def digest(self) -> str:
         """Return a hash of everything that determines this world's future, pending requests included.

@@ -12,7 +12,7 @@ import pytest
 
 import ecs_eco
 from ecs_eco import World, column, component, f32, u8
-from ecs_eco.record import checkpoint, copying
+from ecs_eco.record import checkpoint
 from ecs_eco.templates import new_package
 from ecs_eco.testing import check_component
 from ecs_eco.worlds.build import build
@@ -209,7 +209,7 @@ def test_a_name_that_is_not_there_is_refused_with_those_that_are():
 
 @pytest.mark.parametrize(
     ("method", "does"),
-    [(World.from_config, build), (World.restore, checkpoint.restore), (World.copy, copying.copy)],
+    [(World.from_config, build), (World.restore, checkpoint.restore), (World.copy, checkpoint.copy)],
 )
 def test_arguments_are_written_out_and_are_those_of_what_does_the_work(method, does):
     front, behind = (inspect.signature(f).parameters for f in (method, does))

@@ -6,7 +6,7 @@ results. They are too slow to be always on.
 See docs/how-to/debugging.md.
 """
 
-from ecs_eco.debug.errors import DebugError, StaleHandle
+from ecs_eco.debug.columns import DebugError, StaleHandle
 from ecs_eco.debug.watch import Debug, start
 
 __all__ = ["Debug", "DebugError", "StaleHandle", "start"]

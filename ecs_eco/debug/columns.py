@@ -1,4 +1,4 @@
-"""Views of a table for the checks, and names for its rows."""
+"""Errors of the checks, views of a table for them, and names for its rows."""
 
 from __future__ import annotations
 
@@ -12,6 +12,14 @@ from ecs_eco.engine.table import Table
 from ecs_eco.record.ledger import FLOWS
 
 IDENTITY = ("alive", "uid", "born")  # columns that change only in flushes
+
+
+class DebugError(RuntimeError):
+    """Raised by a failed check of the debug mode, with the system, tick, species and organism."""
+
+
+class StaleHandle(DebugError):
+    """Raised for a handle that was used after its owner's death."""
 
 
 def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:

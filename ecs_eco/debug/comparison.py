@@ -18,6 +18,22 @@ from ecs_eco.systems import ResetFlows
 ROUNDING = np.float32(1e-6)
 
 
+class Snapshot:
+    """One table before a system acts: identities, counts, shapes, and copies of places, energy and free rows."""
+
+    def __init__(self, table: Table) -> None:
+        self.identity = {name: getattr(table, name).copy() for name in IDENTITY}
+        self.counts, self.version = (table.n, table.high), table.version
+        self.free = np.flatnonzero(~table.alive)
+        self.shapes, self.empty, self.places = {}, {}, {}
+        for component, name, array in columns(table):
+            self.shapes[component, name] = array.dtype, array.shape
+            self.empty[component, name] = array[self.free]
+            if component.__name__ == "Position":
+                self.places[name] = array.copy()
+        self.budget = {name: array.copy() for name, array in budget(table).items()}
+
+
 class Before:
     """The world before one system acts, and the comparison with the world after it."""
 
@@ -25,70 +41,49 @@ class Before:
         self.world, self.name, self.system, self.flush = world, name, system, flush
         self.invariants = Invariants(world, name, system)
         self.fail = self.invariants.fail
-        self.identity = {t.name: {c: getattr(t, c).copy() for c in IDENTITY} for t in world.tables.values()}
-        self.counts = {t.name: (t.n, t.high, t.version) for t in world.tables.values()}
-        self.shapes = {
-            t.name: {(c, n): (a.dtype, a.shape) for c, n, a in columns(t)} for t in world.tables.values()
-        }
-        self.free = {t.name: np.flatnonzero(~t.alive) for t in world.tables.values()}
-        self.empty = {
-            t.name: {(c, n): a[self.free[t.name]] for c, n, a in columns(t)} for t in world.tables.values()
-        }
-        self.places = {
-            t.name: {n: a.copy() for c, n, a in columns(t) if c.__name__ == "Position"}
-            for t in world.tables.values()
-        }
-        self.budget = {t.name: {n: a.copy() for n, a in budget(t).items()} for t in world.tables.values()}
+        self.tables = {table.name: Snapshot(table) for table in world.tables.values()}
         self.page = system._at if isinstance(system, Recorder) else None
 
     def compare(self) -> None:
         """Check the world after the system."""
-        for table in self.world.tables.values():
-            if table.name in self.identity:
-                if not self.flush:
-                    self._identities(table)
-                    self._shapes(table)
+        pairs = [(t, self.tables[t.name]) for t in self.world.tables.values() if t.name in self.tables]
+        for table, before in pairs if not self.flush else ():
+            self._identities(table, before)
+            self._shapes(table, before)
         self.invariants.check()
-        for table in self.world.tables.values():
-            if table.name in self.identity:
-                self._free_rows(table)
-                self._moved(table)
-                self._energy(table)
+        for table, before in pairs:
+            self._free_rows(table, before)
+            self._moved(table, before)
+            self._energy(table, before)
         self._ledger()
 
-    def _identities(self, table: Table) -> None:
+    def _identities(self, table: Table, before: Snapshot) -> None:
         for column in IDENTITY:
-            was, now = self.identity[table.name][column], getattr(table, column)
+            was, now = before.identity[column], getattr(table, column)
             if was.shape != now.shape:
                 self.fail(
                     table,
-                    (
-                        f"{column} has {len(now)} rows and had {len(was)}; births add rows only at the "
-                        "end of `reproduce`"
-                    ),
+                    f"{column} has {len(now)} rows and had {len(was)}; births add rows only at the "
+                    "end of `reproduce`",
                 )
             if (rows := np.flatnonzero(was != now)).size:
                 r = rows[0]
-                owner = owner_of(self.identity[table.name]["uid"], r)
+                owner = owner_of(before.identity["uid"], r)
                 self.fail(
                     table,
-                    (
-                        f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; request "
-                        "births and deaths with table.request, world.spawn, table.cause or world.kill"
-                    ),
+                    f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; request "
+                    "births and deaths with table.request, world.spawn, table.cause or world.kill",
                 )
-        if self.counts[table.name][:2] != (table.n, table.high):
+        if before.counts != (table.n, table.high):
             self.fail(
                 table,
-                (
-                    f"(n, high) was {self.counts[table.name][:2]} and is {(table.n, table.high)}; only "
-                    "births and deaths may change it"
-                ),
+                f"(n, high) was {before.counts} and is {(table.n, table.high)}; only "
+                "births and deaths may change it",
             )
 
-    def _shapes(self, table: Table) -> None:
+    def _shapes(self, table: Table, before: Snapshot) -> None:
         now = {(c, n): (a.dtype, a.shape) for c, n, a in columns(table)}
-        for (component, name), was in self.shapes[table.name].items():
+        for (component, name), was in before.shapes.items():
             if (shape := now.get((component, name))) != was and component in table:
                 is_now = "gone" if shape is None else f"{shape[0]}{list(shape[1])}"
                 self.fail(
@@ -97,14 +92,12 @@ class Before:
                     f"{is_now}; write into the column: table[{component.__name__}].{name}[rows] = …",
                 )
 
-    def _free_rows(self, table: Table) -> None:
-        free = self.free[table.name]
+    def _free_rows(self, table: Table, before: Snapshot) -> None:
+        free = before.free
         free = free[~table.alive[free]]
-        if not free.size:
-            return
-        still = ~table.alive[self.free[table.name]]
+        still = ~table.alive[before.free]
         for component, name, array in columns(table):
-            was = self.empty[table.name].get((component, name))
+            was = before.empty.get((component, name))
             if was is None or was.shape[1:] != array.shape[1:]:
                 continue
             now_free, kept = array[free], was if still.all() else was[still]
@@ -121,13 +114,13 @@ class Before:
                     "write only to living rows: table.rows() or table.alive",
                 )
 
-    def _moved(self, table: Table) -> None:
+    def _moved(self, table: Table, before: Snapshot) -> None:
         """Check that the index was invalidated if places changed; plain processors are exempt."""
-        if table.version != self.counts[table.name][2] or (
+        if table.version != before.version or (
             self.system is not None and not isinstance(self.system, System)
         ):
             return
-        for name, was in self.places[table.name].items():
+        for name, was in before.places.items():
             now = getattr(next(c for k, c in table.columns.items() if k.__name__ == "Position"), name)
             if (
                 name != "heading"
@@ -142,17 +135,13 @@ class Before:
                     "add `table.version += 1`, so that the neighbor index is updated",
                 )
 
-    def _energy(self, table: Table) -> None:
-        was, now = self.budget[table.name], budget(table)
+    def _energy(self, table: Table, before: Snapshot) -> None:
+        was, now = before.budget, budget(table)
         if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
             return  # without ResetFlows there is no ledger
         n = min(len(was["energy"]), len(now["energy"]))
-        same = (
-            table.alive[:n]
-            & self.identity[table.name]["alive"][:n]
-            & (table.uid[:n] == self.identity[table.name]["uid"][:n])
-        )
-        rows = np.flatnonzero(same)
+        alive, uid = before.identity["alive"][:n], before.identity["uid"][:n]
+        rows = np.flatnonzero(table.alive[:n] & alive & (table.uid[:n] == uid))
         opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
         if all(was[n][rows].tobytes() == now[n][rows].tobytes() for n in was):
             return
@@ -170,18 +159,14 @@ class Before:
         off, room = gap.sum(), float((ROUNDING * scale)[gap != 0].sum())
         if abs(off) > room:
             i = int(np.abs(gap).argmax())
-            owner, came = (
-                owner_of(table.uid, rows[i]),
-                "appeared without a source" if off > 0 else "disappeared without a sink",
-            )
+            owner = owner_of(table.uid, rows[i])
+            came = "appeared without a source" if off > 0 else "disappeared without a sink"
             self.fail(
                 table,
-                (
-                    f"energy {came}: the energy of all living changed by {gained.sum():.6g}, but taken − "
-                    f"burnt − given by {booked.sum():.6g}, a difference of {abs(off):.6g}; the largest "
-                    f"gap, {gap[i]:.6g}, is in {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
-                    f"{now['energy'][i]:.6g}; add it to taken, burnt or given"
-                ),
+                f"energy {came}: the energy of all living changed by {gained.sum():.6g}, but taken − "
+                f"burnt − given by {booked.sum():.6g}, a difference of {abs(off):.6g}; the largest "
+                f"gap, {gap[i]:.6g}, is in {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
+                f"{now['energy'][i]:.6g}; add it to taken, burnt or given",
             )
 
     def _ledger(self) -> None:

@@ -8,8 +8,7 @@ import esper
 import numpy as np
 
 from ecs_eco.components import Metabolism, Position
-from ecs_eco.debug.columns import columns, more, owner_of
-from ecs_eco.debug.errors import DebugError
+from ecs_eco.debug.columns import DebugError, columns, more, owner_of
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.system import System
 from ecs_eco.engine.table import Table
@@ -33,15 +32,12 @@ class Invariants:
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {fault}")
 
     def check(self) -> None:
-        """Raise DebugError if a condition does not hold."""
+        """Raise DebugError if a condition is false."""
+        self.check_organisms()
         for table in self.world.tables.values():
-            self._living(table)
-            self._finite(table)
-            self._bounds(table)
             self._nerves(table)
             self._index(table)
             self._resolution(table)
-        self._uids()
         for name, field in self.world.fields.items():
             if (bad := np.argwhere(~np.isfinite(field.value))).size:
                 self.fail(
@@ -51,6 +47,14 @@ class Invariants:
                 )
         if not isinstance(self.system, System):
             self._registry()
+
+    def check_organisms(self) -> None:
+        """Raise DebugError if uids, rows, or the values in columns are not those of living organisms."""
+        for table in self.world.tables.values():
+            self._living(table)
+            self._finite(table)
+            self._bounds(table)
+        self._uids()
 
     def _living(self, table: Table) -> None:
         if table.n != np.count_nonzero(table.alive) or table.alive[table.high :].any():
@@ -95,8 +99,7 @@ class Invariants:
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
-        """Compare esper's entities with the living organisms if any code has accessed them; guards prevent
-        other code from changing them."""
+        """Compare esper's entities with the living organisms, if any code has accessed them."""
         registry = self.world.context.registry
         for table in self.world.tables.values():
             for row, number, entity in registry.met(table):
@@ -119,11 +122,8 @@ class Invariants:
             values = array[rows].reshape(rows.size, -1)
             if (bad := np.argwhere(~np.isfinite(values))).size:
                 i, j = bad[0]
-                at = (
-                    f"[{', '.join(map(str, np.unravel_index(j, array.shape[1:])))}]"
-                    if len(array.shape) > 1
-                    else ""
-                )
+                entry = ", ".join(map(str, np.unravel_index(j, array.shape[1:])))
+                at = f"[{entry}]" if len(array.shape) > 1 else ""
                 self.fail(
                     table,
                     f"{component.__name__}.{name}{at} of {owner_of(table.uid, rows[i])} is "
@@ -136,24 +136,17 @@ class Invariants:
         space = self.world.space
         for axis, length in zip("xyz"[: len(space.size)], space.lengths, strict=False):
             if axis in places:
-                self._within(
-                    table,
-                    f"Position.{axis}",
-                    places[axis],
-                    table.alive & ~((places[axis] >= 0) & (places[axis] < length)),
-                    f"[0, {length:g})",
-                )
+                inside = (places[axis] >= 0) & (places[axis] < length)
+                self._within(table, axis, places[axis], inside, f"[0, {length:g})")
         if "heading" in places:
             h = places["heading"]
-            self._within(
-                table, "Position.heading", h, table.alive & ~((h > -1e-5) & (h < FULL_TURN + 1e-5)), "[0, 2π)"
-            )
+            self._within(table, "heading", h, (h > -1e-5) & (h < FULL_TURN + 1e-5), "[0, 2π)")
 
-    def _within(self, table: Table, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
-        if (rows := np.flatnonzero(wrong)).size:
+    def _within(self, table: Table, name: str, column: np.ndarray, inside: np.ndarray, allowed: str) -> None:
+        if (rows := np.flatnonzero(table.alive & ~inside)).size:
             self.fail(
                 table,
-                f"{name} of {owner_of(table.uid, rows[0])} is "
+                f"Position.{name} of {owner_of(table.uid, rows[0])} is "
                 f"{column[rows[0]]}{more(rows.size)}; expected {allowed}",
             )
 
@@ -163,17 +156,10 @@ class Invariants:
         basal = np.float32(table.species.metabolism.basal) * dt
         if basal > 0 and Metabolism in table:
             energy = table[Metabolism].energy[rows]
-            self._lost(
-                table,
-                rows,
-                "Metabolism.energy",
-                energy,
-                (energy - basal == energy) & np.isfinite(energy),
-                basal,
-            )
-        speeds = [
-            v for v in (table.species.gaits[1] * dt if table.species.gaits is not None else ()) if v > 0
-        ]
+            lost = (energy - basal == energy) & np.isfinite(energy)
+            self._lost(table, rows, "Metabolism.energy", energy, lost, basal)
+        gaits = table.species.gaits
+        speeds = [] if gaits is None else [v for v in gaits[1] * dt if v > 0]
         for axis in "xy" if speeds and Position in table else "":
             place = getattr(table[Position], axis)[rows]
             self._lost(table, rows, f"Position.{axis}", place, place + min(speeds) == place, min(speeds))
@@ -185,20 +171,14 @@ class Invariants:
             least = np.spacing(np.abs(values[at[0]]))
             self.fail(
                 table,
-                (
-                    f"{name} of {owner_of(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, "
-                    f"where a step of {step:g} is lost to rounding; the smallest step of float32 is "
-                    f"{least:g}"
-                ),
+                f"{name} of {owner_of(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, "
+                f"where a step of {step:g} is lost to rounding; the smallest step of float32 is "
+                f"{least:g}",
             )
 
     def _nerves(self, table: Table) -> None:
         nerves = table.species.nerves
-        x, rows, brain = (
-            getattr(nerves, "x", None),
-            getattr(nerves, "rows", None),
-            getattr(nerves, "brain", None),
-        )
+        x, rows, brain = (getattr(nerves, name, None) for name in ("x", "rows", "brain"))
         if x is not None and rows is not None and not np.isfinite(x).all():
             bad = np.argwhere(~np.isfinite(x))
             i, j = bad[0].tolist()
@@ -225,10 +205,8 @@ class Invariants:
         if index.n != table.n or cell.size != index.n or (table.uid[index.rows] != index.uid).any():
             self.fail(
                 table,
-                (
-                    f"the neighbor index has {index.n} entries, which are not the {table.n} living "
-                    "organisms; systems may only read the index"
-                ),
+                f"the neighbor index has {index.n} entries, which are not the {table.n} living "
+                "organisms; systems may only read the index",
             )
         back = np.flatnonzero((np.diff(cell) == 0) & (index.uid[1:] <= index.uid[:-1]))
         if back.size:

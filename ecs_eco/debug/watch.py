@@ -10,9 +10,8 @@ from typing import Any
 import esper
 import numpy as np
 
-from ecs_eco.debug.columns import budget
+from ecs_eco.debug.columns import StaleHandle, budget
 from ecs_eco.debug.comparison import Before
-from ecs_eco.debug.errors import StaleHandle
 from ecs_eco.debug.invariants import Invariants
 from ecs_eco.engine.phases import priority_of
 from ecs_eco.engine.schema import Columns
@@ -50,8 +49,7 @@ class Debug:
     def watch(
         self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
-        """Run a system or a flush and check its changes; a flush within a system splits that system's check
-        in two."""
+        """Run a system or a flush and check its changes; a flush splits the check of its system in two."""
         outer = self.before
         if outer is not None:
             outer.compare()
@@ -81,10 +79,8 @@ class Opening(esper.Processor):
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
-            page, energy = (
-                recorder._ledger[recorder._at, s],
-                budget(table := self.world.tables[name]).get("energy"),
-            )
+            page, table = recorder._ledger[recorder._at, s], self.world.tables[name]
+            energy = budget(table).get("energy")
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
             known = recorder._stock[s] + page["endowed"] - page["lost"]
             if recorder.migrations is not None:
@@ -108,13 +104,11 @@ class Guard(Columns):
         if table.uid[row] != uid:
             here = int(table.uid[row])
             now = f"row {row} belongs to uid {here} now" if here else f"row {row} is free now"
-            fate = (
-                f"uid {uid} is dead, and {now}; store uids and call world.get again"
-                if not (table.uid == uid).any()
-                else (
+            fate = f"uid {uid} is dead, and {now}; store uids and call world.get again"
+            if (table.uid == uid).any():
+                fate = (
                     f"uid {uid} is no longer in row {row}, because rows were reordered; call world.get again"
                 )
-            )
             raise StaleHandle(
                 f"tables[{table.name!r}]: {self._component.__name__}.{name} through an outdated "
                 f"handle: {fate}"

@@ -11,14 +11,13 @@ from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.genomes.alphabet import DNA, Alphabet
-    from ecs_eco.genomes.batch import Operators
+    from ecs_eco.genomes.batch import Operators, operators_of
     from ecs_eco.genomes.choices import CHOICES
     from ecs_eco.genomes.fit import Fitted, fit_network
     from ecs_eco.genomes.layout import Layout
     from ecs_eco.genomes.models import Gene
     from ecs_eco.genomes.operators import toolbox_of
     from ecs_eco.genomes.traits import Trait
-    from ecs_eco.genomes.variable_births import operators_of
     from ecs_eco.genomes.variable_layout import layout_of
     from ecs_eco.genomes.variety import diversity, frequencies, statistics
 
@@ -37,7 +36,7 @@ _HOME = {
     "Fitted": "fit",
     "fit_network": "fit",
     "layout_of": "variable_layout",
-    "operators_of": "variable_births",
+    "operators_of": "batch",
 }
 __all__ = [
     "CHOICES",

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.engine.random import mix_int
 from ecs_eco.genomes import kernels
+from ecs_eco.genomes.later import variable_kernels
 from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.operators import (
@@ -18,6 +19,8 @@ from ecs_eco.genomes.operators import (
     taken_apart,
     toolbox_of,
 )
+from ecs_eco.genomes.unequal import UnequalCrossover
+from ecs_eco.genomes.variable_layout import VariableLayout
 from ecs_eco.inputs.code import handed_over
 
 if TYPE_CHECKING:
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
 Births = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Both parents, whether they are swapped and crossed, keys, and a salt."""
 MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
+WHOLE = slice(None)  # all loci of a string
+EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # in at_limit
 
 
 class Operators:
@@ -68,35 +73,6 @@ class Operators:
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate") if mates else ("mutate",):
             self._operator(word)
-
-    @classmethod
-    def from_config(
-        cls,
-        section: GenomeSection,
-        layout: Layout,
-        select_mate: str = "nearest",
-        find: Callable[[Any], Any] = handed_over,
-        mates: bool = True,
-    ) -> "Operators":
-        """Return the operators of the genome of a world file.
-
-        Parameters
-        ----------
-        section : GenomeSection
-        layout : Layout
-        select_mate, find, mates
-            As for `toolbox_of`.
-
-        Returns
-        -------
-        Operators
-        """
-        if layout.longest is not None:
-            raise ValueError(
-                "Operators.from_config: strings of this layout vary in length; "
-                "ecs_eco.genomes.operators_of takes it"
-            )
-        return cls(toolbox_of(section, layout, select_mate, find, mates), layout, section.mate.chance, mates)
 
     @property
     def choice(self) -> int:
@@ -164,8 +140,8 @@ class Operators:
                 for birth in np.flatnonzero(crossed):
                     random.seed(seed_of(keys[birth], MATE + 4 * salt))
                     pair = mate(self._letters(out[birth]), self._letters(other[birth]))
-                    size = len(self.layout.alphabet)
-                    self._take(out[birth], strings_of("mate", name, pair, length, size)[0])
+                    child, _ = strings_of("mate", name, pair, length, len(self.layout.alphabet))
+                    self._take(out[birth], WHOLE, child, None)
         return out
 
     def _cross_all(
@@ -183,17 +159,17 @@ class Operators:
     def _letters(self, string: np.ndarray) -> list[int]:
         return string.tolist()
 
-    def _take(self, string: np.ndarray, letters: np.ndarray) -> None:
-        string[:] = letters
+    def _take(
+        self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
+    ) -> None:
+        """Write new letters into loci of a string that had `before` letters there (None: before a crossing)."""
+        string[loci] = letters
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
         function, arguments = self._operator("mutate")
         if self._loci is None or self._loci[0] is not self.toolbox.mutate:
-            self._loci = (
-                self.toolbox.mutate,
-                self.layout.rates(arguments.get("indpb", 0.0)),
-                *self._bounds(arguments),
-            )
+            rates = self.layout.rates(arguments.get("indpb", 0.0))
+            self._loci = self.toolbox.mutate, rates, *self._bounds(arguments)
         _, rates, low, up = self._loci
         if (way := way_of(function)) is not None:
             kernels.mutate(strings, keys, salt, way, rates, low, up)
@@ -219,20 +195,110 @@ class Operators:
     ) -> None:
         """Mutate birth by birth; genes with their own mutation rates separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
-        rates = self.layout.rates(arguments.get("indpb", 0.0))
-        lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
-        parts = [
-            (at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
-            for at in (np.flatnonzero(rates == r) for r in np.unique(rates))
-        ]
-        if all(code.gene.mutation_rate is None for code in self.layout.genes):
-            parts = [(np.arange(strings.shape[1]), {})]
+        parts: list[tuple[np.ndarray | slice, dict[str, Any]]] = [(WHOLE, {})]
+        fixed = self.layout.longest is None
+        if fixed and any(code.gene.mutation_rate is not None for code in self.layout.genes):
+            rates = self.layout.rates(arguments.get("indpb", 0.0))
+            lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
+            parts = [
+                (at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
+                for at in (np.flatnonzero(rates == r) for r in np.unique(rates))
+            ]
         with kept_random():
-            for birth in range(len(strings)):
+            for birth, string in enumerate(strings):
                 random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
                 for loci, rate in parts:
-                    mutated = mutate(strings[birth, loci].tolist(), **rate)
-                    strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
+                    letters = self._letters(string[loci])
+                    before = len(letters)  # an operator may change the list
+                    mutated = mutate(letters, **rate)
+                    (after,) = strings_of("mutate", name, mutated, before if fixed else None, size)
+                    self._take(string, loci, after, before)
+
+
+class VariableOperators(Operators):
+    """The operators of a toolbox for strings of variable length. Strings are crossed; then genes are
+    duplicated and lost and letters inserted and deleted with the probabilities of the section; then `mutate`
+    is applied.
+
+    A change that would make a string longer than `longest`, or empty, does not happen: `at_limit` i64[5]
+    counts such crossings, duplications, losses, insertions and deletions.
+    """
+
+    layout: VariableLayout
+
+    def __init__(
+        self,
+        toolbox: "Toolbox",
+        layout: VariableLayout,
+        chance: float = 1.0,
+        *,
+        insertion: float = 0.0,
+        deletion: float = 0.0,
+        duplication: float = 0.0,
+        loss: float = 0.0,
+        mates: bool = True,
+    ) -> None:
+        self.insertion, self.deletion, self.duplication, self.loss = insertion, deletion, duplication, loss
+        self.at_limit = np.zeros(len(EVENTS), np.int64)
+        super().__init__(toolbox, layout, chance, mates)
+
+    @property
+    def genes(self) -> tuple[Any, ...]:
+        """Return the parameters by which kernels find genes: blank, words, their length, letters, spans."""
+        layout = self.layout
+        return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
+
+    def _cross_all(
+        self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
+    ) -> bool:
+        if not isinstance(function, UnequalCrossover):
+            return False
+        a, b = map(np.ascontiguousarray, births[:2])
+        slip = np.float32(arguments["slip"])
+        variable_kernels.cross_unequal(a, b, *births[2:], slip, *self.genes, self.at_limit, out)
+        return True
+
+    def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
+        letters = np.ascontiguousarray(strings)
+        if self.duplication or self.loss:
+            variable_kernels.rearrange(
+                letters, keys, salt, float(self.duplication), float(self.loss), *self.genes, self.at_limit
+            )
+        if self.insertion or self.deletion:
+            rates, blank = (float(self.insertion), float(self.deletion)), self.layout.blank
+            size = len(self.layout.alphabet)
+            variable_kernels.insert_and_delete(letters, keys, salt, *rates, blank, size, self.at_limit)
+        self._mutate_letters(letters, keys, salt)
+        if letters is not strings:
+            strings[:] = letters
+
+    def _mutate_letters(self, letters: np.ndarray, keys: np.ndarray, salt: int) -> None:
+        function, arguments = self._operator("mutate")
+        if (way := way_of(function)) is None:
+            self._mutate_each(letters, keys, salt, function, arguments)
+            return
+        chance, low, up = (arguments.get(k, 0) for k in ("indpb", "low", "up"))
+        given = letters, keys, salt, way, float(chance)
+        if all(code.gene.mutation_rate is None for code in self.layout.genes):
+            variable_kernels.mutate_letters(*given, int(low), int(up), self.layout.blank)
+        else:
+            variable_kernels.mutate_by_gene(
+                *given, self.layout.rates(chance), int(low), int(up), *self.genes, self.layout.skipped
+            )
+
+    def _letters(self, string: np.ndarray) -> list[int]:
+        return string[: variable_kernels.end_of(string, self.layout.blank)].tolist()
+
+    def _take(
+        self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
+    ) -> None:
+        """Write new letters into a string, unless they are none or too many, which is counted."""
+        if not 0 < letters.size <= string.size:
+            event = "crossing" if before is None else "insertion" if letters.size > before else "deletion"
+            self.at_limit[EVENTS.index(event)] += 1
+            return
+        string[: letters.size] = letters
+        string[letters.size :] = self.layout.blank
 
 
 def way_of(function: Callable[..., Any]) -> int | None:
@@ -258,3 +324,47 @@ def seed_of(key: np.uint64, part: int) -> int:
 def named(function: object) -> str:
     """Return the name of an operator for messages."""
     return getattr(function, "__name__", repr(function))
+
+
+def operators_of(
+    section: GenomeSection,
+    layout: Layout,
+    select_mate: str = "nearest",
+    find: Callable[[Any], Any] = handed_over,
+    mates: bool = True,
+) -> Operators:
+    """Return the operators of the genome of a world file, for strings of fixed or of variable length.
+
+    Parameters
+    ----------
+    section : GenomeSection
+    layout : Layout
+        As `layout_of` returns it.
+    select_mate, find, mates
+        As for `toolbox_of`.
+
+    Returns
+    -------
+    Operators
+
+    Examples
+    --------
+    >>> from ecs_eco.genomes import Gene, layout_of, operators_of
+    >>> from ecs_eco.genomes.models import GenomeSection
+    >>> section = GenomeSection(genes=[Gene(name="size", letters=4, low=0.2, high=0.6)])
+    >>> operators_of(section, layout_of(section)).mutation
+    True
+    """
+    toolbox, chance = toolbox_of(section, layout, select_mate, find, mates), section.mate.chance
+    if not isinstance(layout, VariableLayout):
+        return Operators(toolbox, layout, chance, mates)
+    return VariableOperators(
+        toolbox,
+        layout,
+        chance,
+        insertion=section.insertion,
+        deletion=section.base_deletion,
+        duplication=section.duplication,
+        loss=section.gene_deletion,
+        mates=mates,
+    )

@@ -62,8 +62,7 @@ class Code:
         raise NotImplementedError
 
     def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
-        """Return numbers i64[n, codons] for values f64[n, …]; `clip` takes the nearest valid one,
-        otherwise raises ValueError."""
+        """Return numbers i64[n, codons] for values f64[n, …]; `clip`: of the nearest valid values."""
         raise NotImplementedError
 
     def refuse(self, value: float, allowed: str) -> ValueError:
@@ -134,19 +133,14 @@ class Range(Code):
         if not clip and outside.any():
             raise self.refuse(values[outside][0], f"{self.low:g} to {self.high:g}")
         values = np.clip(values, self.low, self.high)
-        share = (
-            arrays.log(values / self.low) / arrays.log(self.high / self.low)
-            if self.log
-            else (values - self.low) / (self.high - self.low)
-        )
+        share = (values - self.low) / (self.high - self.low)
+        if self.log:
+            share = arrays.log(values / self.low) / arrays.log(self.high / self.low)
         total = np.rint(share * self.steps).astype(np.int64)
         if self.log:  # the nearest logarithm need not be that of the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
-            below, above = (
-                self.low * power(ratio, low / self.steps),
-                self.low * power(ratio, (low + 1) / self.steps),
-            )
+            below, above = (self.low * power(ratio, n / self.steps) for n in (low, low + 1))
             total = (low + (above - values < values - below)).astype(np.int64)
         n = self.codons.n
         return total[:, None] // n + (np.arange(n) < total[:, None] % n)
@@ -168,11 +162,9 @@ class Weights(Code):
         self.resolution = (self.high - self.low) / (codons.levels - 1)
         self.shapes = [tuple(shape) for shape in shapes]
         self.width = (sum(math.prod(shape) for shape in self.shapes),)
-        self.bases = (
-            [cosines(shape, gene.coefficients or 1) for shape in self.shapes]
-            if gene.form == "cosine"
-            else None
-        )
+        self.bases: list[np.ndarray] | None = None
+        if gene.form == "cosine":
+            self.bases = [cosines(shape, gene.coefficients or 1) for shape in self.shapes]
 
     @property
     def text(self) -> str:
@@ -219,8 +211,7 @@ def is_whole(gene: Gene, trait: Trait | None) -> bool:
 
 
 def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
-    """Return the first `most` low-frequency functions of the orthonormal cosine transform over a shape:
-    f64[k, size]."""
+    """Return the first `most` functions of the orthonormal cosine transform over a shape: f64[k, size]."""
     a, b = shape if len(shape) == 2 else (1, shape[0])
     pairs = sorted((i + j, i, j) for i in range(a) for j in range(b) if i + j <= most)[:most]
     return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])

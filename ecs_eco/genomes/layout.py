@@ -1,8 +1,8 @@
 """The layout of a genome: which loci code for which value, in both directions."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, Self, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, listed, unk
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
 from ecs_eco.genomes.later import kernels
-from ecs_eco.genomes.models import Derived, Expression, Gene, GenomeSection
+from ecs_eco.genomes.models import Derived, Expression, Gene
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
 from ecs_eco.genomes.traits import Shapes, Trait
 
@@ -59,6 +59,8 @@ class Layout:
     """Maximum letters of a string; None: strings keep their length."""
     doubled = "first"
     """How several copies of a gene in a string combine, if strings vary in length."""
+    blank = 0
+    """The number of a letter that codes for nothing."""
 
     derived: Mapping[str, Derived] = MappingProxyType({})
     """Traits that are formulas of genes, as the section lists them: they have no letters."""
@@ -92,54 +94,11 @@ class Layout:
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
             for gene, (first, _) in zip(genes, at, strict=True)
         )
-        self.length = loci or max(stop for _, stop in at)  # of one string
+        self.length = self.begin = loci or max(stop for _, stop in at)  # of one string, and of a founder's
+        self.founder = list(range(len(self.genes)))  # the genes of a founder's string, in order
         self.row = self.length * ploidy  # letters of an organism
         self.highest = len(self.alphabet) - 1  # numbers in a row
         self._by_name = {code.name: code for code in self.genes}
-
-    @classmethod
-    def from_config(
-        cls,
-        section: GenomeSection,
-        traits: Mapping[str, Trait] | None = None,
-        shapes: Mapping[str, Shapes] | Shapes | None = None,
-    ) -> Self:
-        """Return the layout of a genome of fixed length from the section of a world file.
-
-        Parameters
-        ----------
-        section : GenomeSection
-        traits : Mapping of str to Trait, optional
-        shapes : Mapping or sequence, optional
-            Shapes of networks by trait; a sequence: those of policy.weights.
-
-        Returns
-        -------
-        Layout
-
-        Raises
-        ------
-        ValueError
-            For strings of variable length, which `layout_of` takes.
-        ConfigError
-            With every problem of the genes.
-        """
-        if section.max_length is not None:
-            raise ValueError(
-                "Layout.from_config: strings of this section vary in length; "
-                "ecs_eco.genomes.layout_of takes it"
-            )
-        layout = cls(
-            section.genes,
-            section.alphabet,
-            section.ploidy,
-            section.expression,
-            section.loci,
-            traits,
-            by_trait(shapes),
-        )
-        layout.derived = section.derived
-        return layout
 
     def __getitem__(self, name: str) -> Code:
         """Return the gene of this name. Raises UnknownName."""
@@ -208,9 +167,9 @@ class Layout:
         >>> bool((sizes >= 0.2).all() and (sizes <= 0.6).all())
         True
         """
-        loci = self.check(loci)
+        found = self.copies(self.check(loci))
         wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
-        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in wanted}
+        return {code.name: self._expressed(code, loci, found).astype(code.dtype) for code in wanted}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
         """Return the value of one gene in each string, before dominance.
@@ -265,12 +224,25 @@ class Layout:
         'ACA'
         """
         arrays, n = self._arrays(values)
-        out = np.zeros((n, self.row), np.uint8)
-        for code in (c for c in self.genes if c.name in arrays):
+        out = np.full((n, self.row), self.blank, np.uint8)
+        for place, code in self._places([g for g, c in enumerate(self.genes) if c.name in arrays]):
             numbers = np.broadcast_to(code.numbers(arrays[code.name], clip), (n, code.codons.n))
-            for string in range(self.ploidy):
-                code.codons.write(numbers, out, string * self.length)
+            self._write(out, place, code, numbers)
         return out
+
+    def copies(self, loci: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the copies of genes in rows u8[n, row]: none to be searched, because genes have fixed places."""
+        return ()
+
+    def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
+        """Return where the codons begin in a string of these genes, for each gene."""
+        return [(self.genes[g].first, self.genes[g]) for g in order]
+
+    def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
+        """Write the numbers of a gene's codons from `place` on into each string."""
+        if numbers is not None:
+            for first in range(0, self.row, self.length):
+                code.codons.write(numbers, out, first + place - code.first)
 
     def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
         """Return the values of genes by name, and their number of organisms; raises as `encode`."""
@@ -332,14 +304,18 @@ class Layout:
 
     def _founder(self) -> list[tuple[Code, list[int]]]:
         """Return the genes of a founder, each with where its codons begin in each string."""
-        return [(code, [s * self.length + code.first for s in range(self.ploidy)]) for code in self.genes]
+        strings = range(0, self.row, self.length)
+        return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def _of_values(self) -> list[tuple[Code, list[int]]]:
         """Return the genes that code for a value of the species."""
         return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return genomes of letters drawn uniformly.
+        """Return genomes of founders, with letters drawn uniformly.
+
+        If strings vary in length, they have as many copies of each gene as its `copies`, and letters are drawn
+        after promoters and up to `loci`.
 
         Parameters
         ----------
@@ -350,13 +326,17 @@ class Layout:
         -------
         array of uint8, shape (n, row)
         """
-        out = np.empty((len(keys), self.row), np.uint8)
-        kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), out)
+        drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
+        kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
+        out = np.full((len(keys), self.row), self.blank, np.uint8)
+        strings = out.reshape(len(keys), self.ploidy, self.length)
+        strings[:, :, : self.begin] = drawn.reshape(len(keys), self.ploidy, self.begin)
+        for place, code in self._places(self.founder):
+            self._write(out, place, code, None)
         return out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each locus' probability of mutation f32[length] for one string: a gene's own, or
-        `chance`."""
+        """Return each locus' probability of mutation f32[length]: a gene's own, or `chance`."""
         out = np.full(self.length, chance, np.float32)
         for code in self.genes:
             if code.gene.mutation_rate is not None:
@@ -416,21 +396,27 @@ class Layout:
         >>> [(piece.gene, piece.letters) for piece in layout.mark("ACGT")]
         [('speed', 'AC'), ('', 'GT')]
         """
-        text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
-        self.check(self.alphabet.encode(text)[None])
+        text = genome if isinstance(genome, str) else self.text(genome)
+        self.rows([text])
         pieces = []
-        for string in range(self.ploidy):
-            at, start = 0, string * self.length
-            for code in sorted(self.genes, key=lambda c: c.first):
-                if code.first > at:
-                    pieces.append(Piece(string, "", at, text[start + at : start + code.first]))
-                pieces.append(
-                    Piece(string, code.name, code.first, text[start + code.first : start + code.stop])
-                )
-                at = code.stop
-            if at < self.length:
-                pieces.append(Piece(string, "", at, text[start + at : start + self.length]))
+        for s, string in enumerate(self._strings(text)):
+            at = 0
+            for name, first, stop in self._genes_in(string):
+                if first > at:
+                    pieces.append(Piece(s, "", at, string[at:first]))
+                pieces.append(Piece(s, name, first, string[first:stop]))
+                at = stop
+            if at < len(string):
+                pieces.append(Piece(s, "", at, string[at:]))
         return pieces
+
+    def _strings(self, text: str) -> list[str]:
+        """Return the strings of a genome's text."""
+        return [text[at : at + self.length] for at in range(0, self.row, self.length)]
+
+    def _genes_in(self, string: str) -> Iterable[tuple[str, int, int]]:
+        """Return the genes of a string in order: their names, where each begins, and where it ends."""
+        return [(code.name, code.first, code.stop) for code in sorted(self.genes, key=lambda c: c.first)]
 
     def check(self, loci: np.ndarray) -> np.ndarray:
         """Return rows unchanged. Raises ValueError for another width or type, or a wrong number."""
@@ -441,10 +427,10 @@ class Layout:
             or loci.ndim != 2
             or loci.shape[1] != self.row
         ):
-            given = (
-                f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
+            kind, shape = getattr(loci, "dtype", type(loci).__name__), np.shape(loci)
+            raise ValueError(
+                f"genome: an array of {kind} with the shape {shape}; expected rows of u8[n, {self.row}]"
             )
-            raise ValueError(f"genome: {given}; expected rows of u8[n, {self.row}]")
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
             raise ValueError(
@@ -453,7 +439,8 @@ class Layout:
             )
         return loci
 
-    def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:
+    def _expressed(self, code: Code, loci: np.ndarray, found: tuple[np.ndarray, ...]) -> np.ndarray:
+        """Return the values of a gene; `found` as `copies` returns it."""
         first = code.values(code.codons.read(loci, 0))
         if self.ploidy == 1 or (how := code.gene.expression or self.expression) == "first":
             return first
@@ -481,8 +468,3 @@ def _code(gene: Gene, first: int, size: int, trait: Trait | None, shapes: Mappin
     if is_weights(gene, trait):
         return Weights(gene, trait, codons, shapes_of(gene, shapes) or [])
     return Range(gene, trait, codons) if gene.values is None else Listed(gene, trait, codons)
-
-
-def by_trait(shapes: Mapping[str, Shapes] | Shapes | None) -> Mapping[str, Shapes] | None:
-    """Return shapes of networks by trait; a list means those of policy.weights."""
-    return shapes if shapes is None or isinstance(shapes, Mapping) else {"policy.weights": shapes}

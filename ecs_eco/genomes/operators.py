@@ -110,26 +110,18 @@ def toolbox_of(
     from deap.base import Toolbox
 
     toolbox = Toolbox()
-    section = _section(section)
+    if not isinstance(section, GenomeSection):
+        section = GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
-        toolbox.register(
-            word,
-            operator_of(word, entry.operator, layout, find),
-            **defaults(entry.operator, layout) | entry.arguments,
-        )
+        arguments = defaults(entry.operator, layout) | entry.arguments
+        toolbox.register(word, operator_of(word, entry.operator, layout, find), **arguments)
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
     toolbox.register("select_mate", RULES[select_mate])
     for word in ("mate", "mutate") if mates else ("mutate",):
         check_operator(word, getattr(toolbox, word), layout)
     return toolbox
-
-
-def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
-    if isinstance(section, GenomeSection):
-        return section
-    return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
 
 
 def operator_of(
@@ -175,8 +167,7 @@ def defaults(name: object, layout: Layout) -> dict[str, Any]:
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, used: bool = True) -> None:
-    """Raise ValueError or UnknownName if DEAP has no such operator or it takes other arguments, or if it
-    is `used` and cannot work with these on these genomes; nothing is called."""
+    """Raise ValueError or UnknownName if an operator or its arguments do not fit; nothing is called."""
     check_name(word, name, layout)
     takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
@@ -190,8 +181,7 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError with the reason if a registered operator cannot work on these genomes; a user's
-    function is tried on samples."""
+    """Raise ValueError if an operator cannot work on these genomes; a user's function is tried."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -232,25 +222,18 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
 
 
 def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError if `low` and `up` of mutUniformInt are not letters of the genome, or low is above
-    up."""
+    """Raise ValueError if `low` and `up` are not letters of the genome, or low is above up."""
     for key in ("low", "up"):
-        if not _letters(arguments[key], len(layout.alphabet)):
-            raise ValueError(
-                f"{word}: mutUniformInt with {key} = {arguments[key]}; "
-                f"expected 0 to {len(layout.alphabet) - 1}"
-            )
-        if isinstance(arguments[key], list | tuple) and layout.longest is not None:
-            raise ValueError(
-                f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; expected "
-                "one, as genes have no fixed place"
-            )
-        if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
-            n = len(arguments[key])
-            raise ValueError(
-                f"{word}: mutUniformInt with {n} numbers as {key}; expected one, "
-                f"or {layout.length}: one per locus"
-            )
+        value, size = arguments[key], len(layout.alphabet)
+        if not _letters(value, size):
+            raise ValueError(f"{word}: mutUniformInt with {key} = {value}; expected 0 to {size - 1}")
+        if not isinstance(value, list | tuple):
+            continue
+        given = f"{word}: mutUniformInt with {len(value)} numbers as {key}; expected one"
+        if layout.longest is not None:
+            raise ValueError(f"{given}, as genes have no fixed place")
+        if len(value) < layout.length:
+            raise ValueError(f"{given}, or {layout.length}: one per locus")
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
         raise ValueError(
@@ -260,8 +243,7 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """Return the registered function, and its arguments other than the genomes by name. Raises ValueError
-    if one is missing."""
+    """Return the registered function and its arguments by name; raise ValueError if one is missing."""
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):

@@ -1,9 +1,9 @@
 """Problems with the genes of a layout, each with its key in the section of the genome."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import MISSING, Problem, listed, nearest
 from ecs_eco.genomes.codes import is_whole
 from ecs_eco.genomes.models import Gene
 from ecs_eco.genomes.traits import Shapes, Trait
@@ -26,29 +26,20 @@ def problems(
     `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene."""
     if not genes:
         yield Problem(("genes",), "is empty", allowed="at least one gene")
-    names: dict[str, str] = {}
+    names: set[str] = set()
     coded: dict[str, str] = {}
     for i, gene in enumerate(genes):
         key = ("genes", i)
         if gene.name in names:
             yield Problem((*key, "name"), "another gene has this name", gene.name, "each name once")
-        names[gene.name] = gene.name
+        names.add(gene.name)
         if gene.trait is not None and gene.trait in coded:
-            yield Problem(
-                (*key, "trait"),
-                f"the gene {coded[gene.trait]} codes for it too",
-                gene.trait,
-                "one gene for each trait",
-            )
+            what = f"the gene {coded[gene.trait]} codes for it too"
+            yield Problem((*key, "trait"), what, gene.trait, "one gene for each trait")
         coded.setdefault(gene.trait or "", gene.name)
         if gene.trait is not None and traits is not None and gene.trait not in traits:
-            yield Problem(
-                (*key, "trait"),
-                "the species has no such trait",
-                gene.trait,
-                listed(traits, 40),
-                nearest(gene.trait, traits),
-            )
+            known, near = listed(traits, 40), nearest(gene.trait, traits)
+            yield Problem((*key, "trait"), "the species has no such trait", gene.trait, known, near)
             continue
         trait = (traits or {}).get(gene.trait or "")
         most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
@@ -65,11 +56,8 @@ def problems(
 
 def is_weights(gene: Gene, trait: Trait | None) -> bool:
     """Return whether a gene codes for the weights of a network."""
-    return (
-        gene.form is not None
-        or (trait is not None and trait.kind == "weights")
-        or gene.trait == "policy.weights"
-    )
+    of_trait = gene.trait == "policy.weights" or (trait is not None and trait.kind == "weights")
+    return gene.form is not None or of_trait
 
 
 def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
@@ -126,37 +114,33 @@ def _of_places(
         yield Problem(("genes",), f"the genes need {needed} loci", allowed=f"at most {LONGEST}")
 
 
+def _faults(key: Key, gene: Gene, faults: Iterable[tuple[bool, str, str, str]]) -> Iterator[Problem]:
+    """Yield the problems that a gene has: whether it has it, the field, what is wrong, and what is expected."""
+    for wrong, field, what, allowed in faults:
+        if wrong:
+            value = getattr(gene, field)
+            yield Problem((*key, field), what, MISSING if value is None else value, allowed)
+
+
 def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
-    if gene.form is None:
-        yield Problem(
-            (*key, "form"),
-            "is missing: the gene codes for the weights of a network",
-            allowed="direct or cosine",
-        )
-    for field, value in {
-        "values": gene.values,
-        "codons": gene.codons if gene.codons > 1 else None,
-        "whole": gene.whole or None,
-    }.items():
-        if value is not None:
-            yield Problem((*key, field), "of no use for the weights of a network", value, "low and high")
-    if gene.code == "additive":
-        yield Problem(
-            (*key, "code"), "not possible for the weights of a network", gene.code, "positional or gray"
-        )
-    if gene.scale == "log":
-        yield Problem((*key, "scale"), "not possible for the weights of a network", gene.scale, "linear")
-    if gene.form == "cosine" and gene.coefficients is None:
-        yield Problem(
-            (*key, "coefficients"), "is missing: how many for each matrix", allowed="a whole number from 1"
-        )
-    if gene.form == "direct" and gene.coefficients is not None:
-        yield Problem(
-            (*key, "coefficients"),
-            "of no use: every weight has a codon",
-            gene.coefficients,
-            'form = "cosine", or nothing here',
-        )
+    noun, more = "the weights of a network", gene.coefficients is not None
+    nothing = 'form = "cosine", or nothing here'
+    faults = (
+        (gene.form is None, "form", f"is missing: the gene codes for {noun}", "direct or cosine"),
+        (gene.values is not None, "values", f"of no use for {noun}", "low and high"),
+        (gene.codons > 1, "codons", f"of no use for {noun}", "low and high"),
+        (gene.whole, "whole", f"of no use for {noun}", "low and high"),
+        (gene.code == "additive", "code", f"not possible for {noun}", "positional or gray"),
+        (gene.scale == "log", "scale", f"not possible for {noun}", "linear"),
+        (
+            gene.form == "cosine" and not more,
+            "coefficients",
+            "is missing: how many for each matrix",
+            "a whole number from 1",
+        ),
+        (gene.form == "direct" and more, "coefficients", "of no use: every weight has a codon", nothing),
+    )
+    yield from _faults(key, gene, faults)
     yield from _of_range(key, gene, None)
     if shapes_of(gene, shapes) is None:
         allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
@@ -164,35 +148,25 @@ def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[
 
 
 def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:
-    if gene.coefficients is not None:
-        yield Problem(
-            (*key, "coefficients"), "only for the weights of a network", gene.coefficients, "nothing here"
-        )
-    if gene.code == "additive" and gene.codons < 2:
-        yield Problem(
-            (*key, "codons"), 'too few to add up, with code = "additive"', gene.codons, "at least 2"
-        )
-    if gene.code != "additive" and gene.codons > 1:
-        yield Problem(
-            (*key, "codons"), f'of no use with code = "{gene.code}"', gene.codons, 'code = "additive", or 1'
-        )
+    adds, n = gene.code == "additive", gene.codons
+    unused, few = f'of no use with code = "{gene.code}"', 'too few to add up, with code = "additive"'
+    faults = (
+        (gene.coefficients is not None, "coefficients", "only for the weights of a network", "nothing here"),
+        (adds and n < 2, "codons", few, "at least 2"),
+        (not adds and n > 1, "codons", unused, 'code = "additive", or 1'),
+    )
+    yield from _faults(key, gene, faults)
     if gene.values is None:
         yield from _of_range(key, gene, trait)
         return
-    for field, value, allowed in (
-        ("low", gene.low, None),
-        ("high", gene.high, None),
-        ("code", gene.code, "positional"),
-        ("scale", gene.scale, "linear"),
-    ):
-        if value != allowed:
+    for field, default in {"low": None, "high": None, "code": "positional", "scale": "linear"}.items():
+        if (value := getattr(gene, field)) != default:
             yield Problem((*key, field), "given together with values", value, "one of them")
-    if len(gene.values) != size**gene.letters:
+    if len(gene.values) != (levels := size**gene.letters):
         fault = (
-            f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has "
-            f"{size**gene.letters} values"
+            f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has {levels} values"
         )
-        yield Problem((*key, "values"), fault, gene.values, f"{size**gene.letters} numbers")
+        yield Problem((*key, "values"), fault, gene.values, f"{levels} numbers")
     for j, value in enumerate(gene.values):
         yield from _of_bound((*key, "values", j), gene, trait, value)
 

@@ -37,8 +37,7 @@ def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
-    """Return the number of the gene whose promoter begins each word of the longest promoter's length, −1
-    for none: i16[size ** length]."""
+    """Return the gene whose promoter begins each word, −1 for none: i16[size ** length]."""
     size, length = len(letters), max(map(len, promoters))
     table = np.full(size**length, -1, np.int16)
     for gene, word in enumerate(promoters):
@@ -74,48 +73,27 @@ def problems_of_variable(
 ) -> Iterator[Problem]:
     """Yield the problems of a genome section that concern strings of variable length."""
     if section.max_length is None:
+        fixed = "strings of this genome have a fixed length"
         for key in ("insertion", "base_deletion", "duplication", "gene_deletion"):
             if value := getattr(section, key):
-                yield Problem(
-                    (key,),
-                    "strings of this genome have a fixed length",
-                    value,
-                    "max_length = …, or nothing here",
-                )
+                yield Problem((key,), fixed, value, "max_length = …, or nothing here")
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
-                    yield Problem(
-                        ("genes", i, key),
-                        "strings of this genome have a fixed length",
-                        value,
-                        "genome.max_length = …, or nothing here",
-                    )
+                    yield Problem(("genes", i, key), fixed, value, "genome.max_length = …, or nothing here")
         return
-    if len(section.alphabet) > MOST_LETTERS:
-        yield Problem(
-            ("alphabet",),
-            "too many letters for strings of variable length",
-            section.alphabet,
-            f"at most {MOST_LETTERS}",
-        )
+    if len(letters := section.alphabet) > MOST_LETTERS:
+        what = "too many letters for strings of variable length"
+        yield Problem(("alphabet",), what, letters, f"at most {MOST_LETTERS}")
     for first, second in (("insertion", "base_deletion"), ("duplication", "gene_deletion")):
-        if (total := getattr(section, first) + getattr(section, second)) > 1:
-            yield Problem(
-                (second,),
-                f"more than 1 together with {first}",
-                getattr(section, second),
-                f"at most {1 - (total - getattr(section, second)):g}",
-            )
+        a, b = getattr(section, first), getattr(section, second)
+        if a + b > 1:
+            yield Problem((second,), f"more than 1 together with {first}", b, f"at most {1 - a:g}")
     for i, gene in enumerate(section.genes):
         if gene.at is not None:
-            yield Problem(
-                ("genes", i, "at"),
-                "genes have no fixed place in strings of variable length",
-                gene.at,
-                "promoter = …, or nothing here",
-            )
-    yield from _of_words(section.genes, section.alphabet)
+            what = "genes have no fixed place in strings of variable length"
+            yield Problem(("genes", i, "at"), what, gene.at, "promoter = …, or nothing here")
+    yield from _of_words(section.genes, letters)
     yield from _of_lengths(section, traits or {}, shapes)
 
 
@@ -131,20 +109,15 @@ def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
             yield Problem(key, f"too long with {len(letters)} letters", word, f"at most {most} letters")
         for j, other in enumerate(words[:i]):
             if word.startswith(other) or other.startswith(word):
-                yield Problem(
-                    key,
-                    f"one begins with the other: the promoter of {genes[j].name} is {other!r}",
-                    word,
-                    "words of which none begins with another",
-                )
+                what = f"one begins with the other: the promoter of {genes[j].name} is {other!r}"
+                yield Problem(key, what, word, "words of which none begins with another")
                 break
 
 
 def _of_lengths(
     section: GenomeSection, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
-    """Yield a problem if a founder's genes do not fit into its string, or this does not fit into the
-    longest."""
+    """Yield a problem if a founder's genes do not fit into its string, or this into the longest."""
     longest = section.max_length or 0
     if longest > LONGEST:
         yield Problem(("max_length",), "too many letters", longest, f"at most {LONGEST}")
@@ -154,22 +127,10 @@ def _of_lengths(
         for gene, word in zip(section.genes, words, strict=True)
     )
     if section.loci is not None and section.loci < needed:
-        yield Problem(
-            ("loci",),
-            f"too short a string: a founder's genes need {needed} letters",
-            section.loci,
-            f"at least {needed}",
-        )
+        what = f"too short a string: a founder's genes need {needed} letters"
+        yield Problem(("loci",), what, section.loci, f"at least {needed}")
     if needed == 0 and section.loci is None:
-        yield Problem(
-            ("genes",),
-            "founders have neither a gene nor a letter",
-            allowed="copies = 1 of a gene, or loci = …",
-        )
-    if longest < max(needed, section.loci or 0):
-        yield Problem(
-            ("max_length",),
-            "founders have more letters",
-            longest,
-            f"at least {max(needed, section.loci or 0)}",
-        )
+        what = "founders have neither a gene nor a letter"
+        yield Problem(("genes",), what, allowed="copies = 1 of a gene, or loci = …")
+    if longest < (least := max(needed, section.loci or 0)):
+        yield Problem(("max_length",), "founders have more letters", longest, f"at least {least}")

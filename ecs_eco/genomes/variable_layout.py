@@ -1,6 +1,6 @@
 """The layout of genomes whose strings vary in length: genes are found by their promoters."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 from typing import Any
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes.codes import Code, Weights
-from ecs_eco.genomes.later import kernels, variable_kernels
-from ecs_eco.genomes.layout import Layout, Piece, by_trait
+from ecs_eco.genomes.later import variable_kernels
+from ecs_eco.genomes.layout import Layout
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
 from ecs_eco.genomes.traits import Shapes, Trait
@@ -56,8 +56,7 @@ class VariableLayout(Layout):
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene and derived trait: gene, promoter, letters after it, trait, meaning,
-        resolution."""
+        """Return a row for each gene and derived trait: gene, promoter, letters, trait, meaning, resolution."""
         rows = super().table()
         letters = {code.name: code.codons.length for code in self.genes}
         return [
@@ -73,8 +72,7 @@ class VariableLayout(Layout):
     # --- reading --------------------------------------------------------------------------------------------
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string),
-        the letter at which their promoter begins, the number of their gene; i64[copies] each."""
+        """Return all copies of genes in order: string, first letter of the promoter, gene; i64[copies] each."""
         strings = np.ascontiguousarray(self.check(loci)).reshape(-1, self.longest)
         n = np.empty(len(strings), np.int64)
         given = self.blank, self.words, self.word, len(self.alphabet), self.spans
@@ -98,20 +96,12 @@ class VariableLayout(Layout):
         return lengths
 
     def values_of(self, loci: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies]
-        and its value f64[copies, …]."""
-        return self._values(np.ascontiguousarray(self.check(loci)), self.copies(loci), self[name])
-
-    def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        loci = np.ascontiguousarray(self.check(loci))
-        found = self.copies(loci)
-        wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
-        return {code.name: self._phenotype(loci, found, code).astype(code.dtype) for code in wanted}
+        """Return the string (row × ploidy + string) and the value of each copy of one gene."""
+        return self._values(loci, self.copies(loci), self[name])
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return the value of one gene in each string, before they combine: [n, ploidy, …]; without a
-        copy, the species' own value."""
-        code, loci = self[name], np.ascontiguousarray(self.check(loci))
+        """Return the value of one gene in each string [n, ploidy, …]; without a copy, the species' own."""
+        code = self[name]
         value, has = self._by_string(loci, self.copies(loci), code)
         value[~has] = self.own_value(code)
         return value.reshape(len(loci), self.ploidy, *code.width).astype(code.dtype)
@@ -128,8 +118,7 @@ class VariableLayout(Layout):
     def _by_string(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the combined value of each string's copies of a gene f64[strings, …], and whether it has
-        any."""
+        """Return the combined value of each string's copies f64[strings, …], and whether it has any."""
         string, values = self._values(loci, found, code)
         out = np.zeros((len(loci) * self.ploidy, *code.width))
         has = np.zeros(len(out), np.bool_)
@@ -150,7 +139,7 @@ class VariableLayout(Layout):
         out[string[begin]] = together
         return out, has
 
-    def _phenotype(self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code) -> np.ndarray:
+    def _expressed(self, code: Code, loci: np.ndarray, found: tuple[np.ndarray, ...]) -> np.ndarray:
         value, has = self._by_string(loci, found, code)
         if self.ploidy == 1:
             out, any_has = value, has
@@ -165,54 +154,17 @@ class VariableLayout(Layout):
         out[~any_has] = self.own_value(code)
         return np.rint(out) if code.dtype is np.int32 else out
 
-    # --- writing --------------------------------------------------------------------------------------------
-
-    def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, row] with one copy of each gene that has values, one or n, in the order of the
-        genes, the same in both strings, and no other letter.
-
-        Raises as `Layout.encode`; ValueError if they are longer than `longest`.
-        """
-        arrays, n = self._arrays(values)
-        order = [g for g, code in enumerate(self.genes) if code.name in arrays]
-        if (needed := int(self.spans[order].sum())) > self.longest:
-            raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
-        out = self._blanks(n)
-        for place, code in self._places(order):
-            numbers = np.broadcast_to(code.numbers(arrays[code.name], clip), (n, code.codons.n))
-            self._write(out, place, code, numbers)
-        return out
-
-    def _founder(self) -> list[tuple[Code, list[int]]]:
-        strings = range(0, self.row, self.longest)
-        return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
-
-    def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return rows u8[n, row] of founders for keys u64[n]: as many copies of each gene as its `copies`,
-        and letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
-        drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
-        kernels.letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
-        out = self._blanks(len(keys))
-        out.reshape(len(keys), self.ploidy, self.longest)[:, :, : self.begin] = drawn.reshape(
-            len(keys), self.ploidy, self.begin
-        )
-        for place, code in self._places(self.founder):
-            self._write(out, place, code, None)
-        return out
-
     def rates(self, chance: float) -> np.ndarray:
-        """Return each gene's probability of mutation of a letter behind its promoter f64[genes]: its own,
-        or `chance`."""
+        """Return each gene's probability of mutation of a letter f64[genes]: its own, or `chance`."""
         return np.array(
             [chance if code.gene.mutation_rate is None else code.gene.mutation_rate for code in self.genes],
             np.float64,
         )
 
-    def _blanks(self, n: int) -> np.ndarray:
-        return np.full((n, self.row), self.blank, np.uint8)
-
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return where the letters behind its promoter begin, for each copy of a string of these genes."""
+        """Return where the letters behind the promoter of each copy begin; raise ValueError if too long."""
+        if (needed := int(self.spans[order].sum())) > self.longest:
+            raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
         ends = accumulate(int(self.spans[g]) for g in order)
         return [
             (end - self.genes[g].codons.length, self.genes[g]) for g, end in zip(order, ends, strict=True)
@@ -223,8 +175,7 @@ class VariableLayout(Layout):
         word = self.alphabet.encode(self.promoters[code.name])
         for first in range(0, self.row, self.longest):
             out[:, first + place - word.size : first + place] = word
-            if numbers is not None:
-                code.codons.write(numbers, out, first + place)
+        super()._write(out, place, code, numbers)
 
     # --- texts ----------------------------------------------------------------------------------------------
 
@@ -244,11 +195,10 @@ class VariableLayout(Layout):
         return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
-        """Return the rows u8[n, row] of texts. Raises ValueError for one with another number of strings,
-        or other letters."""
-        out = self._blanks(len(texts))
+        """Return the rows u8[n, row] of texts; raise ValueError for another number of strings."""
+        out = np.full((len(texts), self.row), self.blank, np.uint8)
         for i, text in enumerate(texts):
-            strings = text.split(self.separator)
+            strings = self._strings(text)
             if len(strings) != self.ploidy or max(map(len, strings)) > self.longest:
                 allowed = f"{self.ploidy} of at most {self.longest} letters, with {self.separator!r} between"
                 raise ValueError(
@@ -259,23 +209,12 @@ class VariableLayout(Layout):
                 out[i, s * self.longest : s * self.longest + len(string)] = self.alphabet.encode(string)
         return out
 
-    def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[row], in order: copies of genes, with their
-        promoters, and the neutral parts between them."""
-        text = genome if isinstance(genome, str) else self.text(genome)
-        self.rows([text])
+    def _strings(self, text: str) -> list[str]:
+        return text.split(self.separator)
+
+    def _genes_in(self, string: str) -> Iterable[tuple[str, int, int]]:
         spans = {code.name: int(span) for code, span in zip(self.genes, self.spans, strict=True)}
-        pieces = []
-        for s, string in enumerate(text.split(self.separator)):
-            at = 0
-            for name, first in copies_in(string, self.promoters, spans):
-                if first > at:
-                    pieces.append(Piece(s, "", at, string[at:first]))
-                at = first + spans[name]
-                pieces.append(Piece(s, name, first, string[first:at]))
-            if at < len(string):
-                pieces.append(Piece(s, "", at, string[at:]))
-        return pieces
+        return ((name, at, at + spans[name]) for name, at in copies_in(string, self.promoters, spans))
 
 
 def layout_of(
@@ -310,6 +249,12 @@ def layout_of(
     >>> layout_of(section).row
     8
     """
-    if section.max_length is None:
-        return Layout.from_config(section, traits, shapes)
-    return VariableLayout(section, traits, by_trait(shapes))
+    if shapes is not None and not isinstance(shapes, Mapping):
+        shapes = {"policy.weights": shapes}
+    if section.max_length is not None:
+        return VariableLayout(section, traits, shapes)
+    layout = Layout(
+        section.genes, section.alphabet, section.ploidy, section.expression, section.loci, traits, shapes
+    )
+    layout.derived = section.derived
+    return layout

@@ -11,14 +11,11 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.record import seal
-
-if TYPE_CHECKING:
-    pass
 
 KEY = "ecs-eco.part"  # in the footer of a part
 DECIDES = (
@@ -64,19 +61,15 @@ def described(run: str, world: object, seed: int | str | None) -> str:
 
 
 def mark_of(path: Path) -> tuple[Mark | None, str]:
-    """Return the mark of a part, or None if it has no mark, and its seal; raise RecordingError if it
-    cannot be read."""
+    """Return the mark of a part, None if it has none, and its seal. Raises RecordingError."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
         files.require_regular(path)
         written = pq.read_metadata(path).metadata or {}
-        mark = written.get(KEY.encode())
-        return (
-            None if mark is None else Mark(**json.loads(mark)),
-            written.get(seal.KEY.encode(), b"").decode(),
-        )
+        mark, own = written.get(KEY.encode()), written.get(seal.KEY.encode(), b"").decode()
+        return None if mark is None else Mark(**json.loads(mark)), own
     except (pa.ArrowException, ValueError, TypeError) as error:
         raise RecordingError(f"{path}: is damaged: {error}") from None
     except OSError as error:
@@ -84,8 +77,7 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 
 
 def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
-    """Return the parts of one kind in a run folder, in order, after checking that they belong to the
-    manifest's run.
+    """Return the parts of a kind in a run folder, in order, after checking that they belong to the run.
 
     An unfinished run may have more parts than the manifest lists. Raises ForeignFile for a part of another
     run or position, RecordingError for missing parts.
@@ -144,9 +136,8 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
     return own
 
 
-def check_checkpoint(path: Path, meta: Mapping[str, Any], manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state of the recording from a run's checkpoint; raise ForeignFile if it does not belong
-    to this run."""
+def check_checkpoint(manifest: Mapping[str, Any], path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the state of the recording in a checkpoint. Raises ForeignFile if it is of another run."""
     about = meta.get("run") or {}
     if "id" not in about:
         raise ForeignFile(f"{path}: names no run, but is in the folder of {_run(manifest)}")

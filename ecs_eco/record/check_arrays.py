@@ -1,10 +1,11 @@
-"""Checks that the numbers in a checkpoint are valid; a seal only proves that the file is unchanged."""
+"""Checks that a checkpoint fits a world, and that its numbers are valid; a seal only proves that the file is
+unchanged."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ecs_eco._lazy import stored_name
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.uids import island_of
 from ecs_eco.life.matter import is_island
+from ecs_eco.record.plain import stateful
 from ecs_eco.space import gate
 
 if TYPE_CHECKING:
@@ -25,27 +27,67 @@ COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
-    """The checks of one file against the world that loads it; each raises CheckpointError with the file
-    and the part."""
+    """The checks of one file against the world that loads it; each raises CheckpointError."""
 
     def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
+
+    def construction(self) -> None:
+        """Check that the tables, fields, systems and parts of the world are as in the file."""
+        world, meta = self.world, self.meta
+        tables, saved = list(world.tables), list(meta["tables"])
+        if not any(a.any() for name, a in self.arrays.items() if name.endswith("/barren")):
+            tables, saved = sorted(tables), sorted(saved)  # else it follows their order
+        former = [] if world.config is None else list(world.config.substances)  # the order of the file
+        self.same("the tables", tables, saved)
+        self.same("the substances", list(world.substances), meta.get("substances", former))
+        self.same("the fields", sorted(world.fields), meta["fields"])
+        self.same("the functions of the environment", sorted(world.environment), meta["environment"])
+        if world.dt != (dt := meta["clock"]["dt"]):
+            self.fail(f"was saved with dt = {dt!r:.40} s, but this world has {world.dt:g} s")
+        systems = [s for s in meta["systems"] if s != "Recorder"]
+        mine = [type(s).__name__ for s in world.systems]
+        self.same("the systems", [name for name in mine if name != "Recorder"], systems)
+        for name, table in world.tables.items():
+            made = {
+                stored_name(c): {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
+                for c, held in table.columns.items()
+            }
+            theirs = meta["tables"][name]["columns"]
+            for component in {**made, **theirs}:
+                if (here := made.get(component)) != (there := theirs.get(component)):
+                    self.fail(
+                        f"{component} of {name} was saved with the columns {there}, but this world has {here}"
+                    )
+        kept = {owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())}
+        for owner in {**kept, **meta["stateful"]}:
+            has, had = kept.get(owner, []), meta["stateful"].get(owner, [])
+            if has != had:
+                self.fail(f"of {owner} it contains {_words(had)}, but this world has {_words(has)}")
+
+    def same(self, part: str, mine: list[str], theirs: list[str]) -> None:
+        """Check that names of the world are those in the file."""
+        if mine != theirs:
+            self.fail(f"was saved with {part} {_words(theirs)}, but this world has {_words(mine)}")
+
+    def numbers(self) -> None:
+        """Check that all numbers in the file are valid for the world."""
         self.clock()
-        seen = [self.table(name, table) for name, table in world.tables.items()]
+        seen = [self.table(name, table) for name, table in self.world.tables.items()]
         uids = np.sort(np.concatenate([np.zeros(0, np.uint64), *seen]))
         if (again := np.flatnonzero(uids[1:] == uids[:-1])).size:
             self.fail(f"uid {uids[again[0]]} occurs twice; expected unique uids")
-        for name, array in arrays.items():
+        for name, array in self.arrays.items():
             if name.endswith(COUNTERS):
                 self.counter(name, array)
-        for name, field in world.fields.items():
+        for name, field in self.world.fields.items():
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
                 self.fail(
                     f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; expected finite numbers"
                 )
 
-    def fail(self, what: str) -> None:
+    def fail(self, what: str) -> NoReturn:
         """Raise the error."""
         raise CheckpointError(f"{self.where}: {what}")
 
@@ -53,7 +95,7 @@ class ArrayChecks:
         """Return a part of the file after checking its type and shape."""
         kept = self.arrays.get(name)
         if kept is None:
-            raise CheckpointError(f"{self.where}: the part {name!r} is missing")
+            self.fail(f"the part {name!r} is missing")
         if kept.dtype != dtype or kept.shape != shape:
             self.fail(
                 f"the part {name!r} is {kept.dtype}{list(kept.shape)}; expected for this world: "
@@ -104,10 +146,8 @@ class ArrayChecks:
 
     def range(self, part: str, values: np.ndarray, least: int, most: int) -> None:
         """Check that integers are within limits."""
-        wrong = (
-            [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
-        )
-        if wrong:
+        ends = (values.min(), values.max()) if values.size else ()
+        if wrong := [v for v in ends if not least <= int(v) <= most]:
             self.fail(f"the part {part!r} holds {wrong[0]}; expected: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
@@ -143,10 +183,16 @@ class ArrayChecks:
 
 
 def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError with the file and the part if these numbers are invalid for the world."""
+    """Raise CheckpointError if the world is built differently, or if numbers are invalid for it."""
+    checks = ArrayChecks(world, meta, arrays, where)
+    checks.construction()
     try:
-        ArrayChecks(world, meta, arrays, where)
+        checks.numbers()
     except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
         raise CheckpointError(
             f"{where}: its description of the world is malformed: {type(error).__name__}: {error}"
         ) from None
+
+
+def _words(names: list[str]) -> str:
+    return ", ".join(names) or "none"

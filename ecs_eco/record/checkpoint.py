@@ -21,8 +21,11 @@ from safetensors import SafetensorError, safe_open
 
 from ecs_eco.compiled import portable
 from ecs_eco.engine import files
+from ecs_eco.engine.arguments import seed_number
 from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.life.births import ticks
+from ecs_eco.life.reconfigure import reseed
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record.recorder import Recorder
 
@@ -31,19 +34,14 @@ if TYPE_CHECKING:
 
 FORMAT = 3
 SUFFIX = ".safetensors"
+UNREADABLE = (SafetensorError, OSError, MemoryError, *frozen.MALFORMED)
 Arrays = dict[str, np.ndarray]
-
-
-RENAMED = {
-    "Bear": "GiveBirth",
-    "Leave": "LeaveRemains",
-    "Reckon": "ResetFlows",
-}  # renamed systems, since format 1
+# renamed systems, since format 1
+RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """Upgrade from format 1: some systems had other names, and ages had no head start, which `Age` then
-    computes."""
+    """Upgrade from format 1: some systems had other names, and `Age` computed the head starts of ages."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -68,8 +66,7 @@ def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Array
     return meta | {"format": 3}, arrays
 
 
-MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]]
-MIGRATIONS = {1: _from_1, 2: _from_2}
+MIGRATIONS: dict[int, Callable[..., tuple[dict[str, Any], Arrays]]] = {1: _from_1, 2: _from_2}
 """Upgrades from each older format to the next; other formats are rejected."""
 
 
@@ -98,24 +95,86 @@ def restore(
     trust: bool = False,
 ) -> Any:
     """Return the world that a checkpoint contains; arguments and errors as of `ecs_eco.World.restore`."""
-    meta, arrays = read(path)
-    if why := portable.other_mode(meta):
-        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
-    world = frozen.thaw(cls, meta, threads, config, systems, str(path), trust)
+    meta, arrays = _read_here(path)
+    return _rebuilt(cls, meta, arrays, str(path), threads, config, systems, prepare, record, trust)
+
+
+def _rebuilt(
+    cls: Any,
+    meta: Mapping[str, Any],
+    arrays: Arrays,
+    where: str,
+    threads: int,
+    config: Any,
+    systems: Sequence[Any],
+    prepare: Callable[[Any], None] | None,
+    record: bool,
+    trust: bool = False,
+) -> Any:
+    """Return a world built from a frozen state."""
+    world = frozen.thaw(cls, meta, threads, config, systems, where, trust)
     if prepare is not None:
         prepare(world)
     if record and "recorder" in meta:
         Recorder(world)
-    frozen.load(world, meta, arrays, str(path), trust)
+    frozen.load(world, meta, arrays, where, trust)
     return world
 
 
 def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
     """Load a checkpoint into a world that was built in the same way; see `ecs_eco.World.load`."""
+    meta, arrays = _read_here(path)
+    frozen.load(world, meta, arrays, str(path), trust)
+
+
+def copy(
+    world: SpatialWorld,
+    *,
+    threads: int | None = None,
+    systems: Sequence[Any] = (),
+    prepare: Callable[[Any], None] | None = None,
+) -> Any:
+    """Return a world with the same digest and the same future; see `ecs_eco.World.copy`."""
+    where = f"copy of the world {world.name!r}"
+    meta, arrays = frozen.freeze(world)
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    meta = json.loads(json.dumps(meta))
+    if meta["config"] is None:
+        raise CheckpointError(
+            f"{where}: it was built by hand; build another in the same way, then call world.save(path) and "
+            "other.load(path)"
+        )
+    handed = [s for s in world.config.systems if not isinstance(s, str | type | Use)]
+    if handed and not systems:
+        raise CheckpointError(
+            f"{where}: the system {function_name(handed[0])} was passed as an instance, which belongs to "
+            "one world; pass another: world.copy(systems=[…])"
+        )
+    config = None if handed else world.config
+    threads = world.threads if threads is None else threads
+
+    def prepared(made: Any) -> None:
+        made.reporters = {**world.reporters, **made.reporters}  # including tables that were added by hand
+        if prepare is not None:
+            prepare(made)
+
+    return _rebuilt(type(world), meta, arrays, where, threads, config, systems, prepared, record=True)
+
+
+def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
+    """Return a copy with another seed; arguments and errors are the same as for `ecs_eco.World.fork`."""
+    seed = seed_number(seed)
+    made = copy(world, **how)
+    reseed(made, seed)
+    return made
+
+
+def _read_here(path: str | Path) -> tuple[dict[str, Any], Arrays]:
+    """Return meta and arrays of a checkpoint; warn of the other numerical mode."""
     meta, arrays = read(path)
     if why := portable.other_mode(meta):
-        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
-    frozen.load(world, meta, arrays, str(path), trust)
+        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=4)
+    return meta, arrays
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
@@ -165,10 +224,9 @@ def latest(
     folder: Path,
     before: int | None = None,
     complain: Callable[[str], None] | None = None,
-    check: Callable[[Path, dict[str, Any]], None] | None = None,
+    check: Callable[[Path, dict[str, Any]], object] | None = None,
 ) -> Path | None:
-    """Return the newest intact checkpoint in a folder at or before a tick; call `complain` for each damaged
-    file that is skipped.
+    """Return the newest intact checkpoint in a folder at or before a tick; `complain` of each damaged one.
 
     `check(path, meta)` raises for an intact checkpoint that must not be used.
     """
@@ -208,16 +266,7 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
         raise CheckpointError(f"{path}: no such file") from None
     except CheckpointError:
         raise
-    except (
-        SafetensorError,
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        AttributeError,
-        MemoryError,
-        OverflowError,
-    ) as error:
+    except UNREADABLE as error:
         raise CheckpointError(f"{path}: is not a complete checkpoint: {error}") from None
 
 

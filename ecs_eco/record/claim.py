@@ -36,8 +36,7 @@ AGAIN = 1000  # attempts at a lock that other processes keep removing
 
 
 class Claim:
-    """The exclusive right to write into a folder until `release()` or the end of the process; a context
-    manager.
+    """The exclusive right to write into a folder, until `release()` or the end of the process.
 
     Raises FolderInUse if another process, or another part of this process, has claimed it.
     """
@@ -125,8 +124,7 @@ def _claim(path: Path) -> Claim:
 
 
 def owner_of(folder: str | Path) -> dict[str, Any] | None:
-    """Return the pid, host and start time of the process that has claimed a folder, or None. A process on
-    another machine counts as alive."""
+    """Return the owner of a claimed folder: pid, host and start time; None if it is not claimed."""
     owner = _read(Path(folder) / LOCK)
     return owner if _lives(owner) else None
 
@@ -180,13 +178,10 @@ def _make(path: Path) -> list[Path]:
             if not folder.is_dir():
                 folder.mkdir()
                 made.append(folder)
-        except FileExistsError:
-            if not folder.is_dir():
+        except OSError:
+            if not folder.is_dir():  # else another process was faster
                 _unmake(made)
                 raise
-        except OSError:
-            _unmake(made)
-            raise
     return made
 
 

@@ -60,8 +60,7 @@ def keep_beside(sources: Iterable[Source], folder: Path) -> None:
 
 
 def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
-    """Return the code that a checkpoint or manifest lists; raise CheckpointError if it is missing, or
-    changed and not allowed."""
+    """Return the listed code; raise CheckpointError if it is missing, or changed and not allowed."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
     except (TypeError, KeyError):
@@ -90,8 +89,7 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
 
 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
-    """Return the world of a recorded run, or `config` instead, with the code that the run kept; raise
-    ConfigError, RecordingError."""
+    """Return the world of a recorded run, or `config`, with its code. Raises ConfigError, RecordingError."""
     try:
         code = check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:

@@ -145,8 +145,7 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 
 
 def inside(root: Path, path: Path) -> Path:
-    """Return a path below a container; raise ForeignFile if it, or a link in it, leads out of the
-    container."""
+    """Return a path below a container; raise ForeignFile if it, or a link in it, leads out of it."""
     home = os.path.realpath(root)
     links = [
         Path(at, name)

@@ -24,8 +24,7 @@ NOBODY = np.zeros(0, np.int64)
 
 
 def how_many(record: str | None, source: str = "--record") -> int | None:
-    """Return how many organisms of each species `record` requests: 0 for none, None for all. Raise
-    ConfigError."""
+    """Return how many organisms of a species `record` requests; None: all. Raises ConfigError."""
     if not record:
         return 0
     if record == "full":
@@ -131,8 +130,7 @@ class Details:
             self._hand_over(name, world)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state from which the recording continues, after `flush`: the sample, and the newborns
-        since the last tick."""
+        """Return the state after `flush`: the sample, and the newborns since the last tick."""
         out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 
@@ -150,23 +148,17 @@ class Details:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
     def _of(self, table: Table, world: SpatialWorld, uids: np.ndarray | None) -> tuple[np.ndarray, ...]:
-        """Return the details of this tick: a row for each of these uids (None: for all), in the order of
-        uids."""
+        """Return the details of this tick: a row for each of these uids (None: all), in order."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
-        rows, at = (
-            thinkers(table, uids)
-            if thoughts is not None and thoughts.tick == world.tick
-            else (NOBODY, NOBODY)
-        )
+        if thoughts is None or thoughts.tick != world.tick:
+            return (NOBODY,)
+        rows, at = thinkers(table, uids)
         if not rows.size:
             return (NOBODY,)
         energy = table[Metabolism].energy[rows] if Metabolism in table else np.zeros(rows.size, np.float32)
-        y = (
-            np.zeros((rows.size, len(nerves.actions)), np.int8)
-            if thoughts.y is None
-            else thoughts.y[at].astype(np.int8)
-        )
+        n = len(nerves.actions)
+        y = np.zeros((rows.size, n), np.int8) if thoughts.y is None else thoughts.y[at].astype(np.int8)
         logits = np.zeros((rows.size, 0), np.float32) if thoughts.logits is None else thoughts.logits[at]
         numbers = numbers_of(table, rows, at) if len(nerves.ranges) else ()
         return (

@@ -193,8 +193,7 @@ def _happiness(table: Table) -> str:
 
 
 def _means(table: Table) -> dict[str, str]:
-    """Return a definition for each field that a species smells with several sensors: the mean of their
-    channels."""
+    """Return a definition, as a mean, for each field that a species smells with several sensors."""
     noses: dict[str, list[str]] = {}
     for sensor in getattr(table.species.section, "sensors", ()):
         if isinstance(sensor, Smell):

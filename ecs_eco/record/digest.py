@@ -17,8 +17,7 @@ from ecs_eco._lazy import stored_name
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.inputs.section import Use, function_name
-from ecs_eco.record.freeze import stateful
-from ecs_eco.record.plain import plain_components
+from ecs_eco.record.plain import plain_components, stateful
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -177,7 +176,6 @@ def _doomed(table: Table) -> np.ndarray:
 
 
 def _name(what: Any) -> str:
-    """Return module:name of a function or class; for shipped code only the last part of the module, so
-    that it may move."""
+    """Return module:name of a function or class; of shipped code only its name, so that it may move."""
     name = function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
     return name.rpartition(".")[2].rpartition(":")[2] if name.startswith("ecs_eco.") else name

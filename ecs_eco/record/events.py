@@ -1,32 +1,28 @@
-"""Single events of a recording: their columns, and text as numbers in checkpoints."""
+"""Single events of a recording: their columns, text as numbers in checkpoints, and the migrants of an island."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
+from ecs_eco.components import Metabolism, Parentage
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+_EACH = ("tick", "species", "uid", "x", "y", "z", "energy")
 MIGRATION = {
-    "arrivals": (
-        "tick",
-        "species",
-        "uid",
-        "x",
-        "y",
-        "z",
-        "energy",
-        "origin",
-        "born",
-        "parent",
-        "parent2",
-        "genome",
-    ),
-    "departures": ("tick", "species", "uid", "x", "y", "z", "energy", "target"),
+    "arrivals": (*_EACH, "origin", "born", "parent", "parent2", "genome"),
+    "departures": (*_EACH, "target"),
 }
 """Events of islands: immigrants with origin, birth and parents; emigrants with target."""
 
 EVENTS = {
-    "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"),
-    "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
-    "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
+    "births": (*_EACH, "parent", "parent2", "genome"),
+    "deaths": (*_EACH, "cause", "killer", "age"),
+    "snapshots": (*_EACH, "heading", "happiness"),
 } | MIGRATION
 
 
@@ -42,3 +38,45 @@ def as_text(numbers: np.ndarray) -> np.ndarray:
     """Return the text of character codes."""
     text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
     return text.astype("S") if numbers.size and numbers.max() < 128 else text
+
+
+class Migrations:
+    """Records migrants in the pages and events of a recorder, in the tick before they move."""
+
+    def __init__(self, recorder: Any, world: SpatialWorld) -> None:
+        self.recorder, self.world = recorder, world
+        self.words = dict.fromkeys(("origin", "target"), world.config.archipelago.names)
+        world.on_departure.append(self.left)
+        world.on_arrival.append(self.came)
+
+    def left(self, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
+        """Record emigrants to islands `to` i64[k], before their rows i64[k] are freed."""
+        if self.recorder.details is not None:
+            self.recorder.details.died(table, rows, self.world)
+        self._note("departures", "emigrants", "exported", table, rows, to)
+
+    def came(self, table: Table, rows: np.ndarray, origin: np.ndarray) -> None:
+        """Record immigrants from islands `origin` i64[k]: rows i64[k]."""
+        if self.recorder.details is not None:
+            self.recorder.details.born(table, rows)
+        none = np.zeros(rows.size, np.uint64)
+        both = ("mother", "father") if Parentage in table else ()
+        parents = [getattr(table[Parentage], parent)[rows] for parent in both] or [none, none]
+        genomes = self.recorder._genomes(table, rows) if self.recorder.keeps else none
+        more = origin, table.born[rows], *parents, genomes
+        self._note("arrivals", "immigrants", "imported", table, rows, *more)
+
+    def _note(
+        self, kind: str, count: str, flow: str, table: Table, rows: np.ndarray, island: np.ndarray, *more: Any
+    ) -> None:
+        r = self.recorder
+        s = r.place.get(table.name)
+        if s is None:
+            return
+        r._counts[count][r._at, s] += rows.size
+        energy = table[Metabolism].energy[rows] if Metabolism in table else None
+        if energy is not None:
+            r._ledger[flow][r._at, s] += energy.sum(dtype=np.float64)
+        if r.keeps:
+            more = island.astype(np.int8), *more, *r.fields.of(table, rows)
+            r._events[kind].append((*r._where(table, s, rows), *more))

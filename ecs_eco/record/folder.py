@@ -22,6 +22,11 @@ else:
     parquet, dictionary = Later("ecs_eco.record.parquet"), Later("ecs_eco.record.dictionary")
 
 
+FIRST = ("series", "births", "deaths", "snapshots")  # folders of parts
+LATER = ("matter", "learning", "actions", "arrivals", "departures", "details-*")  # of some runs
+FOLDERS = (*FIRST, *LATER, "checkpoints", "policies", "figures")  # in a run
+
+
 class Folder:
     """The folder of one run. Files are written atomically: to a temporary file, synced, then renamed.
 
@@ -36,7 +41,7 @@ class Folder:
         claim: Claim | None = None,
     ) -> None:
         self.path, self.world, self.run, self.claim = path, world, run, claim
-        self.parts = dict.fromkeys(("series", "births", "deaths", "snapshots"), 0)
+        self.parts = dict.fromkeys(FIRST, 0)
         self.heads: dict[str, str] = {}  # the seal of the last part of each kind
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
@@ -52,19 +57,15 @@ class Folder:
             self.claim.check()
         folder, number = self.path / kind, self.parts.setdefault(kind, 0)
         folder.mkdir(exist_ok=True)
-        mark = (
-            None
-            if self.run is None
-            else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
-        )
+        after = self.heads.get(kind, "")
+        mark = None if self.run is None else Mark(**self.run, kind=kind, number=number, after=after)
         table = dictionary.described(parquet.to_arrow(columns, words, missing), kind, self.world)
         self.heads[kind] = parquet.write_part(table, folder / name_of(number), mark)
         self.parts[kind] += 1
 
     @property
     def written(self) -> dict[str, Any]:
-        """The number of parts of each kind and the seals of the last parts, as in manifest and
-        checkpoints."""
+        """The number of parts of each kind, and the seals of the last parts."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def describe(self) -> None:
@@ -72,8 +73,7 @@ class Folder:
         dictionary.write_dictionary(self.path, self.parts, self.world)
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Continue from the state in a checkpoint; raise ForeignFile or RecordingError if the existing
-        parts do not lead to it."""
+        """Continue from the state in a checkpoint. Raises ForeignFile, RecordingError for other parts."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
@@ -85,8 +85,7 @@ class Folder:
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove parts from the next number on, which are recorded again, and half-written files of this
-        package."""
+        """Remove parts from the next number on, which are recorded again, and half-written files."""
         for kind in self._kinds():
             # from the last, so that no gap remains if the process is killed
             for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):
@@ -95,8 +94,7 @@ class Folder:
             half.unlink(missing_ok=True)
 
     def _kinds(self) -> list[str]:
-        kinds = ("matter", "learning", "actions", "arrivals", "departures", "details-*")
-        later = [folder.name for kind in kinds for folder in sorted(self.path.glob(kind))]
+        later = [folder.name for kind in LATER for folder in sorted(self.path.glob(kind))]
         return list(dict.fromkeys([*self.parts, *later]))
 
 
@@ -113,26 +111,8 @@ def check_content(path: Path, counts: Mapping[str, int]) -> None:
                 ) from None
 
 
-FOLDERS = (
-    "series",
-    "births",
-    "deaths",
-    "snapshots",
-    "matter",
-    "learning",
-    "actions",
-    "arrivals",
-    "departures",
-    "details-*",
-    "checkpoints",
-    "policies",
-    "figures",
-)  # in a run
-
-
 def leftovers(path: Path) -> list[Path]:
-    """Return the half-written files of a killed run in its folder, recognized by the names that this
-    package gives them."""
+    """Return the half-written files of a killed run in its folder, recognized by name."""
     return [
         half
         for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]

@@ -195,8 +195,7 @@ def _needed(module: str) -> Any:
 
 
 def joined(blocks: Sequence[Block], prefix: str = "") -> dict[str, np.ndarray]:
-    """Return the columns of blocks with a column "tick", concatenated, with a prefix to their names;
-    values that a block lacks are `absent`."""
+    """Return the columns of blocks, concatenated, with a prefix; a missing column is `absent`."""
     names = dict.fromkeys(name for block in blocks for name in block)
     return {
         prefix + name: np.concatenate([b.get(name, absent(name, b["tick"].size)) for b in blocks])

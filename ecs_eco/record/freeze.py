@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,15 +24,17 @@ from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.life.matter import stocks
 from ecs_eco.record.check_arrays import check_arrays
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
+from ecs_eco.record.frame import under
 from ecs_eco.record.land import take_land
-from ecs_eco.record.order import InOrderOf
-from ecs_eco.record.plain import Arrays, freeze_plain, load_plain, of_code, put, take
+from ecs_eco.record.learning import LearningPages
+from ecs_eco.record.plain import Arrays, freeze_plain, has_state, load_plain, of_code, put, stateful
 from ecs_eco.worlds.build import build
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+MALFORMED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)  # of unexpected content
 OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
 
 
@@ -93,8 +95,7 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 
 
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
-    """Return the code that a checkpoint needs, from its run or from the folder of its world file; raise
-    CheckpointError."""
+    """Return the code that a checkpoint needs, from its run or its world file. Raises CheckpointError."""
     places = [
         Path(where).parent.parent / FOLDER,
         *([Path(meta["folder"])] if meta["folder"] is not None else []),
@@ -111,10 +112,9 @@ def thaw(
     where: str,
     trust: bool = False,
 ) -> Any:
-    """Return a world without organisms, built like the frozen world; raise CheckpointError with the missing
-    argument.
+    """Return a world without organisms, built like the frozen world.
 
-    Raises CodeError if it needs code that is not allowed to run here.
+    Raises CheckpointError with the missing argument, CodeError if its code is not allowed to run here.
     """
     if meta["config"] is None:
         raise CheckpointError(
@@ -143,11 +143,8 @@ def thaw(
             else:
                 loaded = loaded.model_copy(update={"code": []})
         else:
-            loaded = (
-                config
-                if isinstance(config, WorldConfig) and not systems
-                else load_world(config, systems=systems)
-            )
+            as_it_is = isinstance(config, WorldConfig) and not systems
+            loaded = config if as_it_is else load_world(config, systems=systems)
             if loaded.resolved() != present(meta["config"]):
                 raise CheckpointError(f"{where}: was saved with a configuration different from the given one")
         options = dict(meta["options"])
@@ -161,15 +158,7 @@ def thaw(
         world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, **options)
     except CodeError as error:
         raise of_code(where, error) from None
-    except (
-        ConfigError,
-        ImportError,
-        AttributeError,
-        ValueError,
-        TypeError,
-        LookupError,
-        ArithmeticError,
-    ) as error:
+    except (ConfigError, ImportError, *MALFORMED) as error:
         if isinstance(error, CheckpointError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
@@ -179,15 +168,13 @@ def thaw(
 def load(
     world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False
 ) -> None:
-    """Load a frozen state into a world; raise CheckpointError before any change if the world is built
-    differently.
+    """Load a frozen state into a world; raise CheckpointError before any change if it does not fit.
 
     Raises CodeError if organisms have custom components whose code is not allowed to run here.
     """
     require_whole(world, "load")
     code = code_of(meta, where, trust) if meta["plain"] else NONE
     code.require(where)
-    _check(world, meta, arrays, where)
     check_arrays(world, meta, arrays, where)
     with whole(world, f"a load of {where}"):
         _load(world, meta, arrays, where, code)
@@ -196,11 +183,8 @@ def load(
 def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
-    world.reproduction, world.ambient, world.causes[:] = (
-        meta["reproduction"],
-        dict(meta["ambient"]),
-        meta["causes"],
-    )
+    world.reproduction, world.ambient = meta["reproduction"], dict(meta["ambient"])
+    world.causes[:] = meta["causes"]
     world.codes.clear()
     world.intervened = [tuple(done) for done in meta["intervened"]]
     for name, table in world.tables.items():
@@ -210,11 +194,14 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
         field.source[...] = arrays.get(f"emitted/{name}", 0)
     for owner, part in stateful(world).items():
         if owner in meta["stateful"]:
-            _load_part(part, owner, arrays, where)
+            _load_part(part.load, owner, arrays, where)
     if world.matter is not None:
         world.matter.turn(stocks(world, world.matter))
     if world.recorder is not None and "recorder" in meta:
-        _load_part(InOrderOf(world, meta["recorder"], list(meta["tables"])), "recorder", arrays, where)
+        names, tables, recorder = meta["recorder"], list(meta["tables"]), world.recorder
+        _load_part(
+            lambda state: recorder.load(reordered(world, names, tables, state)), "recorder", arrays, where
+        )
     world._forget_neighbours()
     load_plain(world, meta["plain"], arrays, where, code)
 
@@ -280,100 +267,63 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
         table.births.append((arrays[f"{prefix}/births/{i}/parent"], second, values))
 
 
-def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError if a world's tables, fields, systems or parts differ from the frozen world's."""
-    tables, saved = list(world.tables), list(meta["tables"])
-    former = [] if world.config is None else list(world.config.substances)  # the order of the file
-    if not any(
-        array.any() for name, array in arrays.items() if name.endswith("/barren")
-    ):  # else it follows their order
-        tables, saved = sorted(tables), sorted(saved)
-    pairs: Any = (
-        ("tables", tables, saved),
-        ("substances", list(world.substances), meta.get("substances", former)),
-        ("fields", sorted(world.fields), meta["fields"]),
-        ("functions of the environment", sorted(world.environment), meta["environment"]),
-    )
-    for part_name, mine, theirs in pairs:
-        if mine != theirs:
-            raise CheckpointError(
-                f"{where}: was saved with the {part_name} {_words(theirs)}, but this world has {_words(mine)}"
-            )
-    if world.dt != meta["clock"]["dt"]:
-        raise CheckpointError(
-            f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, but this world has {world.dt:g} s"
-        )
-    systems = [s for s in meta["systems"] if s != "Recorder"]
-    if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
-        raise CheckpointError(
-            f"{where}: was saved with the systems {_words(systems)}, but this world has {_words(mine)}"
-        )
-    for name, table in world.tables.items():
-        made = {
-            stored_name(c): {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
-            for c, held in table.columns.items()
-        }
-        theirs = meta["tables"][name]["columns"]
-        for component in {**made, **theirs}:
-            if made.get(component) != theirs.get(component):
-                raise CheckpointError(
-                    f"{where}: {component} of {name} was saved with the columns "
-                    f"{theirs.get(component)}, but this world has {made.get(component)}"
-                )
-    kept: dict[str, list[str]] = {
-        owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())
-    }
-    for owner in {**kept, **meta["stateful"]}:
-        if kept.get(owner) != meta["stateful"].get(owner):
-            raise CheckpointError(
-                f"{where}: of {owner} it contains {_words(meta['stateful'].get(owner, []))}, but this world "
-                f"has {_words(kept.get(owner, []))}"
-            )
-
-
-def _words(names: Sequence[str]) -> str:
-    return ", ".join(names) or "none"
-
-
 # --- objects with their own state ---------------------------------------------------------------------------
 
 
-def stateful(world: SpatialWorld) -> dict[str, Any]:
-    """Return every object with state() and load(), by a name that depends only on how the world is built."""
-    kept = {
-        f"table/{t.name}/trait/{key}": part
-        for t in world.tables.values()
-        for key, part in sorted(t.parts().items())
-        if _has(part)
-    }
-    kept |= {
-        f"system/{i}/{type(s).__name__}": s
-        for i, s in enumerate(world.systems)
-        if _has(s) and s is not world.recorder
-    }
-    if _has(world.terrain):
-        kept["terrain"] = world.terrain
-    return kept
-
-
-def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
+def _load_part(load: Callable[[Arrays], None], owner: str, arrays: Arrays, where: str) -> None:
     """Load the state of a part; raise CheckpointError with its name if this fails."""
     try:
-        part.load(take(arrays, owner))
-    except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
+        load(under(arrays, f"{owner}/"))
+    except MALFORMED as error:
         raise CheckpointError(f"{where}: {owner} cannot load its state: {error}") from error
 
 
-def _has(part: Any) -> bool:
-    return (
-        callable(getattr(part, "state", None))
-        and callable(getattr(part, "load", None))
-        and not isinstance(part, type)
-    )
-
-
 def _instances(world: SpatialWorld) -> list[str]:
-    """Return the names of configured systems that were passed as instances and have no state() to describe
-    them."""
+    """Return the names of systems that were passed as instances and have no state()."""
     listed = () if world.config is None else world.config.systems
-    return [function_name(s) for s in listed if not isinstance(s, str | type | Use) and not _has(s)]
+    return [function_name(s) for s in listed if not isinstance(s, str | type | Use) and not has_state(s)]
+
+
+# --- recorders whose species or tables are in another order -------------------------------------------------
+
+
+def reordered(
+    world: SpatialWorld, species: Sequence[str], tables: Sequence[str], state: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Return the state of a recorder with these species and tables in the order of a world's recorder."""
+    out, recorder = dict(state), world.recorder
+    same = list(species) == recorder.names and list(tables) == list(world.tables)
+    if same or sorted(species) != sorted(recorder.names):
+        return out
+    former, now = _places(recorder.names, species), _places(species, recorder.names)
+    for key, array in state.items():
+        if key == "stock" or key.startswith("page/"):
+            out[key] = array[former]
+        elif key.startswith("series/") and key != "series/species" and array.size:
+            out[key] = array.reshape(-1, former.size)[:, former].ravel()  # by tick, then species
+        elif key in ("births/species", "deaths/species") or (
+            key.startswith("learning/") and key.endswith("/species")
+        ):
+            out[key] = now[array].astype(array.dtype)
+    if (key := "learning/actions/action") in state:
+        known = LearningPages(world, species).actions
+        out[key] = _places(known, recorder.learning.actions)[state[key]].astype(state[key].dtype)
+    return out | ({} if recorder.matter is None else _matter(world, tables, state))
+
+
+def _matter(
+    world: SpatialWorld, tables: Sequence[str], state: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Return the pages of matter, whose holders are tables in order, then fields."""
+    holders: list[Any] = list(world.matter.holders)
+    known = sorted(holders, key=lambda h: tables.index(h[1]) if h[0] == "table" else len(tables))
+    former, now = _places(holders, known), _places(known, holders)
+    out = {key: state[key][former] for key in ("matter/stock", "matter/flows") if key in state}
+    if (key := "matter/series/holder") in state:
+        out[key] = now[state[key]].astype(state[key].dtype)
+    return out
+
+
+def _places(names: Sequence[Any], among: Sequence[Any]) -> np.ndarray:
+    """Return the index of each name in other names: i64[names]."""
+    return np.array([list(among).index(name) for name in names], np.int64)

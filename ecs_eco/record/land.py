@@ -41,8 +41,7 @@ def folder_of_land(config: Mapping[str, Any], run: Path, otherwise: Path) -> Pat
 
 
 def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:
-    """Set the source, folder and land of a configuration from a checkpoint; raise CheckpointError if the
-    land has changed."""
+    """Give a configuration the land of its checkpoint; raise CheckpointError if it has changed."""
     config._source = where
     config._folder = folder_of_land(meta["config"], Path(where).parent.parent, Path(meta["folder"]))
     if config.terrain is None or config.terrain.raster is None:

@@ -16,6 +16,8 @@ MIGRATION = ("imported", "exported")
 
 COUNTS_ROW = np.dtype([(name, np.int32) for name in ("n", "births", "deaths", "refused")])
 LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
+ISLAND_COUNTS_ROW = np.dtype([*COUNTS_ROW.descr, ("immigrants", np.int32), ("emigrants", np.int32)])
+ISLAND_LEDGER_ROW = np.dtype([*LEDGER_ROW.descr, *((name, np.float64) for name in MIGRATION)])
 
 
 def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:

@@ -1,15 +1,15 @@
-"""The record of one part of a divided world, and how the parts' records are summed."""
+"""The unwritten part of a recording: summed over the processes of a divided world, and rewound when a world
+goes back in time."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.record.events import EVENTS
+from ecs_eco.record.recorder import PAGES, Recorder
 
-if TYPE_CHECKING:
-    from ecs_eco.record.recorder import Recorder
+Mark = tuple[int, tuple[np.ndarray, ...], dict[str, np.ndarray]]
+"""The position of a recording: its last finished tick, stocks and sums, and the page of the next tick."""
 
 
 def page_end(recorder: Recorder) -> int:
@@ -18,8 +18,7 @@ def page_end(recorder: Recorder) -> int:
 
 
 def sums(recorder: Recorder) -> tuple[np.ndarray, ...]:
-    """Return the additive quantities: counts, causes of death, sums of energy and happiness, and energy
-    gained from each food, [block, species, …] each."""
+    """Return the additive quantities of each tick: [block, species, …] each."""
     counts = recorder._counts.view(np.int32).reshape(recorder.block, len(recorder.names), -1)
     return counts, recorder._died, recorder._sums, recorder._moods, recorder.intake.values
 
@@ -42,3 +41,31 @@ def forget(recorder: Recorder) -> None:
         array[...] = 0
     recorder._events = {kind: [] for kind in EVENTS}
     recorder.learning.rows = {kind: [] for kind in recorder.learning.rows}
+
+
+def can_go_back(recorder: Recorder) -> bool:
+    """Return whether a recording can be rewound: it has written no files and keeps no single events."""
+    return recorder.sink is None and not recorder.keeps and recorder.details is None
+
+
+def mark(recorder: Recorder) -> Mark:
+    """Return the position of a recording between two ticks."""
+    pages = {name: getattr(recorder, f"_{name}")[recorder._at].copy() for name in PAGES}
+    return recorder._last, tuple(array.copy() for array in stocks(recorder)), pages
+
+
+def go_back(recorder: Recorder, to: Mark) -> None:
+    """Forget all ticks after a mark."""
+    last, held, pages = to
+    recorder.flush()
+    blocks = [
+        {name: column[block["tick"] <= last] for name, column in block.items()} for block in recorder._blocks
+    ]
+    recorder._blocks = [block for block in blocks if block["tick"].size]
+    recorder._last, recorder._at = last, 0
+    for array, was in zip(stocks(recorder), held, strict=True):
+        array[...] = was
+    for name, page in pages.items():
+        array = getattr(recorder, f"_{name}")
+        array[...] = 0
+        array[0] = page

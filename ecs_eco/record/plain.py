@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.inputs.code import Code, CodeError
 from ecs_eco.inputs.section import function_name
+from ecs_eco.record.frame import under
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -28,31 +29,44 @@ def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
         arrays[f"{owner}/{key}"] = array
 
 
-def take(arrays: Arrays, owner: str) -> Arrays:
-    """Return the arrays of a part by their names in it."""
-    return {
-        key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")
+def stateful(world: SpatialWorld) -> dict[str, Any]:
+    """Return every object with state() and load(), by a name that depends only on how the world is built."""
+    kept = {
+        f"table/{t.name}/trait/{key}": part
+        for t in world.tables.values()
+        for key, part in sorted(t.parts().items())
+        if has_state(part)
     }
+    kept |= {
+        f"system/{i}/{type(s).__name__}": s
+        for i, s in enumerate(world.systems)
+        if has_state(s) and s is not world.recorder
+    }
+    if has_state(world.terrain):
+        kept["terrain"] = world.terrain
+    return kept
+
+
+def has_state(part: Any) -> bool:
+    """Return whether a part has a state of its own, with state() and load()."""
+    both = all(callable(getattr(part, name, None)) for name in ("state", "load"))
+    return both and not isinstance(part, type)
 
 
 def of_code(where: str, error: CodeError) -> CodeError:
     """Return the code error with the name of the checkpoint that lists the code."""
-    return CodeError(
-        error.problems,
-        error.title if where in error.title else f"{where}: {error.title or 'lists forbidden code'}",
-    )
+    title = f"{where}: {error.title or 'lists forbidden code'}"
+    return CodeError(error.problems, error.title if where in error.title else title)
 
 
 def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
-    """Put custom plain components, which have state() and a class method restore(state), into `arrays`;
-    return their owners."""
+    """Put custom plain components into `arrays`; return their owners."""
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
             raise CheckpointError(
-                f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
-                "give its class state() → dict of "
-                "arrays of numbers, and a class method restore(state)"
+                f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class "
+                "state() → dict of arrays of numbers, and a class method restore(state)"
             )
         put(arrays, f"plain/{len(out)}", thing.state())
         out.append([uid, function_name(type(thing))])
@@ -60,8 +74,7 @@ def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 
 
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
-    """Return (uid, component) of all components on esper's entities that are not columns, in the order of
-    uids and names."""
+    """Return (uid, component) of all components that are not columns, in order."""
     plain = [
         one for table in world.tables.values() for one in world.context.registry.plain(table, table.rows())
     ]
@@ -87,4 +100,4 @@ def load_plain(
                 raise CheckpointError(
                     f"{where}: organism {uid} has a component {name}, and {module} does not have: {error}"
                 ) from None
-            esper.add_component(world.entity(int(uid)), kind.restore(take(arrays, f"plain/{i}")))
+            esper.add_component(world.entity(int(uid)), kind.restore(under(arrays, f"plain/{i}/")))

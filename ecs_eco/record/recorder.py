@@ -13,16 +13,14 @@ from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.life.matter import is_island
 from ecs_eco.record.details import Details, how_many
-from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
+from ecs_eco.record.events import EVENTS, MIGRATION, Migrations, as_numbers, as_text
 from ecs_eco.record.fields import Fields
 from ecs_eco.record.frame import as_table, joined, under
 from ecs_eco.record.genomes import has_text, letters_of, texts_of
-from ecs_eco.record.intake import Intake
 from ecs_eco.record.learning import LearningPages
-from ecs_eco.record.ledger import COUNTS_ROW, LEDGER_ROW
+from ecs_eco.record.ledger import COUNTS_ROW, ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
-from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
-from ecs_eco.record.reports import Reports
+from ecs_eco.record.reports import Intake, Reports
 from ecs_eco.record.rows import Rows, add_up, held_by, mean_depth, note_births, note_deaths, noted_of
 
 if TYPE_CHECKING:
@@ -141,8 +139,7 @@ class Recorder(System):
             self._events["births"].append((*self._where(table, s, rows, table.born[rows]), *more))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
-        """Return the tables with members, in the order in which births and deaths are recorded, and their
-        species."""
+        """Return the tables with members in the order of recording, and their species."""
         return [(t, self.place[name]) for name, t in self.world.tables.items() if t.n and name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
@@ -152,47 +149,27 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        wide = self.keeps and (
-            has_text(table) or bool(self.fields.names)
-        )  # columns that kernels do not record
+        wide = has_text(table) or bool(self.fields.names)  # columns that kernels do not record
+        into = self._rows["births"] if self.keeps and not wide else None
+        page, columns = self._sums[self._at], self._noted()[s]
         self._numbers[self._at, s, 1] += rows.size
-        note_births(
-            table,
-            self._noted()[s],
-            rows,
-            parents,
-            second,
-            self.world.tick,
-            s,
-            self._sums[self._at],
-            self._rows["births"] if self.keeps and not wide else None,
-        )
-        if wide:
+        note_births(table, columns, rows, parents, second, self.world.tick, s, page, into)
+        if self.keeps and wide:
             more = parents, second, self._genomes(table, rows), *self.fields.of(table, rows)
             self._events["births"].append((*self._where(table, s, rows), *more))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
-        """Record dying organisms before their rows are freed: their flows of this tick, and their
-        remaining energy."""
+        """Record dying organisms before their rows are freed: their flows, and their remaining energy."""
         if self.details is not None:
             self.details.died(table, rows, self.world)
         s = self.place.get(table.name)
         if s is None:
             return
-        at, world = self._at, self.world
+        at, world, columns = self._at, self.world, self._noted()[s]
+        into = self._rows["deaths"] if self.keeps and not self.fields.names else None
+        when = world.tick, world.dt, world.ticking
         self._numbers[at, s, 2] += rows.size
-        note_deaths(
-            table,
-            self._noted()[s],
-            rows,
-            world.tick,
-            world.dt,
-            world.ticking,
-            s,
-            self._sums[at],
-            self._died[at, s],
-            self._rows["deaths"] if self.keeps and not self.fields.names else None,
-        )
+        note_deaths(table, columns, rows, *when, s, self._sums[at], self._died[at, s], into)
         if self.keeps and self.fields.names:
             age = ((world.tick - table.born[rows]) * world.dt).astype(np.float32)
             more = table.cause[rows], table.killer[rows], age, *self.fields.of(table, rows)
@@ -211,8 +188,7 @@ class Recorder(System):
         self._groups, self._rows = groups, {"births": Rows(), "deaths": Rows()}
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
-        """Return the genomes of rows as text: bytes[k], or str[k] if a letter is not ASCII; "" without a
-        genome."""
+        """Return the genomes of rows as text, as `texts_of`."""
         if table.name not in self._letters:
             self._letters[table.name] = letters_of(table)
         return texts_of(table, rows, self._letters[table.name])
@@ -240,21 +216,10 @@ class Recorder(System):
                 self._means["depth_mean"][at, s] = mean_depth(
                     table.alive[: table.high], table[Position].z, float(world.space.size[2])
                 )
-        world.split(
-            add_up,
-            len(self.names),
-            self._held(),
-            high,
-            living,
-            self._stock,
-            pages,
-            self._both[at],
-            self._moods[at],
-            self.intake.gained(at),
-            self.intake.total,
-            self.intake.flows,
-            work=rows // 15,
-        )  # a row costs a fifth of the usual work
+        into = self._stock, pages, self._both[at], self._moods[at]
+        intake = self.intake.gained(at), self.intake.total, self.intake.flows
+        work = rows // 15  # a row costs a fifth of the usual work
+        world.split(add_up, len(self.names), self._held(), high, living, *into, *intake, work=work)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -302,24 +267,19 @@ class Recorder(System):
         if self.details is not None:
             self.details.flush(self.world)
         if self.sink is not None:
-            for kind, names in self.columns.items():
-                over = [e for e in self._events[kind] if e[0][0] <= self._last]
-                self._events[kind] = self._events[kind][len(over) :]
+            for kind, groups in self._events.items():
+                over = [e for e in groups if e[0][0] <= self._last]
+                self._groups[kind] = groups[len(over) :]
                 if over:
-                    columns = [np.concatenate(c) for c in zip(*over, strict=True)]
-                    self.sink(kind, dict(zip(names, columns, strict=True)))
+                    self.sink(kind, self._together(kind, over))
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state from which the recording continues, after `flush`: stocks, the open page,
-        pending events, series in memory."""
+        """Return the state after `flush`: stocks, the open page, pending events, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
         out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
-        for kind, names in self.columns.items():
-            if self._events[kind]:
-                columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
-                out |= {
-                    f"{kind}/{name}": as_numbers(column) for name, column in zip(names, columns, strict=True)
-                }
+        for kind, groups in self._events.items():
+            columns = self._together(kind, groups) if groups else {}
+            out |= {f"{kind}/{name}": as_numbers(column) for name, column in columns.items()}
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for kind, pages in self._pages.items():
@@ -335,13 +295,10 @@ class Recorder(System):
             array[0] = _as_rows(state[f"page/{name}"], array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in self.columns.items():
-            if f"{kind}/tick" in state:
-                self._events[kind] = [
-                    tuple(
-                        as_text(state[f"{kind}/{n}"]) if n == "genome" else state[f"{kind}/{n}"]
-                        for n in names
-                    )
-                ]
+            if columns := under(state, f"{kind}/"):
+                if "genome" in columns:
+                    columns["genome"] = as_text(columns["genome"])
+                self._events[kind] = [tuple(columns[name] for name in names)]
         if self.details is not None:
             self.details.load(under(state, "details/"))
         for kind, pages in self._pages.items():
@@ -382,7 +339,11 @@ class Recorder(System):
                 "this recorder does not keep events in memory; create it with Recorder(world, keep_events=True)"
             )
         empty = [tuple(np.zeros(0, np.int64) for _ in self.columns[kind])]
-        columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
+        return self._together(kind, self._events[kind] or empty)
+
+    def _together(self, kind: str, groups: list[tuple[np.ndarray, ...]]) -> dict[str, np.ndarray]:
+        """Return the columns of groups of events."""
+        columns = map(np.concatenate, zip(*groups, strict=True))
         return dict(zip(self.columns[kind], columns, strict=True))
 
     def _columns(self, n: int) -> dict[str, np.ndarray]:
@@ -470,8 +431,7 @@ PAGES = ("counts", "means", "ledger", "died")
 
 
 def _as_plain(rows: np.ndarray) -> np.ndarray:
-    """Return a copy of structured rows as an array whose last axis is the columns; plain copies of other
-    arrays."""
+    """Return a copy; of structured rows, as an array whose last axis is the columns."""
     return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
 
 

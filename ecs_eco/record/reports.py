@@ -1,4 +1,4 @@
-"""Values of reporters in each tick: additional columns of the series."""
+"""Further columns of the series: values of reporters, and energy gained from each food."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco._lazy import stored_name
 from ecs_eco.config.checks.reporters import fault_of_name
 from ecs_eco.config.formula import FormulaError
 from ecs_eco.config.models.reporters import EATEN, is_reporter
 from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
 from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
+from ecs_eco.record.fields import values_of
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -48,6 +48,39 @@ class Reports:
     def columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         return {name: self.values[:n, :, i].flatten() for i, name in enumerate(self.names)}
+
+
+class Intake:
+    """Energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
+
+    It is part of the energy taken in; the rest came from light, from parents, or from reactions. `total` is
+    the sum over all ticks, and `flows` the sum of the ledger, f64[species, columns], written by `add_up`: a
+    recording that continues from a checkpoint starts both at 0.
+    """
+
+    def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
+        tables = [world.tables[name] for name in names]
+        self.foods = list(dict.fromkeys(food.eats for table in tables for food in table.species.foods))
+        self._places = [
+            (s, self.foods.index(food.eats), food.eats, table)
+            for s, table in enumerate(tables)
+            for food in table.species.foods
+        ]
+        self.eaters = {s for s, *_ in self._places}
+        self.values = np.zeros((block, len(names), len(self.foods)))
+        self.total = np.zeros((len(names), len(self.foods)))
+        self.flows = np.zeros((len(names), columns))
+
+    def gained(self, at: int) -> np.ndarray:
+        """Return the energy gained in the tick that has just passed, f64[species, foods], and store it."""
+        row = self.values[at]
+        for s, k, food, table in self._places:
+            row[s, k] = table.species.eaten.get(food, 0.0)
+        return row
+
+    def columns(self, n: int) -> dict[str, np.ndarray]:
+        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        return {EATEN + food: self.values[:n, :, k].flatten() for k, food in enumerate(self.foods)}
 
 
 def said_by(
@@ -117,16 +150,12 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
     """Raise ConfigError before the first tick if no species has the fields that a formula reads."""
     for of, component, field in sorted(getattr(what, "fields", ()), key=str):
         among = species if of is None else [of]
-        if not any(_has(world.tables[s], component, field) for s in among):
+        if all(values_of(world.tables[s], f"{component}.{field}") is None for s in among):
             some = (c.__name__ for s in among for c in world.tables[s].columns)
             fault = (f"{of} does not have" if of else "no species has") + f" the component {component}"
             raise ConfigError(
                 [Problem(("reporters", name), fault, what.text, listed(dict.fromkeys(some), 40))]
             )
-
-
-def _has(table: Any, component: str, field: str) -> bool:
-    return any(component in (c.__name__, stored_name(c)) and field in c.fields for c in table.columns)
 
 
 def absent(column: str, n: int) -> np.ndarray:

@@ -40,11 +40,8 @@ class Rows:
 
     def __init__(self) -> None:
         self.n = 0
-        self.longs, self.floats, self.small = (
-            np.empty((4, 64), np.uint64),
-            np.empty((5, 64), np.float32),
-            np.empty((2, 64), np.uint8),
-        )
+        self.longs, self.floats = np.empty((4, 64), np.uint64), np.empty((5, 64), np.float32)
+        self.small = np.empty((2, 64), np.uint8)
 
     def more(self, k: int) -> Lines:
         """Return the next k rows, to write to."""
@@ -87,17 +84,8 @@ def note_births(
     in `into`. `columns` are the addresses of the table's `noted_of`."""
     if rows.size > SUMMED and Metabolism in table:
         page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
-    born(
-        rows,
-        parents,
-        second,
-        tick,
-        s,
-        table.high,
-        columns,
-        page,
-        NOWHERE if into is None else into.more(rows.size),
-    )
+    place = NOWHERE if into is None else into.more(rows.size)
+    born(rows, parents, second, tick, s, table.high, columns, page, place)
 
 
 def note_deaths(
@@ -120,18 +108,8 @@ def note_deaths(
         m = table[Metabolism]
         for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
             page[s, i] += np.add.reduce(column.take(rows), dtype=np.float64)
-    lose(
-        rows,
-        tick,
-        dt,
-        s,
-        first,
-        table.high,
-        columns,
-        page,
-        died,
-        NOWHERE if into is None else into.more(rows.size),
-    )
+    place = NOWHERE if into is None else into.more(rows.size)
+    lose(rows, tick, dt, s, first, table.high, columns, page, died, place)
 
 
 def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:

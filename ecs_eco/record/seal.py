@@ -44,8 +44,7 @@ def check(path: Path, part: memoryview, needed: bool) -> None:
 
 
 def _place(part: memoryview) -> int | None:
-    """Return the position of the 64 digits of the seal, which follow the key, a byte for the type and a
-    byte for the length."""
+    """Return the position of the 64 digits of the seal, two bytes after the key."""
     start = max(0, len(part) - (1 << 20))  # the footer is at the end
     at = bytes(part[start:]).rfind(KEY.encode())
     place = start + at + len(KEY) + 2
@@ -94,8 +93,7 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
 
 
 def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
-    """Return the content of a sealed file without its seal, after checking it with a model; raise the
-    errors of `read_manifest`, and RecordingError if the seal is missing."""
+    """Return the content of a sealed file, checked with a model; raise as `read_manifest`."""
     content = read_manifest(folder, name)
     if content.pop(WORD, None) is None:
         raise RecordingError(f"{folder / name}: is damaged: its seal is missing")

@@ -60,8 +60,7 @@ def begin(
         name: _copy(file, claim.path / POLICIES / f"{name}.safetensors") for name, file in weights.items()
     }
     manifest["id"] = belonging.identity(manifest)
-    folder = folder_of(claim, world, manifest)
-    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+    folder = recording(claim, world, manifest)
     if prepare is not None:
         prepare(world)
     manifest |= {
@@ -83,27 +82,22 @@ def begin(
     return folder
 
 
-def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
-    """Return the folder of a run; its parts carry the run's id."""
-    return Folder(
-        claim.path,
-        world,
-        {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]},
-        claim,
-    )
+def recording(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
+    """Record a world into the folder of its run; parts carry the run's id."""
+    run = {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}
+    folder = Folder(claim.path, world, run, claim)
+    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+    return folder
 
 
 def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
     """Write a checkpoint of a run; then delete all but the last `keep`."""
     meta, arrays = frozen.freeze(world)
+    meta["run"] = {"id": manifest["id"], **folder.written}
     place = folder.path / "checkpoints"
     if folder.claim is not None:
         folder.claim.check()
-    checkpoint.write(
-        place / checkpoint.name_of(world.tick),
-        meta | {"run": {"id": manifest["id"], **folder.written}},
-        arrays,
-    )
+    checkpoint.write(place / checkpoint.name_of(world.tick), meta, arrays)
     for old in sorted(place.glob(f"tick-*{checkpoint.SUFFIX}"))[: -max(1, manifest["keep"])]:
         old.unlink(missing_ok=True)
 
@@ -148,8 +142,7 @@ def config_of(
     path: Path = Path(),
     trust: bool = False,
 ) -> Any:
-    """Return the configuration of a recorded run without files of policies, because they are in the run's
-    folder. Raises ConfigError."""
+    """Return the configuration of a recorded run, whose policies are in its folder. Raises ConfigError."""
 
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
@@ -182,9 +175,8 @@ def _check_policy(file: Path, wanted: str) -> None:
     try:
         actual = hash_of(file)
     except OSError as error:
-        raise RecordingError(
-            f"{file}: the initial policy of this run cannot be read: {error.strerror}"
-        ) from None
+        what = "the initial policy of this run cannot be read"
+        raise RecordingError(f"{file}: {what}: {error.strerror}") from None
     if actual != wanted:
         raise RecordingError(
             f"{file}: is not the initial policy of this run: its SHA-256 is {actual[:12]}…, expected "
@@ -193,9 +185,8 @@ def _check_policy(file: Path, wanted: str) -> None:
 
 
 def _keep_data(config: WorldConfig, folder: Path) -> None:
-    """Copy the data file named in [data] into the folder of a run, where its report finds it.
+    """Copy the data file named in [data], if it is available, into the folder of a run, for its report.
 
-    Nothing is copied if the world has no such file, or if it comes from a record whose file is not available.
     Raises ConfigError if the data file of a world file cannot be used.
     """
     if config.data is not None and measured(config, config._source) is not None:

@@ -52,8 +52,7 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the interventions of the world file that are due after the recorded ticks, each from its next
-    tick on."""
+    """Return the interventions of the world file that are due after the recorded ticks."""
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)
@@ -128,11 +127,8 @@ def repeat(
             config, ticks=done, out=out, progress=progress, threads=threads, report=False, **how
         )["digest"]
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
-    why = (
-        f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
-        if other
-        else ""
-    )
+    listed = ", ".join(f"{k} {v}" for k, v in other.items())
+    why = f"; it was recorded with other versions: {listed}" if other else ""
     why += f"; it {mode}" if (mode := portable.other_mode(manifest)) else ""
     return {
         "world": config.name,

@@ -3,7 +3,6 @@ repeated when ticks are rerun."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from ecs_eco.ecosystem import World
@@ -24,28 +23,21 @@ def forget(world: World) -> None:
 
 
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
-    """Request the interventions that the manifest notes for the next tick, except pending ones from a
-    checkpoint."""
+    """Request the interventions that the manifest notes for the next tick, unless they are pending."""
     for request in without(
         [request for tick, request in manifest.get("asked", []) if tick == world.tick], waiting(world)
     ):
         world.intervene({key: value for key, value in request.items() if key != "at"})
 
 
-class RequestLog:
-    """Notes new requests before each tick, after all other hooks; `note()` writes the manifest."""
-
-    def __init__(self, world: World, manifest: dict[str, Any], note: Callable[[], None]) -> None:
-        self.world, self.manifest, self.note = world, manifest, note
-
-    def look(self) -> None:
-        """Repeat requests of the manifest that are not pending, and note the new ones."""
-        repeat_requests(self.world, self.manifest)
-        known = self.manifest.get("asked", [])
-        new = without(waiting(self.world), [request for tick, request in known if tick == self.world.tick])
-        if new:
-            self.manifest["asked"] = [*known, *([self.world.tick, request] for request in new)]
-            self.note()
+def note_requests(world: World, manifest: dict[str, Any]) -> bool:
+    """Repeat requests of the manifest that are not pending, note the new ones, and return whether there are any."""
+    repeat_requests(world, manifest)
+    known = manifest.get("asked", [])
+    new = without(waiting(world), [request for tick, request in known if tick == world.tick])
+    if new:
+        manifest["asked"] = [*known, *([world.tick, request] for request in new)]
+    return bool(new)
 
 
 def without(some: list[Any], others: list[Any]) -> list[Any]:

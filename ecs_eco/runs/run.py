@@ -21,20 +21,20 @@ from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.record import belonging, checkpoint, seal
+from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
-from ecs_eco.record.recorder import Recorder
 from ecs_eco.runs.begin import (
     begin,
     begun,
-    folder_of,
     keep_checkpoint,
     keep_manifest,
     policies_as_json,
+    recording,
     start_of,
 )
-from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
+from ecs_eco.runs.requests import forget, note_requests, repeat_requests
 from ecs_eco.runs.signals import stopping
 from ecs_eco.worlds.policies import Learn, Policies, weights_files
 
@@ -223,16 +223,17 @@ def resume(
         if why := portable.other_mode(manifest):
             raise RecordingError(f"{path}: {why}")
         until = manifest["ticks"] if until is None else until
-        newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
+        newest = checkpoint.latest(
+            path / "checkpoints", complain=complain, check=partial(check_checkpoint, manifest)
+        )
         if newest is None and "forked" in manifest:
             raise CheckpointError(
                 f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that run again"
             )
-        world, folder = (
-            _begin_anew(claim, manifest, threads, trust)
-            if newest is None
-            else restored(newest, claim, manifest, threads, trust)
-        )
+        if newest is None:
+            world, folder = _begin_anew(claim, manifest, threads, trust)
+        else:
+            world, folder = restored(newest, claim, manifest, threads, trust)
         if until < world.tick:
             raise RecordingError(
                 f"{path}: is already at tick {world.tick}, later than --until {until}. Fork it from "
@@ -345,7 +346,7 @@ def world_at(
     """Return the world of a recorded run at a tick (None: at its last checkpoint), without recording."""
 
     file = checkpoint.latest(
-        path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest)
+        path / "checkpoints", before=tick, complain=complain, check=partial(check_checkpoint, manifest)
     )
     if file is None:
         raise CheckpointError(
@@ -386,15 +387,10 @@ def read_manifest(path: Path) -> dict[str, Any]:
     try:
         manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:
-        early = (
-            "; a run was killed there before it started: run it again with --out"
-            if stopped_early(path)
-            else ""
-        )
-        raise RecordingError(f"{error}{early} {path}" if early else str(error)) from None
-    if manifest.get("format") not in (1, belonging.FORMAT) or not {"config", "seed", "ticks"} <= set(
-        manifest
-    ):
+        early = f"; a run was killed there before it started: run it again with --out {path}"
+        raise RecordingError(f"{error}{early if stopped_early(path) else ''}") from None
+    known = manifest.get("format") in (1, belonging.FORMAT)
+    if not known or not {"config", "seed", "ticks"} <= manifest.keys():
         raise RecordingError(
             f"{path / 'manifest.json'}: is not the manifest of a run, or is from another version of ecs-eco"
         )
@@ -409,10 +405,6 @@ def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
             "ecs-eco: such a run can be read and repeated, but not resumed"
         )
     return manifest
-
-
-def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
-    belonging.check_checkpoint(path, meta, manifest)
 
 
 def built(
@@ -467,20 +459,18 @@ def snapshots(config: WorldConfig, ticks: int) -> int:
 def restored(
     file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool
 ) -> tuple[Any, Folder]:
-    """Restore a checkpoint of a run, and its recorder at that tick, after checking that all earlier parts
-    belong to the run."""
+    """Restore a checkpoint of a run and its recorder, after checking that earlier parts belong to it."""
 
-    written = belonging.check_checkpoint(file, checkpoint.describe(file), manifest)
+    written = check_checkpoint(manifest, file, checkpoint.describe(file))
     del written["id"]
     folders: list[Folder] = []
-
-    def record(world: World) -> None:
-        folders.append(folder_of(claim, world, manifest))
-        Recorder(
-            world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record")
-        )
-
-    world = World.restore(file, threads=threads, prepare=record, record=False, trust=trust)
+    world = World.restore(
+        file,
+        threads=threads,
+        prepare=lambda world: folders.append(recording(claim, world, manifest)),
+        record=False,
+        trust=trust,
+    )
     folders[0].go_on_from(written, manifest)
     return world, folders[0]
 
@@ -490,8 +480,7 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
 
     start = start_of(claim.path, manifest, trust=trust)
     world = built(start.pop("config"), threads=threads, **start)
-    folder = folder_of(claim, world, manifest)
-    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+    folder = recording(claim, world, manifest)
     folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
     return world, folder
 
@@ -508,10 +497,14 @@ def go_on(
     """Run a recorded world up to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
-    requests = RequestLog(world, manifest, lambda: keep_manifest(folder, manifest))
+
+    def look() -> None:
+        if note_requests(world, manifest):
+            keep_manifest(folder, manifest)
+
     start = time.perf_counter()
     try:
-        with stopping(world) as pass_on, listening(world.before_tick, requests.look):
+        with stopping(world) as pass_on, listening(world.before_tick, look):
             while world.tick < until and not world.stopped:
                 goal = min(
                     until,
@@ -548,8 +541,7 @@ def _of_all(progress: Progress, at: int, until: int) -> Progress:
 
 
 def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
-    """Write the remaining records, a last checkpoint if the tick is complete, and the manifest; report an
-    error if that fails."""
+    """Write the remaining records, a last checkpoint if the tick is complete, and the manifest."""
     try:
         world.recorder.flush()
         if last:
@@ -572,13 +564,8 @@ def _state(world: World) -> dict[str, Any]:
 
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
     kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
-    last = (
-        (
-            f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: free some space, then run: "
-            f"ecs-eco resume {path}"
-        )
-        if kept
-        else ""
-    )
-    why = error.strerror or error
+    last, why = "", error.strerror or error
+    if kept:
+        tick = checkpoint.tick_of(kept[-1])
+        last = f"; the last checkpoint is of tick {tick}: free some space, then run: ecs-eco resume {path}"
     return f"{path}: writing failed at tick {world.tick}: {why}; everything recorded before is intact{last}"

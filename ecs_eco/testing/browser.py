@@ -53,8 +53,7 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world: its `process`, and the printed addresses, each of which admits one
-    page."""
+    """A command that shows a world, and the addresses that it prints; each admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}

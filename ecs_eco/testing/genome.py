@@ -44,10 +44,8 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
                 f"{where}: random genomes code for values of the shape {decoded.shape} that are not "
                 "all finite"
             )
-        if not (
-            np.array_equal(turned[code.name], decoded[order])
-            and np.array_equal(alone[code.name], decoded[:1])
-        ):
+        pairs = (turned[code.name], decoded[order]), (alone[code.name], decoded[:1])
+        if not all(np.array_equal(*pair) for pair in pairs):
             raise AssertionError(f"{where}: the values of a genome depend on the other genomes in the batch")
         _check_bounds(where, code, decoded)
         if layout.longest is None or (code.gene.copy_rule or layout.doubled) in ("first", "greatest"):
@@ -78,8 +76,7 @@ def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.
     slack = 0.0
     if isinstance(code, Range | Weights) and code.dtype is np.float32:
         slack = 1e-5 * max(abs(code.low), abs(code.high))
-    if (np.abs(decoded.astype(np.float64) - decoded_again) > slack).any():
-        row = (
-            np.abs(decoded.astype(np.float64) - decoded_again).reshape(len(decoded), -1).max(axis=1).argmax()
-        )
+    off = np.abs(decoded.astype(np.float64) - decoded_again)
+    if (off > slack).any():
+        row = off.reshape(len(off), -1).max(axis=1).argmax()
         raise AssertionError(f"{where}: {decoded[row]} after encoding and decoding is {decoded_again[row]}")

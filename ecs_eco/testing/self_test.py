@@ -31,8 +31,7 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Final digests of a case: of a single-threaded run, of a run with two threads, and of a run continued
-    from a checkpoint."""
+    """Final digests of a case: with one thread, with two, and continued from a checkpoint."""
 
     case: Case
     digest: str

@@ -39,10 +39,9 @@ def state(world: World) -> State:
     for table in world.tables.values():
         rows = table.by_uid()
         out[table.name] = {name: getattr(table, name)[rows] for name in ("uid", "born", "cause", "killer")}
-        for component, columns in table.columns.items():
-            out[table.name] |= {
-                f"{component.__name__}.{name}": array[rows] for name, array in sorted(vars(columns).items())
-            }
+        for component, held in table.columns.items():
+            for name, array in sorted(vars(held).items()):
+                out[table.name][f"{component.__name__}.{name}"] = array[rows]
     return out
 
 
@@ -70,10 +69,7 @@ def difference(one: State, other: State) -> str:
     for table, columns in one.items():
         mine, theirs = columns["uid"], other[table]["uid"]
         if mine.tobytes() != theirs.tobytes():
-            only, only_there = (
-                np.setdiff1d(mine, theirs)[:5].tolist(),
-                np.setdiff1d(theirs, mine)[:5].tolist(),
-            )
+            only, only_there = (np.setdiff1d(*both)[:5].tolist() for both in ((mine, theirs), (theirs, mine)))
             return f"{table}: uids {only} are only in one, {only_there} only in the other"
         for name, array in columns.items():
             if array.tobytes() != other[table][name].tobytes():

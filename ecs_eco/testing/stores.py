@@ -11,8 +11,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Stores:
-    """Keeps a ledger for each type of objects with energy, from now on: the columns of a recorded ledger,
-    summed over ticks."""
+    """Keeps a ledger for each type of objects with energy, summed over ticks from now on."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = world

@@ -11,6 +11,7 @@ from esper import Processor
 
 from ecs_eco.components import Position
 from ecs_eco.debug import Debug, DebugError
+from ecs_eco.debug.columns import IDENTITY, columns
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.schema import Handle
@@ -85,8 +86,7 @@ def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State,
     if system is None:
         raise AssertionError(f"{kind.__name__}: make_world builds a world without this system; add it")
     probe = Probe(kind, world, system)
-    place = world.schedule.index(system)
-    world.schedule[place] = probe
+    world.schedule[world.schedule.index(system)] = probe
     world.run(ticks)
     return probe.seen
 
@@ -123,16 +123,10 @@ class Probe(Processor):
 def _shape(world: World) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for table in world.tables.values():
-        out[f"the organisms in {table.name!r}"] = (
-            table.n,
-            table.high,
-            table.alive.tobytes(),
-            table.uid.tobytes(),
-            table.born.tobytes(),
-        )
-        for component, columns in table.columns.items():
-            for name, array in vars(columns).items():
-                out[f"the type of {component.__name__}.{name}"] = (array.dtype, array.shape)
+        identity = [getattr(table, name).tobytes() for name in IDENTITY]
+        out[f"the organisms in {table.name!r}"] = (table.n, table.high, *identity)
+        for component, name, array in columns(table):
+            out[f"the type of {component.__name__}.{name}"] = (array.dtype, array.shape)
     return out
 
 
@@ -144,30 +138,28 @@ def _check_values(
     kind: type[System], world: World, before: State, after: State, versions: dict[str, int]
 ) -> None:
     lengths = dict(zip("xyz", (*world.space.size, np.inf), strict=False))
-    for name, columns in after.items():
-        for column, values in columns.items():
+    for name, now in after.items():
+        for column, values in now.items():
             where = f"{kind.__name__}: {column} in table {name!r}"
             if values.dtype.kind == "f" and not np.isfinite(values).all():
                 raise AssertionError(
                     f"{where} has become {values[~np.isfinite(values)][0]}; expected a finite value"
                 )
         table = world.tables[name]
-        if (columns["cause"] > len(world.causes)).any():
+        if (now["cause"] > len(world.causes)).any():
             raise AssertionError(
                 f"{kind.__name__}: a cause of death in table {name!r} is unknown; "
                 "get its code from world.cause(name)"
             )
         if Position in table:
             for axis, length in lengths.items():
-                place = columns[f"Position.{axis}"]
+                place, was = now[f"Position.{axis}"], before[name][f"Position.{axis}"]
                 if ((place < 0) | (place >= length)).any():
                     where = f"{kind.__name__}: Position.{axis} in table {name!r}"
                     raise AssertionError(
                         f"{where} leaves [0, {length}); bring it back with ecs_eco.space.geometry.into"
                     )
-                if table.version == versions[name] and not np.array_equal(
-                    place, before[name][f"Position.{axis}"]
-                ):
+                if table.version == versions[name] and not np.array_equal(place, was):
                     raise AssertionError(
                         f"{kind.__name__}: it moves {name!r} without notice; add `table.version += 1`"
                     )

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Position
+from ecs_eco.debug import DebugError
+from ecs_eco.debug.invariants import Invariants
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
-from ecs_eco.engine.uids import is_given
 from ecs_eco.record import matter
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
@@ -39,7 +39,7 @@ def check_world(world: Any, ticks: int = 30) -> None:
     >>> from ecs_eco.testing import check_world
     >>> check_world("reflexes", ticks=3)
     """
-    make = world if callable(world) else lambda threads: _built(world, threads)
+    make = world if callable(world) else lambda threads: World.from_config(world, threads=threads)
     lives: list[tuple] = []
     lives_too: list[tuple] = []
     first = make(1)
@@ -67,13 +67,8 @@ def check_world(world: Any, ticks: int = 30) -> None:
         )
 
 
-def _built(config: Any, threads: int) -> Any:
-    return World.from_config(config, threads=threads)
-
-
 def note(world: World, lives: list[tuple]) -> None:
-    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause,
-    killer)."""
+    """Append every birth and death to `lives`."""
 
     def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         lives.extend(
@@ -82,16 +77,9 @@ def note(world: World, lives: list[tuple]) -> None:
         )
 
     def died(table: Table, rows: np.ndarray) -> None:
-        lives.extend(
-            (
-                world.tick,
-                table.name,
-                int(table.uid[r]),
-                world.causes[table.cause[r] - 1],
-                int(table.killer[r]),
-            )
-            for r in rows
-        )
+        for r in rows:
+            cause = world.causes[table.cause[r] - 1]
+            lives.append((world.tick, table.name, int(table.uid[r]), cause, int(table.killer[r])))
 
     world.on_birth.append(born)
     world.on_death.append(died)
@@ -118,55 +106,27 @@ def watch(world: World, ticks: int) -> None:
     """
     dead: set[int] = set()
     world.on_death.append(lambda table, rows: dead.update(table.uid[rows].tolist()))
-    stores = Stores(world)
+    stores, invariants = Stores(world), Invariants(world, world.name)
     for _ in range(ticks):
         world.run(1)
         stores.note()
-        _check_identities(world, dead)
-        _check_bounds(world)
+        _check_dead(world, dead)
+        try:
+            invariants.check_organisms()
+        except DebugError as error:
+            raise AssertionError(str(error)) from error
     if world.recorder is not None:
         _check_books(world)
 
 
-def _check_identities(world: World, dead: set[int]) -> None:
-    uids = (
-        np.concatenate([t.uid[t.rows()] for t in world.tables.values()])
-        if world.tables
-        else np.zeros(0, np.uint64)
-    )
+def _check_dead(world: World, dead: set[int]) -> None:
+    """Check that the dead stay dead, and that no death is pending between two ticks."""
     where = f"{world.name}, tick {world.tick}"
-    if len(np.unique(uids)) != len(uids) or (uids == 0).any() or not is_given(uids, world.next_uid).all():
-        raise AssertionError(
-            f"{where}: the uids of the living are not unique numbers from 1 to {world.next_uid - 1}"
-        )
-    if risen := dead.intersection(uids.tolist()):
-        raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died but are alive")
     for table in world.tables.values():
-        if (
-            table.n != table.alive.sum()
-            or table.alive[table.high :].any()
-            or table.uid[~table.alive].any()
-            or table.cause.any()
-        ):
-            raise AssertionError(
-                f"{where}: table {table.name!r} miscounts its living: n = {table.n}, "
-                f"{table.alive.sum()} are alive"
-            )
-
-
-def _check_bounds(world: World) -> None:
-    lengths = (*world.space.size, np.inf)
-    for table in world.tables.values():
-        rows, where = table.rows(), f"{world.name}, tick {world.tick}, table {table.name!r}"
-        for component, columns in table.columns.items():
-            for name, array in vars(columns).items():
-                if array.dtype.kind == "f" and not np.isfinite(array[rows]).all():
-                    raise AssertionError(f"{where}: {component.__name__}.{name} is not finite")
-        if Position in table:
-            for axis, length in zip("xyz", lengths, strict=False):
-                place = table.field(Position, axis)[rows]
-                if ((place < 0) | (place >= length)).any():
-                    raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
+        if risen := dead.intersection(table.uid[table.rows()].tolist()):
+            raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died but are alive")
+        if table.cause.any():
+            raise AssertionError(f"{where}: table {table.name!r} has causes of death after the tick")
 
 
 def _check_matter(world: World) -> None:
@@ -190,9 +150,7 @@ def _check_books(world: World) -> None:
     size = np.sum([np.abs(column) for column in ledger.values()], axis=0)
     if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-12)).size:
         i = wrong[0]
-        page = ", ".join(
-            f"{name} {value:g}" for name, value in ((n, column[i]) for n, column in ledger.items())
-        )
+        page = ", ".join(f"{name} {column[i]:g}" for name, column in ledger.items())
         where = f"{world.name}, tick {series['tick'][i]}, {series['species'][i]}"
         raise AssertionError(f"{where}: the energy ledger is off by {off[i]:g}: {page}")
     if world.recorder.matter is not None:

@@ -121,7 +121,7 @@ def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
 
 def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
     if "id" in manifest:  # older runs have no id
-        check_checkpoint(path, meta, manifest)
+        check_checkpoint(manifest, path, meta)
 
 
 def _note_sexes(table: Table, rows: np.ndarray, sexes: dict[int, int]) -> None:

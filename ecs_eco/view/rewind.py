@@ -14,7 +14,7 @@ import numpy as np
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import freeze as frozen
-from ecs_eco.record import rewinding
+from ecs_eco.record import parts
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.tally import Tally
 
@@ -51,7 +51,7 @@ class Ring:
         self.busy = False  # whether the world is rerunning ticks
         self.why = ""
         self._cost, self._since = 0.0, time.thread_time()
-        if world.recorder is not None and not rewinding.can_go_back(world.recorder):
+        if world.recorder is not None and not parts.can_go_back(world.recorder):
             self.why = "this run is being recorded, and its records cannot be undone"
 
     @property
@@ -113,7 +113,7 @@ class Ring:
             "ambient": dict(meta["ambient"]),
         }
         arrays = {name: array.copy() for name, array in arrays.items()}
-        recording = None if recorder is None else rewinding.mark(recorder)
+        recording = None if recorder is None else parts.mark(recorder)
         self.points.append(
             Point(
                 world.tick,
@@ -132,7 +132,7 @@ class Ring:
     def _load(self, point: Point) -> None:
         world = self.world
         if world.recorder is not None:
-            rewinding.go_back(world.recorder, point.recording)
+            parts.go_back(world.recorder, point.recording)
         if world.config is not point.config:
             world.reconfigure(point.config)
         frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")

@@ -11,7 +11,7 @@ from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.genomes import Gene, Layout, Operators
+from ecs_eco.genomes import Gene, Layout, layout_of, operators_of
 from ecs_eco.genomes.codes import Range
 from ecs_eco.testing import check_genome as check_layout
 
@@ -62,9 +62,9 @@ def test_a_right_genome_has_no_problems_and_makes_a_layout() -> None:
     config = world()
     assert list(check_genome(config, "goat")) == []
     goat = config.species["goat"]
-    layout = Layout.from_config(goat.genome, traits_of(goat, 2))
+    layout = layout_of(goat.genome, traits_of(goat, 2))
     check_layout(layout)
-    births = Operators.from_config(goat.genome, layout)
+    births = operators_of(goat.genome, layout)
     assert births.chance == 0.9
     assert births.toolbox.mate.keywords == {"indpb": 0.5}
     assert layout["red"].trait.component == "Reflexes"
@@ -168,7 +168,7 @@ def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
     goat = config.species["goat"]
     from ecs_eco.config.shapes import policy_shapes
 
-    layout = Layout.from_config(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
+    layout = layout_of(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
     assert (layout["brain"].codons.n, layout["brain"].width) == (
         6 * 5,
         ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),),

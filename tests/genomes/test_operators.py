@@ -10,7 +10,7 @@ from deap.base import Toolbox
 
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, UnknownName
-from ecs_eco.genomes import CHOICES, Gene, Layout, Operators, toolbox_of
+from ecs_eco.genomes import CHOICES, Gene, Layout, Operators, layout_of, operators_of, toolbox_of
 from ecs_eco.genomes.choices import RULES
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.operators import choice_of
@@ -53,7 +53,7 @@ def test_a_toolbox_has_what_the_section_says() -> None:
 
 def test_a_section_without_operators_has_two_point_crossover_and_uniform_mutation() -> None:
     section = GenomeSection(genes=[Gene(name="g", letters=4, low=0, high=1)])
-    births = Operators.from_config(section, Layout.from_config(section))
+    births = operators_of(section, layout_of(section))
     assert births.toolbox.mate.func is tools.cxTwoPoint
     assert births.toolbox.mutate.keywords == {"low": 0, "up": 3, "indpb": 0.005}
     assert (births.chance, births.choice) == (1.0, 0)
@@ -177,7 +177,7 @@ def test_what_a_toolbox_has_registered_stands_for_the_section_with_its_arguments
     toolbox.register("mutate", turn, places=1, back=True)
     given = section(mate=toolbox.mate, mutate=toolbox.mutate)
     assert (given.mate.operator, given.mate.arguments) == ("cxUniform", {"indpb": 0.1}), "as a file says it"
-    births = Operators.from_config(given, LAYOUT)
+    births = operators_of(given, LAYOUT)
     assert (births.toolbox.mate.func, births.toolbox.mate.keywords) == (tools.cxUniform, {"indpb": 0.1})
     assert births.offspring(np.array([[0, 1, 2, 3]], np.uint8), None, np.zeros(1, np.uint64)).tolist() == [
         [3, 0, 1, 2]

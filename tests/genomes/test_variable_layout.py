@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.genomes import Gene, Layout, Operators, diversity, frequencies, layout_of, statistics
+from ecs_eco.genomes import Gene, Layout, diversity, frequencies, layout_of, statistics
 from ecs_eco.genomes.promoters import copies_in, default_promoters
 from ecs_eco.genomes.traits import Trait
 from ecs_eco.testing import check_genome
@@ -212,13 +212,6 @@ def test_statistics_are_of_values_copies_and_letters() -> None:
         1: pytest.approx(1 / 3),
         3: pytest.approx(1 / 3),
     }
-
-
-def test_constructors_of_fixed_length_name_those_of_variable_length() -> None:
-    with pytest.raises(ValueError, match=r"ecs_eco\.genomes\.layout_of takes it"):
-        Layout.from_config(section())
-    with pytest.raises(ValueError, match=r"ecs_eco\.genomes\.operators_of takes it"):
-        Operators.from_config(section(), layout())
 
 
 def test_fixed_layouts_read_texts_too() -> None:
