@@ -5,17 +5,7 @@ from collections.abc import Iterator
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import check_objects, check_used
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    ANEW,
-    FREE,
-    POPULATION,
-    Count,
-    NonNegative,
-    Section,
-    about,
-    is_empty,
-    quantity,
-)
+from ecs_eco.inputs.section import ANEW, FREE, POPULATION, Count, NonNegative, Section, about, quantity
 
 
 class Build(Section, change=FREE, own=True):
@@ -34,7 +24,7 @@ class Building(Feature, after="carries"):
     """Animals make objects, by decision or whenever they can: system `Build`."""
 
     acts = {"build": None}
-    builds: list[Build] = about("objects that it can build", [], exclude_if=is_empty)
+    builds: list[Build] = about("objects that it can build", [], omit=True)
 
     @staticmethod
     def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:

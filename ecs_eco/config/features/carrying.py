@@ -7,7 +7,7 @@ from ecs_eco.components import Carrier, Load
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.config.rules import check_objects, check_used
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_empty, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, quantity
 
 
 class Carry(Section, change=FREE, own=True):
@@ -23,9 +23,7 @@ class Carrying(Feature, after="diet"):
     """Animals pick up objects and put them down: system `Carry`, components `Load` and `Carrier`."""
 
     acts = {"carry": ("take", "none", "drop")}
-    carries: list[Carry] = about(
-        "objects that it can pick up and put down", [], exclude_if=is_empty, change=SHAPE
-    )
+    carries: list[Carry] = about("objects that it can pick up and put down", [], omit=True, change=SHAPE)
 
     @staticmethod
     def problems(species: "Carrying", config: WorldSections, key: Key) -> Iterator[Problem]:

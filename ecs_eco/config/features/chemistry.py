@@ -19,7 +19,6 @@ from ecs_eco.inputs.section import (
     Real,
     Section,
     about,
-    is_absent,
     quantity,
     table,
     with_keyword,
@@ -53,8 +52,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     light: bool = about("whether it needs light; its rate is that in full daylight", False)
     action: str | None = about(
         "the action during which it runs, in any group, such as running muscles that burn sugar; absent: always",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 
@@ -118,10 +116,10 @@ class Chemistry(Feature, after="substances"):
     """Substances react, and are exchanged with fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
-        "reactions of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
+        "reactions of its substances, in this order", [], omit=True, change=SHAPE
     )
     exchange: list[AnyExchange] = about(
-        "exchange of substances with fields, in this order", [], exclude_if=is_absent, change=SHAPE
+        "exchange of substances with fields, in this order", [], omit=True, change=SHAPE
     )
 
     @staticmethod
@@ -162,7 +160,7 @@ class Provision(Feature, after="exchange"):
         "origin of the substances of newborn: declared: from nowhere; mother: she shares hers, at equal "
         "concentrations; soil: from the first field of each, and a seed sprouts only if there is enough",
         "declared",
-        exclude_if=lambda value: value == "declared",
+        omit=True,
         change=SHAPE,
     )
 
@@ -203,9 +201,7 @@ class Decomposition(Section, change=FREE):
 class Decomposing(Feature, after="exchange"):
     """Objects decay: system `Decompose`, component `Matter`."""
 
-    decomposition: Decomposition | None = about(
-        "decay; absent: none", None, exclude_if=is_absent, change=SHAPE
-    )
+    decomposition: Decomposition | None = about("decay; absent: none", omit=True, change=SHAPE)
 
     @staticmethod
     def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:

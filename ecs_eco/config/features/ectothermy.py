@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import SpeedScale
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, quantity
 
 
 class Cold(Section, change=FREE, own=True):
@@ -25,7 +25,7 @@ class Ectothermy(Feature, after="heat"):
     """Animals live more slowly in the cold: system `SlowDown`, component `SpeedScale`."""
 
     ectothermy: Cold | None = about(
-        "dependence of its rates on temperature; absent: none", None, exclude_if=is_absent, change=SHAPE
+        "dependence of its rates on temperature; absent: none", omit=True, change=SHAPE
     )
 
     @staticmethod

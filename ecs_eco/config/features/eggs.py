@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import Genome, Incubation, Policy
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, quantity
 
 LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
 OWN = "an egg only stores the genome of the animal that hatches from it, which expresses it at birth"
@@ -32,8 +32,7 @@ class Eggs(Feature, after="care"):
 
     hatch: Hatching | None = about(
         "for eggs: the species that hatches from them, and when; absent: these are not eggs",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=SHAPE,
     )
 

@@ -7,18 +7,7 @@ from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.engine.submodel import Submodel
-from ecs_eco.inputs.section import (
-    FREE,
-    Column,
-    NonNegative,
-    Real,
-    Section,
-    Share,
-    about,
-    is_absent,
-    quantity,
-    table,
-)
+from ecs_eco.inputs.section import FREE, Column, NonNegative, Real, Section, Share, about, quantity, table
 
 
 class Diet(Section, own=True):
@@ -37,8 +26,7 @@ class Diet(Section, own=True):
         "proportion of the item's substances that its body keeps, if both contain substances; the rest enters "
         "the first field of each, or is lost; absent: all of it",
         "1",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 

@@ -5,17 +5,7 @@ from typing import Any
 
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    FREE,
-    SHAPE,
-    Column,
-    NonNegative,
-    Positive,
-    Section,
-    about,
-    is_absent,
-    quantity,
-)
+from ecs_eco.inputs.section import FREE, SHAPE, Column, NonNegative, Positive, Section, about, quantity
 
 
 class Heat(Section, change=FREE):
@@ -66,10 +56,7 @@ class Warmth(Feature, after="properties"):
     """Bodies exchange heat: system `ExchangeHeat`, components `HeatExchange` and, for a gene, `Coat`."""
 
     heat: BodyHeat | None = about(
-        "exchange of heat; absent: its temperature stays as at birth",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
+        "exchange of heat; absent: its temperature stays as at birth", omit=True, change=SHAPE
     )
 
     @staticmethod
@@ -93,7 +80,7 @@ class WarmObjects(Feature, after="properties"):
     """Objects exchange heat: system `ExchangeHeat`, component `HeatExchange`."""
 
     heat: Heat | None = about(
-        "exchange of heat; absent: their temperature is constant", None, exclude_if=is_absent, change=SHAPE
+        "exchange of heat; absent: their temperature is constant", omit=True, change=SHAPE
     )
 
     @staticmethod

@@ -7,19 +7,7 @@ from pydantic import Field
 
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    COLUMN,
-    FREE,
-    SHAPE,
-    NonNegative,
-    Positive,
-    Section,
-    Share,
-    about,
-    is_absent,
-    is_empty,
-    quantity,
-)
+from ecs_eco.inputs.section import COLUMN, FREE, SHAPE, NonNegative, Positive, Section, Share, about, quantity
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
@@ -63,9 +51,7 @@ class Breeding(Section, change=FREE, own=COLUMN):
 class Seasons(Feature, after="fertility"):
     """Fertility follows age and season: system `Mature`, component `Breeding`."""
 
-    breeding: Breeding | None = about(
-        "dependence of fertility on age and season; absent: none", None, exclude_if=is_absent
-    )
+    breeding: Breeding | None = about("dependence of fertility on age and season; absent: none", omit=True)
 
     @staticmethod
     def problems(species: "Seasons", config: WorldSections, key: Key) -> Iterator[Problem]:
@@ -111,7 +97,7 @@ class Growth(Section, change=FREE, own=True):
         "proportion to the body; 0: the young store as much as adults. Energy from birth beyond the limit is kept",
         "1",
         0.0,
-        exclude_if=is_empty,
+        omit=True,
     )
 
 
@@ -119,7 +105,7 @@ class Growing(Feature, after="breeding"):
     """The young grow: system `GrowUp`, component `Stature`."""
 
     growth: Growth | None = about(
-        "growth of the young; absent: they are born at adult size", None, exclude_if=is_absent, change=SHAPE
+        "growth of the young; absent: they are born at adult size", omit=True, change=SHAPE
     )
 
     @staticmethod
@@ -151,7 +137,7 @@ class Caring(Feature, after="reproduction"):
     """Parents feed their young, by decision or whenever they can: system `Nurse`."""
 
     acts = {"nurse": ("nurse",)}
-    care: Care | None = about("feeding of the young; absent: none", None, exclude_if=is_absent, change=SHAPE)
+    care: Care | None = about("feeding of the young; absent: none", omit=True, change=SHAPE)
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:

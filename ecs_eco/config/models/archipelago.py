@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
-from ecs_eco.inputs.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
+from ecs_eco.inputs.section import Name, Section, Share, about, quantity, table
 
 
 def _named(islands: object) -> Any:
@@ -58,7 +58,7 @@ class Archipelago(Section):
         "ring",
     )
     edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
-        '[from, to] of each connection in one direction, for graph = "own"', [], exclude_if=is_empty
+        '[from, to] of each connection in one direction, for graph = "own"', [], omit=True
     )
     migration_probability: dict[Name, Share] = table(
         "species = probability that a member leaves at a barrier, to a neighbor drawn at random [1]",
@@ -66,7 +66,7 @@ class Archipelago(Section):
         former="emigration",
     )
     here: Name | None = about(
-        "the island that this world represents; a run sets it for each island", None, exclude_if=is_absent
+        "the island that this world represents; a run sets it for each island", omit=True
     )
 
     @property

@@ -16,7 +16,6 @@ from ecs_eco.inputs.section import (
     Section,
     WithParameters,
     about,
-    is_absent,
     quantity,
     table,
 )
@@ -128,8 +127,7 @@ class Policy(Section, change=SHAPE):
     function: WithParameters | None = about(
         "module:name of a function of sensors (n, channels) and uids (n) to choices (n, groups), "
         'of kind "function"',
-        None,
-        exclude_if=is_absent,
+        omit=True,
         entries=SHAPE,
     )
     inherit: Literal["none", "birth", "learned"] = about(

@@ -42,7 +42,6 @@ from ecs_eco.inputs.section import (
     Real,
     Share,
     about,
-    is_absent,
     quantity,
     table,
 )
@@ -89,8 +88,7 @@ class Species(
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
         "minimum and maximum age of founders and immigrants, drawn uniformly; absent: all have age 0",
         "s",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=FREE,
         own=PARENTLESS,
     )

@@ -32,8 +32,6 @@ from ecs_eco.inputs.section import (
     Use,
     WithParameters,
     about,
-    is_absent,
-    is_empty,
     quantity,
     table,
 )
@@ -117,7 +115,7 @@ class WorldConfig(Section):
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None, change=FENCE)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun; absent: light is always ambient.light", None)
-    year: Year | None = about("the year; absent: sun.year, if given", None, exclude_if=is_absent)
+    year: Year | None = about("the year; absent: sun.year, if given", omit=True)
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
         "name = description, for each chemical substance", dict, entries=FREE
@@ -135,23 +133,20 @@ class WorldConfig(Section):
         "name = a measurement in every tick, recorded next to the numbers of the species: a formula such as "
         "mean(Metabolism.energy), or module:name of a function of the world",
         {},
-        exclude_if=is_empty,
+        omit=True,
     )
     record: Annotated[list[str], Field(max_length=64)] = about(
         "Component.field of organisms, also of custom components, to record at birth, at death and in snapshots",
         [],
-        exclude_if=is_empty,
+        omit=True,
     )
     interventions: list[AnyIntervention] = table("interventions during a run", list, change=FREE)
-    land_use: list[AnyUse] = about("continuous harvests and plantings", [], exclude_if=is_empty)
+    land_use: list[AnyUse] = about("continuous harvests and plantings", [], omit=True)
     archipelago: Archipelago | None = about(
         "islands that exchange migrants, each a world as described in this file; absent: a single world",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
-    data: Data | None = about(
-        "measurements to compare the world with; absent: none", None, exclude_if=is_absent
-    )
+    data: Data | None = about("measurements to compare the world with; absent: none", omit=True)
     search: Search = Field(
         default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them"
     )
