@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
 from ecs_eco.config.rules import written_at
@@ -72,7 +73,10 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
     ]
     for species in config.archipelago.migration_probability if config.archipelago is not None else ():
         one, other = (w.species[species].model_dump(mode="json") for w in (config, world))
-        pairs += [(f"species.{species}.{'.'.join(path)}", _at(one, path), _at(other, path)) for path in ALIKE]
+        pairs += [
+            (f"species.{species}.{'.'.join(path)}", value_at(one, path), value_at(other, path))
+            for path in ALIKE
+        ]
         pairs += [
             (f"species.{species}.{part}", list(one[part]), list(other[part]))
             for part in ("properties", "substances")
@@ -84,12 +88,6 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
                 "differs from the other islands, but migrants carry it along",
                 allowed="the same for all islands, or a species that does not migrate",
             )
-
-
-def _at(data: object, path: tuple[str, ...]) -> Any:
-    for part in path:
-        data = data.get(part) if isinstance(data, dict) else None
-    return data
 
 
 def check_archipelago(config: WorldConfig) -> Iterator[Problem]:

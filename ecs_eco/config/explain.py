@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from ecs_eco.config.former import tags_of, type_of
+from ecs_eco.config.former import below, is_section, tags_of, type_of, types_in
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
@@ -79,7 +79,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         fault = f'unknown key, which belongs to kind = "{tag}"' if tag else "unknown key"
         return Problem(key, fault, value, listed(known, 40), "" if tag else near)
     if kind.startswith("union_tag"):
-        tags = _tags(info.annotation if info else None)
+        tags = [tag for part in types_in(info.annotation if info else None) for tag in tags_of(part)]
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         fault = "is missing" if tag is MISSING else "unknown kind"
         return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
@@ -124,19 +124,11 @@ def field_at(
     info: FieldInfo | None = None
     parent: type[Section] | None = None
     for part in key:
-        if isinstance(kind, type) and issubclass(kind, Section):
-            parent, info = kind, kind.model_fields.get(str(part))
-            kind = info.annotation if info else None
-        else:
-            kind = typing.get_args(kind)[-1] if typing.get_args(kind) else None
-        data = value_at(data, (part,))
         kind = type_of(kind, data)
+        if is_section(kind):
+            parent, info = kind, kind.model_fields.get(str(part))
+        kind, data = below(kind, data, part)
     return info, parent
-
-
-def _tags(kind: object) -> list[str]:
-    """Return all kinds of the union that a type is, or a list of."""
-    return [*tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:

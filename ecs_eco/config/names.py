@@ -3,11 +3,12 @@ forgotten."""
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Annotated, Any, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel
 
 from ecs_eco.config.features.feature import Feature, features_of
+from ecs_eco.config.former import is_section, types_in
 from ecs_eco.config.rules import Key
 from ecs_eco.inputs.code import SHIPPED, public_module
 from ecs_eco.inputs.section import NamesCode, Use, function_name
@@ -41,7 +42,7 @@ def fields_of(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(
         name
         for name, field in model.model_fields.items()
-        if any(isinstance(m, NamesCode) for m in field.metadata) or _marked(field.annotation)
+        if any(isinstance(mark, NamesCode) for mark in (*field.metadata, *types_in(field.annotation)))
     )
 
 
@@ -51,24 +52,11 @@ def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
     return tuple(
         name
         for name, field in model.model_fields.items()
-        if name in fields_of(model) or _deep(field.annotation)
+        if name in fields_of(model)
+        or any(
+            part is Any or (is_section(part) and _deep_fields_of(part)) for part in types_in(field.annotation)
+        )
     )
-
-
-def _deep(annotation: object) -> bool:
-    """Return whether values of a type may contain names of code: sections that do, or untyped values."""
-    if annotation is Any:
-        return True
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return bool(_deep_fields_of(annotation))
-    return any(map(_deep, get_args(annotation)))
-
-
-def _marked(annotation: object) -> bool:
-    if get_origin(annotation) is Annotated:
-        inner, *metadata = get_args(annotation)
-        return any(isinstance(m, NamesCode) for m in metadata) or _marked(inner)
-    return any(_marked(part) for part in get_args(annotation))
 
 
 def is_component(thing: object) -> bool:
