@@ -83,11 +83,9 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
         ]
     for key, before, now in pairs:
         if before != now:
-            yield Problem(
-                (*place, key),
-                "differs from the other islands, but migrants carry it along",
-                allowed="the same for all islands, or a species that does not migrate",
-            )
+            fault = "differs from the other islands, but migrants carry it along"
+            allowed = "the same for all islands, or a species that does not migrate"
+            yield Problem((*place, key), fault, allowed=allowed)
 
 
 def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
@@ -100,27 +98,17 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         yield Problem((*at, "here"), "no such island", plan.here, listed(names), nearest(plan.here, names))
     for name in plan.migration_probability:
         if name not in config.species:
+            fault, allowed = "no such species", listed(config.species)
             yield Problem(
-                (*at, "migration_probability", name),
-                "no such species",
-                name,
-                listed(config.species),
-                nearest(name, config.species),
+                (*at, "migration_probability", name), fault, name, allowed, nearest(name, config.species)
             )
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
-            yield Problem(
-                (*at, "migration_probability", name),
-                "keeps its site: plants that spread do not migrate",
-                name,
-                "a species that reproduces otherwise",
-            )
+            fault = "keeps its site: plants that spread do not migrate"
+            allowed = "a species that reproduces otherwise"
+            yield Problem((*at, "migration_probability", name), fault, name, allowed)
     if plan.graph != "own" and plan.edges:
-        yield Problem(
-            (*at, "edges"),
-            f"the graph {plan.graph} has edges of its own",
-            len(plan.edges),
-            'graph = "own", or no edges',
-        )
+        fault = f"the graph {plan.graph} has edges of its own"
+        yield Problem((*at, "edges"), fault, len(plan.edges), 'graph = "own", or no edges')
     if plan.graph == "own" and not plan.edges:
         yield Problem((*at, "edges"), "is missing", allowed='a list of [from, to], or graph = "ring"')
     for i, edge in enumerate(plan.edges):

@@ -104,12 +104,9 @@ def _of_range(
     if wrong.size:
         at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
         unit = "" if trait.unit == "1" else f" {trait.unit}"
-        yield Problem(
-            ("derived", name, "formula"),
-            f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be",
-            formulas[name].text,
-            f"{trait.low:g} to {trait.high:g}{unit}",
-        )
+        fault = f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be"
+        allowed = f"{trait.low:g} to {trait.high:g}{unit}"
+        yield Problem(("derived", name, "formula"), fault, formulas[name].text, allowed)
 
 
 def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> list[str]:

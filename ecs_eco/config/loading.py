@@ -202,16 +202,9 @@ def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
-            raise ConfigError(
-                [
-                    Problem(
-                        ("set", ".".join(map(str, key))),
-                        "an intervention from outside cannot name code",
-                        value,
-                        "code named in the world file, or a function object passed in Python",
-                    )
-                ]
-            )
+            fault = "an intervention from outside cannot name code"
+            allowed = "code named in the world file, or a function object passed in Python"
+            raise ConfigError([Problem(("set", ".".join(map(str, key))), fault, value, allowed)])
 
 
 def _home(key: Key) -> Key:

@@ -73,17 +73,9 @@ def read_outside(
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
+        fault, allowed = "no column with this name", listed(head)
         raise ConfigError(
-            [
-                Problem(
-                    (*place.file[:-1], "time"),
-                    "no column with this name",
-                    time,
-                    listed(head),
-                    nearest(time, head),
-                    place.of_file,
-                )
-            ]
+            [Problem((*place.file[:-1], "time"), fault, time, allowed, nearest(time, head), place.of_file)]
         )
     time = time or head[0]
     named = _named(file, [name for name in head if name != time], names, match or {}, place)
@@ -133,12 +125,8 @@ def _named(
         named = {k: v for k, v in named.items() if v != name} | {column: name}
     if not named:
         how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
-        raise _refused(
-            place,
-            "no column has the name of a species",
-            file,
-            f"{how}, with a column of {listed(head)} and a species of {listed(names)}",
-        )
+        allowed = f"{how}, with a column of {listed(head)} and a species of {listed(names)}"
+        raise _refused(place, "no column has the name of a species", file, allowed)
     return named
 
 
@@ -190,10 +178,6 @@ def check_data(config: WorldConfig) -> Iterator[Problem]:
         if name not in known:
             yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
         elif name in taken:
-            yield Problem(
-                key,
-                "another column is also compared with it",
-                name,
-                "a single column for each species or reporter",
-            )
+            fault = "another column is also compared with it"
+            yield Problem(key, fault, name, "a single column for each species or reporter")
         taken.add(name)

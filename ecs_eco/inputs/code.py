@@ -254,14 +254,8 @@ def read(
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
-            problems.append(
-                Problem(
-                    ("code", i),
-                    fault,
-                    entry,
-                    "a file next to the world file, or an installed module of your own",
-                )
-            )
+            allowed = "a file next to the world file, or an installed module of your own"
+            problems.append(Problem(("code", i), fault, entry, allowed))
         else:
             sources.append(source)
     unread = tuple(str(p.value).removesuffix(".py") for p in problems)

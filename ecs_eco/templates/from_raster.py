@@ -79,16 +79,9 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
     if cell is not None:
         return cell
     if raster.dx is None or raster.dy is None:
-        raise ConfigError(
-            [
-                Problem(
-                    (),
-                    "is missing: the raster does not state its cell size",
-                    allowed="the side of its cells [m], such as --cell 30",
-                    source="--cell",
-                )
-            ]
-        )
+        fault = "is missing: the raster does not state its cell size"
+        allowed = "the side of its cells [m], such as --cell 30"
+        raise ConfigError([Problem((), fault, allowed=allowed, source="--cell")])
     return float(f"{min(raster.dx * per[0], raster.dy * per[1]):.3g}")
 
 

@@ -130,16 +130,9 @@ def build(
 def _require_one(config: WorldConfig, training: bool) -> None:
     """Raise ConfigError for islands, which are several worlds; training uses one world."""
     if config.archipelago is not None and config.archipelago.here is None and not training:
-        raise ConfigError(
-            [
-                Problem(
-                    ("archipelago",),
-                    "defines several worlds",
-                    ", ".join(config.archipelago.names),
-                    "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago",
-                )
-            ]
-        )
+        fault = "defines several worlds"
+        allowed = "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago"
+        raise ConfigError([Problem(("archipelago",), fault, ", ".join(config.archipelago.names), allowed)])
 
 
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
@@ -301,16 +294,8 @@ def _networks(
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
     nerves.learning = species.policy.learn if chosen is None else chosen
     if nerves.learning and species.happiness is None:
-        raise ConfigError(
-            [
-                Problem(
-                    ("species", table.name, "policy", "learn"),
-                    "has no reward",
-                    True,
-                    "a learning species with `happiness`; or learn = false",
-                )
-            ]
-        )
+        fault, allowed = "has no reward", "a learning species with `happiness`; or learn = false"
+        raise ConfigError([Problem(("species", table.name, "policy", "learn"), fault, True, allowed)])
     if alone:
         nerves.individuals = fresh_individuals(
             world.config, table.name, species.policy, shape, PPO(**species.ppo), seed

@@ -64,17 +64,11 @@ def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device
-        raise ConfigError(
-            [
-                Problem(
-                    key,
-                    str(error),
-                    given,
-                    f"a torch module for {shape[0]} observations and the groups of options "
-                    f"{shape[1]} (docs/explanation/learning.md)",
-                )
-            ]
-        ) from None
+        allowed = (
+            f"a torch module for {shape[0]} observations and the groups of options "
+            f"{shape[1]} (docs/explanation/learning.md)"
+        )
+        raise ConfigError([Problem(key, str(error), given, allowed)]) from None
 
 
 def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
@@ -219,18 +213,8 @@ def weights_file(config: WorldConfig, name: str, source: str | Path) -> Path | N
     folder = Path(source)
     if not folder.is_dir():
         allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
-        raise ConfigError(
-            [
-                Problem(
-                    (),
-                    "unknown source of policies",
-                    str(source),
-                    allowed,
-                    nearest(source, POLICIES),
-                    "policies",
-                )
-            ]
-        )
+        fault = "unknown source of policies"
+        raise ConfigError([Problem((), fault, str(source), allowed, nearest(source, POLICIES), "policies")])
     path = folder / f"{name}.safetensors"
     if not path.is_file():
         needed = "<species>.safetensors for every species with a policy"

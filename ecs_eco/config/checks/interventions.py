@@ -212,11 +212,8 @@ def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator
     for place, change in _in_time(config, Set):
         key = (*place, "set")
         if any(name.partition(".")[0] == "interventions" for name in change.set):
-            yield Problem(
-                key,
-                "interventions cannot change other interventions",
-                allowed="keys of the rest of the world",
-            )
+            fault = "interventions cannot change other interventions"
+            yield Problem(key, fault, allowed="keys of the rest of the world")
             continue
         try:
             new = changed(now, change.set, folder)

@@ -126,12 +126,8 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif (thing := config._code.known(value)) is None:
             continue
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
-            yield Problem(
-                key,
-                "not a system: it has no method process",
-                function_name(value),
-                "a class derived from ecs_eco.System",
-            )
+            fault = "not a system: it has no method process"
+            yield Problem(key, fault, function_name(value), "a class derived from ecs_eco.System")
         elif pattern == "species.*.components.*" and not is_component(thing):
             yield Problem(
                 key, "not a component", function_name(value), "a class declared with @ecs_eco.component"

@@ -55,12 +55,9 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
-            yield Problem(
-                (*key, "locomotion", "turn"),
-                "too slow: headings are float32, and such steps round to 0",
-                way.turn,
-                f"0, or at least {step / config.dt:.3g} rad/s",
-            )
+            fault = "too slow: headings are float32, and such steps round to 0"
+            allowed = f"0, or at least {step / config.dt:.3g} rad/s"
+            yield Problem((*key, "locomotion", "turn"), fault, way.turn, allowed)
     if config.dims == 3:
         moves += [] if way is None else [(("locomotion", "climb"), way.climb, config.space.size[2])]
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
@@ -77,12 +74,8 @@ def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
-        yield Problem(
-            key,
-            "too slow: amounts are float32, and such steps round to 0",
-            decay,
-            f"0, or at least {step / dt:.3g} per second; or a longer tick",
-        )
+        fault = "too slow: amounts are float32, and such steps round to 0"
+        yield Problem(key, fault, decay, f"0, or at least {step / dt:.3g} per second; or a longer tick")
 
 
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:

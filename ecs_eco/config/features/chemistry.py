@@ -128,11 +128,8 @@ class Chemistry(Feature, after="substances"):
         actions."""
         used = [name for name in CHANGING if getattr(species, name, None) not in (None, [], "declared")]
         if used and not substances_of(config, key[1]):
-            yield Problem(
-                (*key, "substances"),
-                f"is missing, but {used[0]} changes them",
-                allowed="initial concentrations [mol/L], which may be 0",
-            )
+            allowed = "initial concentrations [mol/L], which may be 0"
+            yield Problem((*key, "substances"), f"is missing, but {used[0]} changes them", allowed=allowed)
         for i, reaction in enumerate(species.reactions):
             at = (*key, "reactions", i)
             for part in ("from", "to", "half"):
@@ -180,12 +177,9 @@ class Provision(Feature, after="exchange"):
         held = {field.substance for field in config.fields.values()}
         for name, concentration in species.substances.items():
             if concentration > 0 and name not in held:
-                yield Problem(
-                    (*key, "substances", name),
-                    "no field contains it, but newborn take it from the soil",
-                    concentration,
-                    "0, or a field with this substance",
-                )
+                fault = "no field contains it, but newborn take it from the soil"
+                allowed = "0, or a field with this substance"
+                yield Problem((*key, "substances", name), fault, concentration, allowed)
 
 
 class Decomposition(Section, change=FREE):
@@ -234,18 +228,12 @@ class Emitting(Feature, after=("defence", "decomposition")):
             if isinstance(way, Emission) and way.substance not in config.substances:
                 yield unknown((*at, "substance"), "substance", way.substance, config.substances)
             elif isinstance(way, Emission) and not substances_of(config, key[1]):
-                yield Problem(
-                    (*at, "substance"),
-                    "its bodies contain no substances",
-                    way.substance,
-                    "substances, or a number",
-                )
+                fault = "its bodies contain no substances"
+                yield Problem((*at, "substance"), fault, way.substance, "substances, or a number")
             elif holds and not (isinstance(way, Emission) and way.consume and way.substance == holds):
-                yield Problem(
-                    at,
-                    f"the field contains {holds}, which cannot come from nothing",
-                    allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`',
-                )
+                fault = f"the field contains {holds}, which cannot come from nothing"
+                allowed = f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`'
+                yield Problem(at, fault, allowed=allowed)
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:

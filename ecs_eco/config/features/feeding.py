@@ -81,12 +81,9 @@ class Feeding(Feature, after="emits"):
                     (*at, "gain"), "is missing, and so is efficiency", allowed="gain, efficiency or both"
                 )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-                yield Problem(
-                    (*at, "efficiency"),
-                    f"{diet.eats} contains no energy",
-                    diet.efficiency,
-                    f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
-                )
+                fault = f"{diet.eats} contains no energy"
+                allowed = f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}"
+                yield Problem((*at, "efficiency"), fault, diet.efficiency, allowed)
             yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
 
     @staticmethod

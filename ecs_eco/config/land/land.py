@@ -77,12 +77,9 @@ class Land:
             return self
         has = self.elevation.shape
         if nx > has[1] or ny > has[0]:
-            raise refused(
-                "raster",
-                f"smaller than the world: this run saved {has[1]} × {has[0]} cells, but the world has {nx} × {ny}",
-                "",
-                "the original space.size, or a smaller one",
-            )
+            saved = f"this run saved {has[1]} × {has[0]} cells, but the world has {nx} × {ny}"
+            allowed = "the original space.size, or a smaller one"
+            raise refused("raster", f"smaller than the world: {saved}", "", allowed)
         cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
         return replace(self, **cut)
 
@@ -222,20 +219,13 @@ class Frame:
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
-                raise refused(
-                    part,
-                    f"has {values.shape[1]} × {values.shape[0]} cells and no coordinates",
-                    "",
-                    f"as many cells as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
-                )
+                fault = f"has {values.shape[1]} × {values.shape[0]} cells and no coordinates"
+                allowed = f"as many cells as `raster`: {own.values.shape[1]} × {own.values.shape[0]}"
+                raise refused(part, fault, "", allowed)
             return _picked(values, self.x, self.y)
         if other.crs and own.crs and other.crs != own.crs:
-            raise refused(
-                part,
-                "has a different coordinate system",
-                other.crs,
-                f"{own.crs}, as in `raster`; convert it with gdalwarp -t_srs",
-            )
+            allowed = f"{own.crs}, as in `raster`; convert it with gdalwarp -t_srs"
+            raise refused(part, "has a different coordinate system", other.crs, allowed)
         dx, dy = _whole(other.dx), _whole(other.dy)
         x = (own.west + self.x * _whole(own.dx) - other.west) / dx
         south = _whole(own.north) - len(own.values) * _whole(own.dy)
@@ -262,21 +252,13 @@ def metres(raster: Raster) -> tuple[float, float]:
         _require_metres(raster)
         return 1.0, 1.0
     if raster.north is None:
-        raise refused(
-            "raster",
-            f"is in {raster.crs[:40]} but has no coordinates, so its latitude is unknown",
-            "",
-            "a raster with coordinates, or a raster in meters",
-        )
+        fault = f"is in {raster.crs[:40]} but has no coordinates, so its latitude is unknown"
+        raise refused("raster", fault, "", "a raster with coordinates, or a raster in meters")
     middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
     most = math.pi * RADIUS if mercator else 90.0
     if not abs(middle) < most:
-        raise refused(
-            "raster",
-            f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator",
-            raster.crs,
-            f"-{most:.10g} to {most:.10g}",
-        )
+        fault = f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator"
+        raise refused("raster", fault, raster.crs, f"-{most:.10g} to {most:.10g}")
     if mercator:
         north = middle / RADIUS
         cosine = 1 / _cosine(-north * north)
@@ -319,12 +301,9 @@ def _require_metres(raster: Raster) -> None:
     for k, side in ((0, dx), (2, dy)):
         metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)
         if math.isfinite(metre) and abs(metre - 1) > 0.05:
-            raise refused(
-                "raster",
-                f"a meter of {raster.crs[:40]} is {metre:.3g} m on the ground here",
-                "",
-                "a coordinate system in meters on the ground, such as UTM; convert it with gdalwarp",
-            )
+            fault = f"a meter of {raster.crs[:40]} is {metre:.3g} m on the ground here"
+            allowed = "a coordinate system in meters on the ground, such as UTM; convert it with gdalwarp"
+            raise refused("raster", fault, "", allowed)
 
 
 def _cosine(square: float) -> float:
@@ -375,10 +354,8 @@ def _smaller(
     hint = ""
     if raster.dx is not None and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
         hint = ', or crs = "EPSG:4326" if its unit is degrees'
-    return refused(
-        "raster",
+    fault = (
         f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, but the world needs "
-        f"{need[0]:,.6g} × {need[1]:,.6g} m",
-        terrain.raster,
-        f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}",
+        f"{need[0]:,.6g} × {need[1]:,.6g} m"
     )
+    return refused("raster", fault, terrain.raster, f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}")

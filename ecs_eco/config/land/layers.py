@@ -49,24 +49,14 @@ def lay(
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         if frame.place is None:
-            raise _refused(
-                i,
-                "file",
-                "needs a raster with coordinates, and `raster` has none",
-                layer.file,
-                "a raster with coordinates",
-            )
+            fault = "needs a raster with coordinates, and `raster` has none"
+            raise _refused(i, "file", fault, layer.file, "a raster with coordinates")
         wanted = LINE if layer.make in ("roads", "fences") else AREA
         shapes = shapes_of(layer, folder, frame.raster.crs, i)
         found = [(kind, (part - frame.place[:2]) / frame.place[2:]) for kind, part in shapes]
         if found and not any(kind == wanted for kind, _ in found):
-            raise _refused(
-                i,
-                "file",
-                f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone",
-                layer.file,
-                f"{NAMES[wanted]}, for {layer.make}",
-            )
+            fault = f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone"
+            raise _refused(i, "file", fault, layer.file, f"{NAMES[wanted]}, for {layer.make}")
         parts = [part for kind, part in found if kind == wanted]
         if wanted == LINE:
             made: dict[str, Any] = {"make": layer.make}
@@ -92,14 +82,8 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
-            raise _refused(
-                number,
-                "layer",
-                "no layer of this name",
-                layer.layer,
-                listed(names),
-                nearest(layer.layer, names),
-            )
+            fault = "no layer of this name"
+            raise _refused(number, "layer", fault, layer.layer, listed(names), nearest(layer.layer, names))
         if crs and own and own != crs:
             degrees(own)  # raises RasterError for an unknown coordinate system
             shapes = [(kind, _brought(part, own, crs, layer, number)) for kind, part in shapes]
@@ -110,22 +94,13 @@ def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tup
             [p if p.key[0] == "layers" else p.moved(key=("layers", number, "file")) for p in error.problems]
         ) from None
     except Exception as error:  # GDAL raises many types of errors
-        raise _refused(
-            number,
-            "file",
-            f"cannot be read: {getattr(error, 'strerror', None) or error}",
-            layer.file,
-            f"a file ending in {listed(BEGINNINGS)}",
-        ) from None
+        fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise _refused(number, "file", fault, layer.file, f"a file ending in {listed(BEGINNINGS)}") from None
     for kind, part in shapes:
         if not (np.abs(part) <= FARTHEST).all():  # refuses NaN, too
-            raise _refused(
-                number,
-                "file",
-                "has coordinates outside the range of the Earth",
-                layer.file,
-                f"coordinates in meters or degrees, up to {FARTHEST:g}",
-            )
+            fault = "has coordinates outside the range of the Earth"
+            allowed = f"coordinates in meters or degrees, up to {FARTHEST:g}"
+            raise _refused(number, "file", fault, layer.file, allowed)
         if len(part):  # "POLYGON EMPTY" has no corners
             yield kind, part
 
@@ -191,13 +166,8 @@ def _brought(part: Line, own: str, crs: str, layer: Layer, number: int) -> Line:
     try:
         from rasterio.warp import transform
     except ImportError:
-        raise _refused(
-            number,
-            "file",
-            f"is in {own}, but the raster in {crs}",
-            layer.file,
-            f"the same coordinate system, or rasterio to convert it: {INSTALL}",
-        ) from None
+        allowed = f"the same coordinate system, or rasterio to convert it: {INSTALL}"
+        raise _refused(number, "file", f"is in {own}, but the raster in {crs}", layer.file, allowed) from None
     return np.array(transform(own, crs, *part.T.tolist())[:2]).T
 
 
