@@ -101,8 +101,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
 
 
 def _key(loc: tuple[Any, ...], data: object) -> Key:
-    """Return the location without the tags of unions; a section's kind, which may be a key too, comes
-    first."""
+    """Return the location without the tags of unions."""
     key: list[str | int] = []
     tagged = False  # whether the tag of this section has been left out already
     for part in loc:

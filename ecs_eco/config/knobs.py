@@ -25,8 +25,7 @@ Way = tuple[str, ...]
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Yield problems of [viewer]: knobs without a number, a width or an effect; not of values set from
-    outside."""
+    """Return problems of [viewer]: knobs without a number, a width or an effect."""
     problems: list[Problem] = []
     data = config.model_dump() if config.viewer.knobs else {}
     real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]

@@ -45,8 +45,7 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the external series of a world with the section `data`; `names` are its species and reporters.
-    Raises ConfigError."""
+    """Read the external series of [data] for species and reporters `names`; raise ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))

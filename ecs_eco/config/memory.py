@@ -40,8 +40,7 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Yield the key and bytes of everything that a world allocates before its first tick and in its first
-    rollout."""
+    """Yield the key and bytes of all that a world allocates at its start and in its first rollout."""
     for name, field in config.fields.items():
         yield (
             ("fields", name, "cell"),

@@ -46,8 +46,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
 
 
 def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
-    """Return whether the value of a dotted key may change during a run, as far as the key alone determines
-    it."""
+    """Return whether the value of a dotted key may change during a run."""
     return not why_not(key, model)
 
 
@@ -58,8 +57,7 @@ def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return the alternative to changing the value of a key below a type; `held`: the alternative for the
-    field of this type."""
+    """Return the alternative to changing a key below a type; `held` is that of the type itself."""
     for part in members_of(kind) if key else ():
         if get_origin(part) in (dict, list):
             return _instead(key[1:], get_args(part)[-1], held)

@@ -21,8 +21,7 @@ def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
 
 
 def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
-    """Yield every function, "module:name", or Use with parameters, by key; `marked`: the field may name
-    code."""
+    """Yield each function, "module:name" or Use, by key; `marked`: the field may name code."""
     if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
         fields = fields_of(type(section))
         for word in _deep_fields_of(type(section)):

@@ -176,8 +176,7 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
-    """Return the keys of the costs that can take the energy of a species below 0 without any effect; empty
-    if energy cannot fall below 0, or if that kills or causes torpor."""
+    """Return the keys of costs that can take the energy below 0 without any effect; or ""."""
     deadly = any(limit.property == "energy" and limit.min is not None for limit in species.lethal)
     return "" if deadly or species.metabolism.torpor else ", ".join(_costs(config, species))
 

@@ -15,8 +15,7 @@ def notes_on_ticks(config: WorldConfig) -> list[str]:
 
 
 def _on_contacts(config: WorldConfig) -> Iterator[str]:
-    """Yield notes on contacts: they are tested at the end of a tick, so fast bodies can pass each other
-    undetected."""
+    """Yield notes on fast bodies, which can pass each other undetected within a tick."""
     for key, name, other, reach, fix in _contacts(config):
         way = (_fastest(config, name) + _fastest(config, other)) * config.dt
         meet = reach + _radius(config, name) + _radius(config, other)
@@ -32,8 +31,7 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
-    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach, if
-    any."""
+    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach."""
     for name, species in config.species.items():
         for key, other, reach in of_each(species, "meets"):
             yield key, name, other, reach, "reach"

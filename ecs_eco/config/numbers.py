@@ -120,8 +120,7 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return the labels of list entries in keys: name, food or property, numbered if shared, or else the
-    index."""
+    """Return labels of list entries: name, food or property, numbered if shared, or else the index."""
     words = ("label", "name", "eats", "property")
     names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()

@@ -113,8 +113,7 @@ def compile_reporter(
 
 
 class _Compiler(Compiler):
-    """Turns the syntax tree of a text into nested functions of a Scope and, within an aggregate, of Living
-    organisms."""
+    """Turns a syntax tree into functions of a Scope and, within an aggregate, of Living organisms."""
 
     dtype = np.float64
     allowed = ALLOWED

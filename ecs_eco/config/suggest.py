@@ -36,8 +36,7 @@ NEAR = 2  # maximum steps up and down from the section of an unknown key to the 
 
 
 class Place(NamedTuple):
-    """A possible key of a world: the kind of section that has it ("" for all kinds), and whether this
-    world has such a section."""
+    """A possible key of a world: the kind of its section, and whether the world has such a section."""
 
     key: Key
     kind: str

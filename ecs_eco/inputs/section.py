@@ -81,8 +81,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Own:
-    """Whether a gene may code for a number: True (its system reads it by `own_value`), a `Column`, COLUMN,
-    or the reason why not."""
+    """Whether a gene may code for a number: True, a `Column`, COLUMN, or the reason why not."""
 
     own: bool | str | Column
 
@@ -127,8 +126,7 @@ class Section(BaseModel):
 
 
 def with_keyword(name: str, kind: object, declared: object) -> Any:
-    """Return a section with one field whose name is a Python keyword, which a class body could not
-    declare."""
+    """Return a section with one field whose name is a Python keyword."""
     fields: dict[str, Any] = {name: (kind, declared)}
     return create_model("_Keyword", __base__=Section, **fields)
 

@@ -130,8 +130,7 @@ def _values(
 
 
 def _drainage(part: np.ndarray, size: list[float]) -> str:
-    """Return the drainage: a sea if part of the land is below 0, lakes in deep hollows, and streams that drain
-    a hundredth of the land."""
+    """Return the drainage: a sea if land is below 0, lakes in deep hollows, and streams."""
     sea = "sea = 0.0, " if 0.01 < float((part <= 0).mean()) < 0.9 else ""
     deep = _round(max(1.0, 0.01 * float(np.ptp(part))))
     return f"{{ {sea}depth = {deep}, stream = {_round(0.01 * size[0] * size[1])} }}"

@@ -84,8 +84,7 @@ def build(
     controls: Sequence[str] = (),
     trust: bool = False,
 ) -> Any:
-    """Return a new world of class `cls`; arguments and errors are the same as for
-    `ecs_eco.World.from_config`."""
+    """Return a new world of class `cls`, as `ecs_eco.World.from_config` describes."""
     if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
         config = load(config, systems=systems, reporters=reporters, features=features, trust=trust)
     config._code.require(config._source)
@@ -312,8 +311,7 @@ def _networks(
 
 
 def _motor(table: Table, continuous: int) -> None:
-    """Give a table the component for so many continuous actions, if any, after the component of learning,
-    which sets its horizon."""
+    """Give a table the component for continuous actions, after that of learning, which sets its horizon."""
     if continuous:
         table.dims = {"horizon": 0} | table.dims | {"continuous": continuous}
         table.add_component(Motor)

@@ -130,8 +130,7 @@ def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
 
 
 def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
-    """Raise ValueError for weights of a species whose sensors or options have other names or another
-    order."""
+    """Raise ValueError for weights of a species with other sensors or options, or another order."""
     for word in ("channels", "options", "gaits"):
         file = _in_order(theirs, word)
         here = _in_order(mine, word, file)
@@ -149,8 +148,7 @@ def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
 
 
 def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) -> list[str]:
-    """Return names in the order that matters to a policy: gaits from slow to fast, equally fast gaits as
-    in `first`; options with their groups."""
+    """Return names in the order that matters to a policy; equally fast gaits as in `first`."""
     if word == "options":
         return [f"{group}.{option}" for group, options in names[word].items() for option in options]
     if word == "gaits":
@@ -160,8 +158,7 @@ def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) ->
 
 
 def require_policies(config: WorldConfig, policies: Policies) -> None:
-    """Raise ConfigError unless these are sources of policies: texts, folders, or a dict of these and of
-    torch modules."""
+    """Raise ConfigError unless these are sources of policies, or a dict of them and torch modules."""
     # if torch is not imported, no value can be a torch module
     torch = sys.modules.get("torch")
     kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))

@@ -113,8 +113,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Return how many organisms fit with the spacing of newborn: the number of sites, or of random places
-    until none is free."""
+    """Return how many organisms fit with the spacing of newborn: sites, or random places."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -124,8 +123,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Return the greatest distance of a sensor from the largest body, in radii; no limit if that body
-    itself does not fit."""
+    """Return the greatest distance of a sensor from the largest body that fits into the world [radii]."""
     radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
@@ -133,8 +131,7 @@ def farthest(config: WorldConfig, species: Species) -> float:
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Yield problems of undeclared properties and substances, and of compressible bodies without a
-    pressure."""
+    """Yield problems of undeclared properties and substances, and of a missing pressure."""
     for name in kind.properties:
         yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:
@@ -161,8 +158,7 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
 
 
 def longest(config: WorldConfig) -> float:
-    """Return the maximum length of a capsule or a box [m]: the shorter side of a torus, or the diagonal
-    between walls."""
+    """Return the maximum length of a capsule or a box [m]."""
     sides = config.space.size[:2]
     return min(sides) if config.space.edges == "torus" else math.hypot(*sides)
 

@@ -22,8 +22,7 @@ def resolution(value: float) -> float:
 
 
 def check_resolution(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of motion, turning, decay, and energy changes in steps that float32 rounds to
-    nothing."""
+    """Yield problems of motion, decay and energy in steps that float32 rounds to nothing."""
     size, dt = config.space.size, config.dt
     for name, species in config.species.items():
         yield from _motions(config, species, ("species", name))

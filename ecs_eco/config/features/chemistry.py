@@ -124,8 +124,6 @@ class Chemistry(Feature, after="substances"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of reactions and exchange without substances, of energy of objects, and of
-        actions."""
         used = [name for name in CHANGING if getattr(species, name, None) not in (None, [], "declared")]
         if used and not substances_of(config, key[1]):
             allowed = "initial concentrations [mol/L], which may be 0"
@@ -163,8 +161,6 @@ class Provision(Feature, after="exchange"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of newborn without a mother, seeds without soil, and soil without the needed
-        substances."""
         at, kind = (*key, "born_with"), getattr(species.reproduction, "kind", None)
         if species.born_with == "mother" and kind in (None, "spread"):
             yield Problem(at, "it has no mother", "mother", "declared or soil, or another reproduction")

@@ -197,8 +197,7 @@ class Feature(Section):
 
 
 def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:
-    """Yield the results of the features of a species or object type: `what` is the name of a function of
-    `Feature`."""
+    """Yield the results of a function of `Feature`, by its name, of all features of a section."""
     model: type[Section] = type(species)
     for hook in _hooks_of(model, what):
         yield from hook(species, *more)

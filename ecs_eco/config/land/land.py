@@ -84,8 +84,7 @@ class Land:
         return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions in the world [m] in units of `crs`; unchanged if the land has no known
-        location."""
+        """Return positions in the world [m] in units of `crs`, if the land has a known location."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -196,8 +195,7 @@ class Frame:
             )
 
     def elevations(self, missing: float | None) -> np.ndarray:
-        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly from the
-        raster."""
+        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly."""
         values = self.raster.values[::-1]
         if missing is not None:
             values = np.where(np.isnan(values), missing, values)
@@ -273,16 +271,14 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Return the meters to the east and to the north of `unit`, an angle given in meters at the equator,
-    at a latitude with this cosine, on the ellipsoid."""
+    """Return the meters to the east and north of an angle, given in meters at the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError if rasterio knows the coordinate system and its meters are far from meters on the
-    ground in the middle of the raster."""
+    """Raise RasterError if rasterio knows that the meters of a raster differ from meters on the ground."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -334,8 +330,7 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the rows of a map at positions in rows from its edge, interpolated linearly between row
-    centers."""
+    """Return the rows of a map at positions in rows from its edge, interpolated linearly."""
     at = np.clip(places - 0.5, 0, len(values) - 1)
     near = np.round(at)
     at = np.where(np.abs(at - near) < 1e-6, near, at)

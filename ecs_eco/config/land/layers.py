@@ -45,8 +45,7 @@ NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises
-    RasterError."""
+    """Mark lakes and classes on maps [ny, nx]; return roads and fences [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         try:

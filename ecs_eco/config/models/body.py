@@ -132,7 +132,6 @@ class Body(Section):
 
 
 def _around(size: list[Any]) -> float:
-    """Return the radius of the smallest sphere around a box [m]; 1 if its size is invalid, which is
-    reported elsewhere."""
+    """Return the radius of the smallest sphere around a box [m]; 1 if its size is invalid."""
     sides = [float(side) for side in size if isinstance(side, int | float) and 0 < side <= 1e30]
     return math.hypot(*[*sides, sides[-1]][:3]) / 2 if len(sides) == len(size) in (2, 3) else 1.0

@@ -172,8 +172,7 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return the interventions of `planned` that are due in a tick or after it, each with its first such
-    tick as `at`."""
+    """Return the interventions due from a tick on, each with its first such tick as `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
@@ -248,8 +247,7 @@ class Use(Section, change=FREE):
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """Return the ratio of integers that a value stands for, 1/5 for 0.2, so that rounding of floats does
-    not shift the ticks of a year."""
+    """Return the ratio of integers for a value, so that rounding does not shift the ticks of a year."""
     return Fraction(value).limit_denominator(10**6)
 
 

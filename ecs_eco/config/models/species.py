@@ -165,8 +165,7 @@ class Species(
 
     @model_validator(mode="after")
     def _name_traits(self) -> Self:
-        """Give traits the present names of keys; a derived trait that names no key replaces the value
-        whose key ends with its name."""
+        """Give traits the present names of keys; complete the name of a derived trait."""
         derived = {} if self.genome is None else self.genome.derived
         for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
             if coded.trait is not None:
@@ -184,8 +183,7 @@ class Species(
         return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
-        """Return the names that formulas, weights and reflexes may use, and the channels that each
-        averages."""
+        """Return the names that networks may use, and the channels that each averages."""
         fields: dict[str, tuple[int, ...]] = {}
         channels: dict[str, tuple[int, ...]] = {}
         row = 0
@@ -198,8 +196,7 @@ class Species(
         return fields | channels
 
     def groups(self) -> dict[str, list[str]]:
-        """Return the names of the actions of each group; a continuous group has a single action with the
-        name of the group."""
+        """Return the actions of each group; a continuous group has one, with the name of the group."""
         return {
             group: [group] if isinstance(actions, Continuous) else actions
             for group, actions in self.actions.items()
@@ -214,8 +211,7 @@ class Species(
         }
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
-        """Return the action groups that shipped systems carry out, each with the word for an action in
-        messages and the actions."""
+        """Return the groups that shipped systems carry out: the word for an action, and the actions."""
         known: dict[str, tuple[str, list[str]]] = {}
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())
@@ -235,8 +231,7 @@ class Species(
         return tuple([(group, action) for group, actions in self.groups().items() for action in actions])
 
     def action_rows(self) -> dict[str, int]:
-        """Return the row in the decision vector by group.action, and by the plain name if only one group
-        has it."""
+        """Return the row in the decision vector by group.action, and by the plain name if it is unique."""
         rows = {pair: row for row, pair in enumerate(self.action_list())}
         plain = [action for _, action in rows]
         full = {f"{group}.{action}": row for (group, action), row in rows.items()}
@@ -251,8 +246,7 @@ class Species(
         return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:
-        """Return the names of properties that the species can sense in itself and that sensors can read in
-        its bodies."""
+        """Return the names of properties that sensors can read in its bodies, its own included."""
         return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
 

@@ -52,8 +52,7 @@ class Space(Section):
 
     @property
     def widest(self) -> float:
-        """The maximum distance of a search [m]: half of the shorter side of a torus, or the diagonal
-        between walls."""
+        """The maximum distance of a search [m]: half of the torus, or the diagonal between walls."""
         return min(self.size[:2]) / 2 if self.edges == "torus" else math.hypot(*self.size)
 
     @property

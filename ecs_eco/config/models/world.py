@@ -174,8 +174,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the names of properties and substances of the bodies of a species or object type; objects
-        that are the remains of a species have the species' own."""
+        """Return the properties and substances of bodies of a kind; remains have also those of the dead."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -187,16 +186,14 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """Return the users' own components of a species, including components of features; None for a component
-        that may not be loaded yet or is invalid."""
+        """Return the user's components of a species; None for one that is invalid or may not run yet."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
         unknown = [None] if species.model_extra else []  # features that may not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Return Component.field of every number in the user's own components of a species, with its
-        default; components whose code may not run yet are left out."""
+        """Return Component.field of every number in the user's loaded components, with its default."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -210,8 +207,7 @@ class WorldConfig(Section):
         return "." in name and kind in self.species and None in self.own_components(self.species[kind])
 
     def family(self, name: str) -> tuple[str, ...]:
-        """Return the species whose members count as kin of a species: itself and the species that become
-        it."""
+        """Return the species whose members count as kin of a species."""
         return (name, *(one for one, s in self.species.items() if name in of_each(s, "becomes")))
 
     def have_parents(self) -> frozenset[str]:
