@@ -28,16 +28,13 @@ class Building(Feature, after="carries"):
 
     @staticmethod
     def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problems of the objects that a species builds."""
         yield from check_objects(config, (*key, "builds"), species.builds, "spacing")
         yield from check_used(species, key, "builds", "build")
 
     @staticmethod
     def acting(species: "Building") -> Iterator[tuple[str, str, list[str]]]:
-        """Yield the group of the objects that it builds."""
         yield "build", "object in builds", [way.object for way in species.builds]
 
     @staticmethod
     def makes(species: "Building") -> Iterator[str]:
-        """Yield the objects that it builds."""
         yield from (way.object for way in species.builds)

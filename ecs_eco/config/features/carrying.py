@@ -27,7 +27,6 @@ class Carrying(Feature, after="diet"):
 
     @staticmethod
     def problems(species: "Carrying", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problems of the objects that a species carries."""
         yield from check_objects(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
             if way.object in config.objects and config.objects[way.object].body.solid:
@@ -38,25 +37,21 @@ class Carrying(Feature, after="diet"):
 
     @staticmethod
     def feels(species: "Carrying") -> Iterator[tuple[str, str]]:
-        """Yield the mass of the carried object."""
         if species.carries:
             yield "load", "Load.mass"
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the cost of carrying."""
         for i, way in enumerate(species.carries):
             yield Cost(("carries", i, "cost"), way.cost, owed=True)
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield the objects that it can pick up."""
         for i, way in enumerate(species.carries):
             yield f"carries.{i}", way.object, way.reach
 
     @staticmethod
     def brings(species: "Carrying") -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield `Load` for the species, and `Carrier` for each object type that it can carry."""
         if species.carries:
             yield None, Load
         for way in species.carries:

@@ -195,7 +195,6 @@ class Decomposing(Feature, after="exchange"):
 
     @staticmethod
     def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of the end of objects."""
         if species.decomposition is not None:
             yield (*key, "decomposition"), "decomposed"
 
@@ -217,7 +216,6 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
     @staticmethod
     def problems(species: "Emitting", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of emissions into no field, of no substance, and from nothing."""
         for name, way in species.emits.items():
             at, holds = (*key, "emits", name), getattr(config.fields.get(name), "substance", None)
             yield from named(at, "field", name, config.fields)
@@ -233,7 +231,6 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield that bodies whose emissions depend on their content rule out a divided world."""
         if any(isinstance(way, Emission) for way in species.emits.values()):
             yield "emits", "that emits what its bodies are made of"
 

@@ -30,7 +30,6 @@ class Ectothermy(Feature, after="heat"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of genes that code for the pace that temperature sets."""
         genome = species.genome if species.ectothermy is not None else None
         genes = [] if genome is None else [(("genes", i), gene) for i, gene in enumerate(genome.genes)]
         derived = [] if genome is None else [(("derived", name), one) for name, one in genome.derived.items()]
@@ -41,6 +40,5 @@ class Ectothermy(Feature, after="heat"):
 
     @staticmethod
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield the component of pace."""
         if species.ectothermy is not None:
             yield None, SpeedScale

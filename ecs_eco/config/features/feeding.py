@@ -66,7 +66,6 @@ class Feeding(Feature, after="emits"):
 
     @staticmethod
     def problems(species: "Feeding", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of unknown food, food without gain, and a reach beyond the world."""
         food = [*config.species, *config.objects]
         eaten: set[str] = set()
         for i, diet in enumerate(species.diet):
@@ -88,13 +87,11 @@ class Feeding(Feature, after="emits"):
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield its food."""
         for i, food in enumerate(species.diet):
             yield f"diet.{i}", food.eats, food.reach
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of death of its food, and of members that eat deadly food."""
         for i, food in enumerate(species.diet):
             yield (*key, "diet", i), f"eaten by {key[1]}"
             if food.deadly:

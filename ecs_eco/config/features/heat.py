@@ -61,7 +61,6 @@ class Warmth(Feature, after="properties"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of the heat of a species' bodies."""
         yield from check_heat(species, key)
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
@@ -70,7 +69,6 @@ class Warmth(Feature, after="properties"):
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the cost of regulation at full power."""
         way = None if species.heat is None else species.heat.regulate
         if way is not None:
             yield Cost(("heat", "regulate", "cost"), way.cost, max(way.warming, way.cooling))
@@ -85,7 +83,6 @@ class WarmObjects(Feature, after="properties"):
 
     @staticmethod
     def problems(kind: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of the heat of objects."""
         yield from check_heat(kind, key)
 
 

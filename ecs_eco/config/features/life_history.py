@@ -55,7 +55,6 @@ class Seasons(Feature, after="fertility"):
 
     @staticmethod
     def problems(species: "Seasons", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of ages that are not in order, and of a season without a year."""
         way, at = species.breeding, (*key, "breeding")
         if way is None:
             return
@@ -110,7 +109,6 @@ class Growing(Feature, after="breeding"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problem of a reserve that leaves nothing for growth."""
         way, most = species.growth, species.metabolism.energy_max
         if way is not None and way.cost and way.reserve >= most:
             fault = "at least energy_max: the young would not grow"
@@ -141,13 +139,11 @@ class Caring(Feature, after="reproduction"):
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the energy given to each of the young."""
         if species.care is not None:
             yield Cost(("care", "rate"), species.care.rate)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problem of an action nurse without care."""
         if species.care is None and "nurse" in species.actions and "nurse" not in species.ranges():
             at = (*key, "actions", "nurse")
             yield Problem(at, "it has no care", species.actions["nurse"], "care, or no such group")

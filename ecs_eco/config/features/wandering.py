@@ -53,8 +53,6 @@ class Wandering(Feature, after="locomotion"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of a walk without gaits, and of one whose turns a policy or reflex decides in
-        each tick."""
         if species.wander is None:
             return
         gaits = () if species.locomotion is None else species.locomotion.speed
