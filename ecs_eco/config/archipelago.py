@@ -6,8 +6,8 @@ from typing import Any
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
-from ecs_eco.config.rules import written_at
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.config.rules import no_such, written_at
+from ecs_eco.engine.errors import ConfigError, Problem
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
 """Parts of a world that all islands share."""
@@ -95,13 +95,10 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         return
     at, names = ("archipelago",), plan.names
     if plan.here is not None and plan.here not in names:
-        yield Problem((*at, "here"), "no such island", plan.here, listed(names), nearest(plan.here, names))
+        yield no_such((*at, "here"), "island", plan.here, names)
     for name in plan.migration_probability:
         if name not in config.species:
-            fault, allowed = "no such species", listed(config.species)
-            yield Problem(
-                (*at, "migration_probability", name), fault, name, allowed, nearest(name, config.species)
-            )
+            yield no_such((*at, "migration_probability", name), "species", name, config.species)
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
             fault = "keeps its site: plants that spread do not migrate"
             allowed = "a species that reproduces otherwise"
@@ -114,9 +111,7 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
     for i, edge in enumerate(plan.edges):
         for j, name in enumerate(edge):
             if name not in names:
-                yield Problem(
-                    (*at, "edges", i, j), "no such island", name, listed(names), nearest(name, names)
-                )
+                yield no_such((*at, "edges", i, j), "island", name, names)
         if edge[0] == edge[1]:
             yield Problem((*at, "edges", i), "leads from an island to itself", edge, "two islands")
         elif edge in plan.edges[:i]:

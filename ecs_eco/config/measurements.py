@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import no_such
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FEWEST = 12
@@ -175,7 +176,7 @@ def check_data(config: WorldConfig) -> Iterator[Problem]:
     for column, name in config.data.columns.items():
         key = ("data", "columns", column)
         if name not in known:
-            yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
+            yield no_such(key, "species or reporter", name, known)
         elif name in taken:
             fault = "another column is also compared with it"
             yield Problem(key, fault, name, "a single column for each species or reporter")

@@ -8,7 +8,7 @@ from typing import Any
 from ecs_eco.config.former import both_names
 from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key
+from ecs_eco.config.rules import Key, no_such
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.inputs.section import NAMED, Use, function_name
 
@@ -128,11 +128,10 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
             yield Problem(("search", *entry), "no such objective", of, allowed, nearest(of, known))
     for name in (name for name in search.wanted if name not in of_all):
         kind = "species or reporter" if config.reporters else "species"
-        key = ("search", "wanted", name)
-        yield Problem(key, f"no such {kind}", name, listed(of_all), nearest(name, of_all))
+        yield no_such(("search", "wanted", name), kind, name, of_all)
     for i, name in enumerate(search.persist):
         if name not in own:
-            yield Problem(("search", "persist", i), "no such species", name, listed(own), nearest(name, own))
+            yield no_such(("search", "persist", i), "species", name, own)
     goals = {of for of, _ in search.goals if isinstance(of, str)}
     if "data" in goals and config.data is None:
         fault, allowed = (

@@ -51,7 +51,6 @@ from ecs_eco.worlds.policies import (
     Learn,
     Policies,
     fresh_brain,
-    fresh_individuals,
     load_weights,
     outside_of,
     require_policies,
@@ -296,9 +295,8 @@ def _networks(
         fault, allowed = "has no reward", "a learning species with `happiness`; or learn = false"
         raise ConfigError([Problem(("species", table.name, "policy", "learn"), fault, True, allowed)])
     if alone:
-        nerves.individuals = fresh_individuals(
-            world.config, table.name, species.policy, shape, PPO(**species.ppo), seed
-        )
+        ppo = PPO(**species.ppo)
+        nerves.individuals = fresh_brain(world.config, table.name, species.policy, shape, seed, ppo)
         return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
     nerves.brain = brain

@@ -4,8 +4,7 @@ how to obtain them again."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -40,27 +39,16 @@ Learn: TypeAlias = bool | Mapping[str, bool] | None
 Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of each group, hidden layers
 
 
-def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int) -> Any:
-    """Return a fresh network of a species, or report the problem with the module that it names."""
-    with _refusals_of(name, policy, shape):
-        return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
-
-
-def fresh_individuals(
-    config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, ppo: PPO, seed: int
+def fresh_brain(
+    config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int, ppo: PPO | None = None
 ) -> Any:
-    """Return the networks of individuals, or report the problem with the module that their species names."""
-    with _refusals_of(name, policy, shape):
-        return individuals_of(
-            config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device
-        )
-
-
-@contextmanager
-def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None]:
-    """Raise errors of the context as ConfigError with the network's position in the world file."""
+    """Return a fresh network of a species, or, with `ppo`, the networks of its individuals; raise ConfigError
+    at the module that it names."""
     try:
-        yield
+        network, settings = config.function(policy.network), {"seed": seed, "device": policy.device}
+        if ppo is None:
+            return brain_of(network, *shape, **settings)
+        return individuals_of(network, *shape, ppo=ppo, **settings)
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device

@@ -86,25 +86,17 @@ class Archipelago(Section):
 
     def neighbours(self) -> list[list[int]]:
         """Return the islands that each island may send migrants to, by number in ascending order."""
-        n, known = len(self.islands), {name: i for i, name in enumerate(self.islands)}
+        names, n, edges = self.names, len(self.islands), {tuple(edge) for edge in self.edges}
         width = math.ceil(math.sqrt(n))
-        if self.graph == "own":
-            pairs = {(known[a], known[b]) for a, b in self.edges}
-        elif self.graph == "grid":
-            pairs = {
-                (i, j)
-                for i in range(n)
-                for j in range(n)
-                if abs(i // width - j // width) + abs(i % width - j % width) == 1
-            }
-        else:
-            pairs = {
-                (i, j)
-                for i in range(n)
-                for j in range(n)
-                if i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))
-            }
-        return [sorted(j for i, j in pairs if i == origin) for origin in range(n)]
+
+        def leads(i: int, j: int) -> bool:
+            if self.graph == "own":
+                return (names[i], names[j]) in edges
+            if self.graph == "grid":
+                return abs(i // width - j // width) + abs(i % width - j % width) == 1
+            return i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))
+
+        return [[j for j in range(n) if leads(i, j)] for i in range(n)]
 
     def meets(self, tick: int) -> bool:
         """Return whether migrants leave and arrive before a tick."""
