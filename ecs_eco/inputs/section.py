@@ -38,6 +38,7 @@ Positive = Annotated[float, Field(gt=0.0, le=LARGEST), AfterValidator(_in_float3
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1, le=50_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
+Pair = Annotated[list[Real], Field(min_length=2, max_length=2)]
 Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 
 # keywords of formulas cannot be names

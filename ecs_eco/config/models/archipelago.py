@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from ecs_eco.config.models.search import Ticks
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
 from ecs_eco.inputs.section import Name, Section, Share, about, quantity, table
@@ -49,9 +50,7 @@ class Archipelago(Section):
     ] = about(
         "name = { dotted key = the island's value, … }, as with --set; or the number of identical islands"
     )
-    migration_interval: Annotated[int, Field(ge=1, le=10**12)] = quantity(
-        "time between barriers", "ticks", former="every"
-    )
+    migration_interval: Ticks = quantity("time between barriers", "ticks", former="every")
     graph: Literal["ring", "grid", "full", "own"] = about(
         "neighbors of each island: ring, the next and the previous island; grid, the four adjacent islands "
         "in a square filled row by row; full, all islands; own, as in edges",

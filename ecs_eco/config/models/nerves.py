@@ -12,6 +12,7 @@ from ecs_eco.inputs.section import (
     Function,
     Name,
     NonNegative,
+    Pair,
     Real,
     Section,
     WithParameters,
@@ -24,9 +25,7 @@ from ecs_eco.inputs.section import (
 class Continuous(Section, own=True):
     """A numeric action: the policy draws it from a normal distribution, and reflexes shift it."""
 
-    continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
-        "minimum and maximum of the number", "unit of the group"
-    )
+    continuous: Pair = quantity("minimum and maximum of the number", "unit of the group")
 
 
 THINKING = ("shared", "individual")  # kinds of policies that are neural networks

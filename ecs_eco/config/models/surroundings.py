@@ -17,6 +17,7 @@ from ecs_eco.inputs.section import (
     SHAPE,
     Name,
     NonNegative,
+    Pair,
     Point,
     Positive,
     Real,
@@ -72,7 +73,7 @@ class Hills(Section):
 class Landmark(Section):
     """A mountain, a rock or a lake: a disc on the ground."""
 
-    at: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("center", "m")
+    at: Pair = quantity("center", "m")
     radius: Positive = quantity("radius of the disc", "m")
     height: NonNegative = quantity("height of the top above the surrounding ground; not for a lake", "m", 0.0)
 
@@ -80,9 +81,7 @@ class Landmark(Section):
 class Strip(Section):
     """A road: a strip of ground on which walkers are faster or slower, and pay more or less."""
 
-    line: Annotated[list[Annotated[list[Real], Field(min_length=2, max_length=2)]], Field(min_length=2)] = (
-        quantity("the vertices of its center line", "m")
-    )
+    line: Annotated[list[Pair], Field(min_length=2)] = quantity("the vertices of its center line", "m")
     width: Positive = quantity(
         "width of the strip; it covers at least the ground cells on the line", "m", 1.0
     )

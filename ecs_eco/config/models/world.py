@@ -10,9 +10,9 @@ from pydantic import Field, PrivateAttr
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.former import by_former_names
 from ecs_eco.config.models.archipelago import Archipelago
-from ecs_eco.config.models.interventions import AnyIntervention, AnyUse
+from ecs_eco.config.models.interventions import AnyIntervention, AnyUse, Tick
 from ecs_eco.config.models.reporters import Reporter
-from ecs_eco.config.models.search import Data, Search, Viewer
+from ecs_eco.config.models.search import Data, Search, Ticks, Viewer
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water, Year
@@ -25,8 +25,8 @@ from ecs_eco.inputs.section import (
     FREE,
     CodeEntry,
     Name,
+    Pair,
     Positive,
-    Real,
     Section,
     Share,
     Use,
@@ -41,7 +41,7 @@ class Ramp(Section):
     """A number that changes during training, in steps."""
 
     key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
-    values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
+    values: Pair = about("at the start and at the end")
     duration: Share = quantity(
         "fraction of the training over which it changes; then it is constant", "1", 1.0, former="until"
     )
@@ -68,7 +68,7 @@ class Training(Section):
         },
     )
 
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
+    ticks: Ticks = quantity("length", "ticks", 1000)
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
         "last fraction of the training, over which weights are averaged", "1", 0.2
     )
@@ -80,7 +80,7 @@ class Training(Section):
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
         "dotted key = [low, high]: each world has its own value, spaced by equal factors", dict
     )
-    renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
+    renew: Tick = quantity(
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
@@ -106,9 +106,7 @@ class WorldConfig(Section):
         'installed modules ("mypackage.ecology"); runs only if you allow it',
         list,
     )
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity(
-        "default length of a run", "ticks", 1000, change=FREE
-    )
+    ticks: Ticks = quantity("default length of a run", "ticks", 1000, change=FREE)
     dt: Positive = quantity("length of a tick", "s", 1.0)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1, change=FREE)
     space: Space = about("size and edges of the space")
