@@ -20,9 +20,9 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
         way = (_fastest(config, name) + _fastest(config, other)) * config.dt
         meet = reach + _radius(config, name) + _radius(config, other)
         if way > meet > 0:
-            fixes = [f"dt = {_below(config.dt * meet / way)}"]
+            fixes = [f"dt = {_rounded(config.dt * meet / way, 2, up=False)}"]
             if fix:
-                fixes.append(f"{fix} = {_above(reach + way - meet)}")
+                fixes.append(f"{fix} = {_rounded(reach + way - meet, 3, up=True)}")
             yield (
                 f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
                 f"tick, and contacts within {meet:.3g} m are tested only at its end: about "
@@ -106,13 +106,8 @@ def _on_cycles(config: WorldConfig) -> Iterator[str]:
                 )
 
 
-def _below(value: float) -> str:
-    """Return a number with two digits, rounded down."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return f"{math.floor(value / digit + 1e-9) * digit:.2g}"
-
-
-def _above(value: float) -> str:
-    """Return a number with three digits, rounded up."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.ceil(value / digit - 1e-9) * digit:.3g}"
+def _rounded(value: float, digits: int, up: bool) -> str:
+    """Return a number with so many digits, rounded up or down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    whole = math.ceil(value / digit - 1e-9) if up else math.floor(value / digit + 1e-9)
+    return f"{whole * digit:.{digits}g}"

@@ -125,18 +125,13 @@ def build(
     return world
 
 
-def _require_one(config: WorldConfig, training: bool) -> None:
-    """Raise ConfigError for islands, which are several worlds; training uses one world."""
-    if config.archipelago is not None and config.archipelago.here is None and not training:
-        fault = "defines several worlds"
-        allowed = "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago"
-        raise ConfigError([Problem(("archipelago",), fault, ", ".join(config.archipelago.names), allowed)])
-
-
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     """Add a world's substances, fields and ground, and the uids of its island."""
     if config.archipelago is not None:
-        _require_one(config, world.origin["training"])
+        if config.archipelago.here is None and not world.origin["training"]:  # which uses one world
+            names, fault = ", ".join(config.archipelago.names), "defines several worlds"
+            allowed = "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago"
+            raise ConfigError([Problem(("archipelago",), fault, names, allowed)])
         world.next_uid = config.archipelago.first_uid
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in sorted(config.fields.items())}
@@ -151,7 +146,10 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
     """Return the tables of a world by name, objects first, still empty."""
     for name, kind in sorted(config.objects.items()):
-        _object_table(world, name, kind)
+        dims = {"substances": len(world.substances)}
+        capacity = max(16, kind.count + len(kind.at) + len(kind.between))
+        table = world.add_table(name, Position, Body, dims=dims, capacity=capacity)
+        apply_object(table, kind, world.substances)
     for name, species in sorted(config.species.items()):
         _species_table(world, name, species)
     for name, species in sorted(config.species.items()):
@@ -198,17 +196,6 @@ def _landmarks(world: SpatialWorld, terrain: TerrainConfig) -> None:
         table.request(
             np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()}
         )
-
-
-def _object_table(world: SpatialWorld, name: str, kind: ObjectType) -> None:
-    table = world.add_table(
-        name,
-        Position,
-        Body,
-        dims={"substances": len(world.substances)},
-        capacity=max(16, kind.count + len(kind.at) + len(kind.between)),
-    )
-    apply_object(table, kind, world.substances)
 
 
 def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:

@@ -209,13 +209,9 @@ def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[A
     return tuple(hook for hook in hooks if hook is not getattr(Feature, what))
 
 
+@cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     """Return the features of a model of species or object types, in the order of its keys."""
-    return _features_of(model)
-
-
-@cache
-def _features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
 
 
