@@ -95,10 +95,11 @@ def is_section(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Section)
 
 
-@cache
-def types_in(kind: Any) -> tuple[Any, ...]:
-    """Return a type, and the types and marks of which it is made."""
-    return (kind, *(inner for part in get_args(kind) for inner in types_in(part)))
+def types_in(kind: object) -> Iterator[Any]:
+    """Yield a type, and the types and marks of which it is made."""
+    yield kind
+    for part in get_args(kind):
+        yield from types_in(part)
 
 
 @cache

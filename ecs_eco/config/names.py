@@ -11,7 +11,7 @@ from ecs_eco.config.features.feature import Feature, features_of
 from ecs_eco.config.former import is_section, types_in
 from ecs_eco.config.rules import Key
 from ecs_eco.inputs.code import SHIPPED, public_module
-from ecs_eco.inputs.section import NamesCode, Use, function_name
+from ecs_eco.inputs.section import NamesCode, Section, Use, function_name
 
 
 def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
@@ -65,7 +65,7 @@ def is_component(thing: object) -> bool:
 
 def own_features(config: Any) -> list[type[Feature]]:
     """Return the users' own features of a world's species."""
-    models = dict.fromkeys(type(species) for species in config.species.values())
+    models: list[type[Section]] = [type(species) for species in config.species.values()]
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
 

@@ -45,10 +45,10 @@ def fresh_brain(
     """Return a fresh network of a species, or, with `ppo`, the networks of its individuals; raise ConfigError
     at the module that it names."""
     try:
-        network, settings = config.function(policy.network), {"seed": seed, "device": policy.device}
+        network, device = config.function(policy.network), policy.device
         if ppo is None:
-            return brain_of(network, *shape, **settings)
-        return individuals_of(network, *shape, ppo=ppo, **settings)
+            return brain_of(network, *shape, seed=seed, device=device)
+        return individuals_of(network, *shape, ppo=ppo, seed=seed, device=device)
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device
