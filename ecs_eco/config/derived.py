@@ -83,8 +83,9 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
         by_trait.setdefault(derived.trait, name)
         if derived.trait not in numbers:
             close = nearest(derived.trait, numbers)
-            fault = "the species has no such trait"
-            yield Problem((*key, "trait"), fault, derived.trait, listed(numbers, 40), close)
+            yield Problem(
+                (*key, "trait"), "the species has no such trait", derived.trait, listed(numbers, 40), close
+            )
         elif name in formulas:
             yield from _of_range(section, formulas, name, traits[derived.trait])
 

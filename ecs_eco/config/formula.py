@@ -176,8 +176,9 @@ class Compiler:
     def _name(self, tree: ast.Name) -> Node:
         name = tree.id
         if name not in self.names:
-            fault = f'unknown name "{name}"'
-            raise self._error(fault, tree, listed(self.names, 30), nearest(name, self.names))
+            raise self._error(
+                f'unknown name "{name}"', tree, listed(self.names, 30), nearest(name, self.names)
+            )
         self.used.add(name)
         return operator.itemgetter(name)
 

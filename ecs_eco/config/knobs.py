@@ -44,8 +44,9 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
         elif name not in rows or isinstance(value, bool):
             problems.append(_not_offered(config, (*place, "key"), knob, name, value))
         elif not knob.min < knob.max:
-            fault = "is not a range"
-            problems.append(Problem((*place, "max"), fault, knob.max, f"more than min, {knob.min:g}"))
+            problems.append(
+                Problem((*place, "max"), "is not a range", knob.max, f"more than min, {knob.min:g}")
+            )
         elif not knob.min <= value <= knob.max:
             end = "min" if value < knob.min else "max"
             fault = f"does not contain the world's own value, {value:g}"

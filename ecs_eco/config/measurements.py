@@ -142,8 +142,9 @@ def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
         raise _refused(place, "has no header with at least two columns", file, "time, then numbers")
     head = [name.strip() for name in rows[0]]
     if short := next((i for i, row in enumerate(rows[1:], 2) if len(row) != len(head)), None):
-        fault = f"row {short} does not have as many columns as the header"
-        raise _refused(place, fault, file, f"{len(head)} columns")
+        raise _refused(
+            place, f"row {short} does not have as many columns as the header", file, f"{len(head)} columns"
+        )
     return head, rows[1:]
 
 

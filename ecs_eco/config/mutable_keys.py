@@ -89,8 +89,9 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
     ):
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]
         if component in used and names[0] != names[1]:
-            fault = "cannot change during a run: genes code for its values"
-            yield Problem((*key, section), fault, allowed=SHAPE)
+            yield Problem(
+                (*key, section), "cannot change during a run: genes code for its values", allowed=SHAPE
+            )
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
             fault = f"the gene {gene} codes for it, so each organism has its own"

@@ -45,8 +45,9 @@ def parse(text: str) -> tuple[str, Any]:
     """Return the key and value of "a.b=c"; the value is TOML, and a bare word is a string."""
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
-        fault = "not of the form key=value"
-        return name, Problem((), fault, text, "for example species.deer.count=50", source="--set")
+        return name, Problem(
+            (), "not of the form key=value", text, "for example species.deer.count=50", source="--set"
+        )
     try:
         parsed = parse_toml(f"v = {value}")
         if parsed.keys() == {"v"}:

@@ -41,8 +41,9 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         search = data.setdefault("search", {})
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
-                fault = "has a range here and in [search.ranges]"
-                problems.append(Problem(key, fault, part["search"], "one of the two"))
+                problems.append(
+                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one of the two")
+                )
             ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
     return ranges, problems

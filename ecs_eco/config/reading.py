@@ -51,8 +51,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or an impossible file name
         why = getattr(error, "strerror", None) or error
-        fault = f"cannot be read: {why}"
-        raise ConfigError([Problem((), fault, str(path), allowed, source="WORLD")]) from None
+        raise ConfigError(
+            [Problem((), f"cannot be read: {why}", str(path), allowed, source="WORLD")]
+        ) from None
     text = text.replace("\r\n", "\n")
     try:
         return text, parse_toml(text)
@@ -87,8 +88,9 @@ def too_deep(data: object) -> Problem | None:
         level = inner
     if not level:
         return None
-    fault = "is nested too deeply"
-    return Problem(level[0][0][:3], fault, allowed=f"at most {DEEPEST} nested tables or lists")
+    return Problem(
+        level[0][0][:3], "is nested too deeply", allowed=f"at most {DEEPEST} nested tables or lists"
+    )
 
 
 def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:

@@ -133,8 +133,9 @@ class _Compiler(Compiler):
                 raise self._error(f'unknown function "{name}"', tree, listed(known, 20), nearest(name, known))
             return super()._call(tree)
         if self.within is not None:
-            fault = f"{name} within another"
-            raise self._error(fault, tree, "aggregates side by side, as in mean(x) / max(x)")
+            raise self._error(
+                f"{name} within another", tree, "aggregates side by side, as in mean(x) / max(x)"
+            )
         self.aggregates += 1
         whole = not tree.keywords and (not tree.args or (one and isinstance(tree.args[0], ast.Name)))
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
@@ -161,8 +162,9 @@ class _Compiler(Compiler):
         self.within = None
         if len(of) != 1:
             fault = "fields of more than one species in one aggregate" if of else "no field inside"
-            fault = f"{name}: {fault}"
-            raise self._error(fault, tree, "Component.field, or species.Component.field of a single species")
+            raise self._error(
+                f"{name}: {fault}", tree, "Component.field, or species.Component.field of a single species"
+            )
         (owner,) = of
         self.each |= owner is None
 
@@ -171,8 +173,9 @@ class _Compiler(Compiler):
     def _share(self, tree: ast.AST) -> float:
         value = tree.value if isinstance(tree, ast.Constant) else None
         if not isinstance(value, int | float) or not 0 <= value <= 1:
-            fault = "quantile without a valid proportion"
-            raise self._error(fault, tree, "a number from 0 to 1, as in quantile(x, 0.9)")
+            raise self._error(
+                "quantile without a valid proportion", tree, "a number from 0 to 1, as in quantile(x, 0.9)"
+            )
         return float(value)
 
     def _name(self, tree: ast.Name) -> Node:
@@ -210,8 +213,9 @@ class _Compiler(Compiler):
                 raise self._error(f'unknown component "{component}"', tree, listed(self.known, 50), close)
         elif field not in self.known[component]:
             fields = self._numbers_of(component)
-            fault = f'{component} has no field "{field}"'
-            raise self._error(fault, tree, listed(fields, 30), nearest(field, fields))
+            raise self._error(
+                f'{component} has no field "{field}"', tree, listed(fields, 30), nearest(field, fields)
+            )
         elif field not in self._numbers_of(component):
             allowed = f"fields with one number: {listed(self._numbers_of(component), 30)}"
             raise self._error(f"{component}.{field} has more than one number", tree, allowed)

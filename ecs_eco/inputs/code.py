@@ -121,8 +121,9 @@ class Code:
         except AttributeError as error:
             return self._missing(key, str(name), str(error))
         except Exception as error:
-            fault = f"cannot be imported: {type(error).__name__}: {error}"
-            return Problem(key, fault, name, "code that runs")
+            return Problem(
+                key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs"
+            )
         if not callable(thing) and not callable(getattr(thing, "process", None)):
             return Problem(key, f"{name} is not a function", name, "a function or a class")
         return None

@@ -43,8 +43,9 @@ def problems_of_parameters(
     for name, value in given.items():
         if name in known:
             if fault := _fault(value, known[name], hints):
-                allowed = f"{fault} ({_in_words(known[name], hints)})"
-                problems.append(Problem((*key, name), "wrong value", value, allowed))
+                problems.append(
+                    Problem((*key, name), "wrong value", value, f"{fault} ({_in_words(known[name], hints)})")
+                )
         elif not anything:
             fault = f"not a parameter of {getattr(thing, '__name__', 'it')}"
             allowed = listed(_in_words(p, hints) for p in named) if named else "none: it takes no parameters"

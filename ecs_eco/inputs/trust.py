@@ -65,5 +65,6 @@ def remember(texts: Mapping[str, str]) -> None:
         path.chmod(0o600)
     except OSError as error:
         fault = f"cannot be written: {error.strerror or error}"
-        allowed = "a folder of your own as XDG_CONFIG_HOME"
-        raise ConfigError([Problem((), fault, str(path), allowed, source="--trust")]) from None
+        raise ConfigError(
+            [Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]
+        ) from None

@@ -100,8 +100,9 @@ def _values(
         for k, d, s in ((nx, dx, size[0]), (ny, dy, size[1]))
     ]
     if min(n) < 4:
-        fault = f"leaves {n[0]} × {n[1]} cells"
-        raise ConfigError([Problem((), fault, side, "a smaller side", source="--cell")])
+        raise ConfigError(
+            [Problem((), f"leaves {n[0]} × {n[1]} cells", side, "a smaller side", source="--cell")]
+        )
     first = [round(c / d) for c, d in zip(corner, (dx, dy), strict=True)]
     last = [f + math.ceil(s / d) for f, s, d in zip(first, size, (dx, dy), strict=True)]
     part = raster.values[::-1][first[1] : last[1], first[0] : last[0]]

@@ -94,8 +94,9 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
             _require_names(names, names_of(config, name))
         brain.load(arrays)
     except (ValueError, OSError) as error:
-        allowed = "weights of this species' network"
-        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), allowed)]) from None
+        raise ConfigError(
+            [Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]
+        ) from None
 
 
 def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
@@ -217,13 +218,15 @@ def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
     table = world.table(species)
     nerves = table.species.nerves
     if nerves is None or (nerves.brain is None and nerves.individuals is None):
-        fault = "has no policy network"
-        raise ConfigError([Problem((species,), fault, allowed="a species with one", source="policy")])
+        raise ConfigError(
+            [Problem((species,), "has no policy network", allowed="a species with one", source="policy")]
+        )
     if nerves.individuals is None:
         return as_module(nerves.brain)
     if uid is None:
         what = f"each {species} has its own policy"
-        allowed = "a uid in addition to the species"
-        raise ConfigError([Problem((species,), what, allowed=allowed, source="policy")])
+        raise ConfigError(
+            [Problem((species,), what, allowed="a uid in addition to the species", source="policy")]
+        )
     _, row = world.locate(uid)
     return nerves.individuals.module(table[Policy].weights[np.array([row])][0])

@@ -81,8 +81,9 @@ def _check_range(
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
-        fault = "the first is above the second"
-        yield Problem(key, fault, [low, high], "two numbers, the first below the second")
+        yield Problem(
+            key, "the first is above the second", [low, high], "two numbers, the first below the second"
+        )
     elif free:
         return
     elif group not in MOTIONS:

@@ -31,8 +31,9 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:
         allowed = f"at most energy_max, {species.metabolism.energy_max:g}"
-        fault = "more than energy_max"
-        yield Problem((*key, "metabolism", "energy"), fault, species.metabolism.energy, allowed)
+        yield Problem(
+            (*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed
+        )
     yield from _check_locomotion(config, key, species)
     yield from _check_reproduction(config, key, species)
     yield from of_each(species, "problems", config, key)
@@ -54,13 +55,15 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     way, at = species.reproduction, (*key, "reproduction")
     if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
         allowed = 'reproduction.kind = "sexual", or no such group'
-        fault = "it has no sexual reproduction"
-        yield Problem((*key, "actions", "mate"), fault, species.actions["mate"], allowed)
+        yield Problem(
+            (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
+        )
     if way is None:
         return
     if isinstance(way, Alone | Spread) and way.rate * config.dt > 1:
-        fault = "more than one birth a tick"
-        yield Problem((*at, "rate"), fault, way.rate, f"at most {1 / config.dt:g} per second")
+        yield Problem(
+            (*at, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second"
+        )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
     yield from at_most((*at, "dispersal"), config.space.too_wide, way.dispersal or 0.0, config.space.widest)
@@ -104,8 +107,9 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
         yield Problem((*at, "father_share"), fault, way.father_share, allowed)
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
         allowed = f"less than {most / (1 - way.father_share):g}"
-        fault = "at least energy_max: no mother can pay"
-        yield Problem((*at, "energy_given"), fault, way.energy_given, allowed)
+        yield Problem(
+            (*at, "energy_given"), "at least energy_max: no mother can pay", way.energy_given, allowed
+        )
 
 
 def _room(config: WorldConfig, species: Species) -> float:
@@ -199,15 +203,17 @@ def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pro
         if not all(0 <= x <= side for x, side in zip(way, size * 2, strict=True)):
             yield Problem(at, "outside the world", way, extent(size))
         elif not least < (length := math.dist(way[:2], way[2:])) <= most:
-            fault = f"{length:g} m from end to end"
-            yield Problem(at, fault, way, f"more than {least:g} m, at most {most:g} m")
+            yield Problem(
+                at, f"{length:g} m from end to end", way, f"more than {least:g} m, at most {most:g} m"
+            )
 
 
 def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
     """Yield all problems of the motion of objects of a type."""
     if kind.pushed and not kind.body.solid:
-        fault = "objects that are not solid cannot be pushed"
-        yield Problem((*key, "pushed"), fault, True, "body.solid = true")
+        yield Problem(
+            (*key, "pushed"), "objects that are not solid cannot be pushed", True, "body.solid = true"
+        )
     motion, size, at = kind.motion, config.space.size, (*key, "motion")
     if motion is None:
         return
@@ -219,8 +225,9 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
     if motion.path is None and motion.speed is not None:
         yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or only a velocity")
     if motion.velocity is not None and len(motion.velocity) != len(size):
-        fault = "wrong number of coordinates"
-        yield Problem((*at, "velocity"), fault, motion.velocity, f"{len(size)} numbers")
+        yield Problem(
+            (*at, "velocity"), "wrong number of coordinates", motion.velocity, f"{len(size)} numbers"
+        )
     for i, place in enumerate(motion.path or ()):
         yield from inside((*at, "path", i), place, size)
     fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))

@@ -119,8 +119,9 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
     elif dose.field is not None:
         yield from named((*key, "field"), "field", dose.field, config.fields)
         if dose.substance is not None:
-            fault = "given together with field"
-            yield Problem(at, fault, dose.substance, "no substance: a field has its own")
+            yield Problem(
+                at, "given together with field", dose.substance, "no substance: a field has its own"
+            )
     else:
         holders = [name for name, kind in config.objects.items() if kind.substances]
         holders += [name for name, kind in config.species.items() if kind.substances]
@@ -233,14 +234,18 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
         if use.until is not None and use.until < use.at:
             yield Problem((*key, "until"), "before at", use.until, f"at least {use.at}")
         if use.season is not None and use.period is None:
-            fault = "is missing: a season is a part of it"
-            yield Problem((*key, "period"), fault, allowed="the length of a year [s]")
+            yield Problem(
+                (*key, "period"), "is missing: a season is a part of it", allowed="the length of a year [s]"
+            )
         if use.period is not None and use.period < config.dt:
-            fault = "shorter than a tick"
-            yield Problem((*key, "period"), fault, use.period, f"at least dt, {config.dt:g} s")
+            yield Problem(
+                (*key, "period"), "shorter than a tick", use.period, f"at least dt, {config.dt:g} s"
+            )
         if use.season is not None and use.season[0] == use.season[1]:
-            fault = "ends at its beginning"
-            yield Problem((*key, "season"), fault, use.season, "two different shares of a year")
+            yield Problem(
+                (*key, "season"), "ends at its beginning", use.season, "two different shares of a year"
+            )
         if isinstance(use, Harvest) and use.most is not None and (use.least or 0.0) > use.most:
-            fault = "less than least: nothing is taken"
-            yield Problem((*key, "most"), fault, use.most, f"at least {use.least:g} m")
+            yield Problem(
+                (*key, "most"), "less than least: nothing is taken", use.most, f"at least {use.least:g} m"
+            )

@@ -127,8 +127,9 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
             fault = "not a system: it has no method process"
             yield Problem(key, fault, function_name(value), "a class derived from ecs_eco.System")
         elif pattern == "species.*.components.*" and not is_component(thing):
-            fault = "not a component"
-            yield Problem(key, fault, function_name(value), "a class declared with @ecs_eco.component")
+            yield Problem(
+                key, "not a component", function_name(value), "a class declared with @ecs_eco.component"
+            )
         elif not made and (n := ARGUMENTS.get(pattern)) is not None:
             yield from _check_call(place, entry, thing, n)
 

@@ -106,8 +106,9 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
 def _check_space(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     if space.cell is not None and space.cell > min(space.size):
-        fault = "larger than the world"
-        yield Problem(("space", "cell"), fault, space.cell, f"at most {min(space.size):g} m")
+        yield Problem(
+            ("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m"
+        )
     elif (
         space.cell is not None
         and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS
@@ -188,8 +189,9 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     if water is None:
         return
     if config.dims == 2:
-        fault = "there is no depth in a plane"
-        yield Problem(("water",), fault, allowed="a space of three sizes, or no water")
+        yield Problem(
+            ("water",), "there is no depth in a plane", allowed="a space of three sizes, or no water"
+        )
         return
     for name in water.shading:
         yield from named(("water", "shading", name), "species", name, config.species)
@@ -200,8 +202,9 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
                 fault = "more than half of the world in one tick"
-                allowed = f"at most {most / config.dt:g} m/s"
-                yield Problem(("water", "current", i, "velocity"), fault, speed, allowed)
+                yield Problem(
+                    ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
+                )
     if water.current and water.current_function is not None:
         fault = "given together with a current by depth"
         yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
@@ -219,8 +222,9 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
         way = species.locomotion
         if way is not None and way.pitch and way.climb:
             allowed = "one of climb and pitch"
-            fault = "given together with climb"
-            yield Problem(("species", name, "locomotion", "pitch"), fault, way.pitch, allowed)
+            yield Problem(
+                ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
+            )
 
 
 def check_land(config: WorldConfig) -> Iterator[Problem]:
@@ -256,19 +260,22 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
     if terrain.hills is not None:
         yield Problem((*key, "hills"), "given together with a raster", allowed="one of the two")
     if terrain.cover_band is not None and terrain.cover is None:
-        fault = "given without cover"
-        yield Problem((*key, "cover_band"), fault, terrain.cover_band, "terrain.cover with it")
+        yield Problem(
+            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover with it"
+        )
     if len(terrain.classes) > MOST_CLASSES:
-        fault = f"there are {len(terrain.classes)}"
-        yield Problem((*key, "classes"), fault, allowed=f"at most {MOST_CLASSES}")
+        yield Problem(
+            (*key, "classes"), f"there are {len(terrain.classes)}", allowed=f"at most {MOST_CLASSES}"
+        )
     named = {layer.land for layer in terrain.layers}
     for name, land in terrain.classes.items():
         at = (*key, "classes", name)
         if land.codes and terrain.cover is None:
             yield Problem((*at, "codes"), "there is no raster of classes", land.codes, "terrain.cover")
         if land.above is not None and land.below is not None and land.above >= land.below:
-            fault = f"not above `above`, {land.above:g}"
-            yield Problem((*at, "below"), fault, land.below, "a higher elevation")
+            yield Problem(
+                (*at, "below"), f"not above `above`, {land.above:g}", land.below, "a higher elevation"
+            )
         if (
             not land.codes
             and name not in named
@@ -286,5 +293,6 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
             yield unknown(place, "class", layer.land, terrain.classes)
     drainage = terrain.drainage
     if drainage is not None and drainage.sea is drainage.depth is drainage.stream is None:
-        fault = "does not define where water collects"
-        yield Problem((*key, "drainage"), fault, allowed="sea, depth or stream")
+        yield Problem(
+            (*key, "drainage"), "does not define where water collects", allowed="sea, depth or stream"
+        )

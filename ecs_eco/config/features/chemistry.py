@@ -167,8 +167,9 @@ class Provision(Feature, after="exchange"):
         if species.born_with != "soil":
             return
         if kind != "spread":
-            fault = "it has no seeds"
-            yield Problem(at, fault, "soil", 'declared or mother, or reproduction.kind = "spread"')
+            yield Problem(
+                at, "it has no seeds", "soil", 'declared or mother, or reproduction.kind = "spread"'
+            )
         held = {field.substance for field in config.fields.values()}
         for name, concentration in species.substances.items():
             if concentration > 0 and name not in held:

@@ -89,8 +89,9 @@ def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem
         yield Problem(at, f"no {name} hatches from it", laid, f'a species with hatch = {{ into = "{name}" }}')
     elif (most := config.species[laid].metabolism.energy_max) < (given := species.reproduction.energy_given):
         allowed = f"at most {most:g}, its metabolism.energy_max"
-        fault = f"more than an egg holds, {laid}"
-        yield Problem((*key, "reproduction", "energy_given"), fault, given, allowed)
+        yield Problem(
+            (*key, "reproduction", "energy_given"), f"more than an egg holds, {laid}", given, allowed
+        )
     if species.born_with == "mother":
         fault = "its newborn are eggs, whose own section defines their substances"
         yield Problem((*key, "born_with"), fault, species.born_with, '"declared"')

@@ -76,8 +76,9 @@ class Feeding(Feature, after="emits"):
                 yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
             eaten.add(diet.eats)
             if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
-                fault = "is missing, and so is efficiency"
-                yield Problem((*at, "gain"), fault, allowed="gain, efficiency or both")
+                yield Problem(
+                    (*at, "gain"), "is missing, and so is efficiency", allowed="gain, efficiency or both"
+                )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
                 fault = f"{diet.eats} contains no energy"
                 allowed = f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}"

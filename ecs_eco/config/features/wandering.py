@@ -61,9 +61,11 @@ class Wandering(Feature, after="locomotion"):
         elif species.wander.gait is not None and species.wander.gait not in gaits:
             yield unknown((*key, "wander", "gait"), "gait in locomotion.speed", species.wander.gait, gaits)
         elif "speed" not in species.actions:
-            fault = "is missing: it has no actions of speed"
-            yield Problem((*key, "wander", "gait"), fault, allowed=listed(gaits))
+            yield Problem(
+                (*key, "wander", "gait"), "is missing: it has no actions of speed", allowed=listed(gaits)
+            )
         if "turn" in species.ranges():
             fault = "actions.turn is continuous: it turns in every tick"
-            allowed = 'turn = ["left", "none", "right"], or no such group'
-            yield Problem((*key, "wander"), fault, allowed=allowed)
+            yield Problem(
+                (*key, "wander"), fault, allowed='turn = ["left", "none", "right"], or no such group'
+            )

@@ -112,8 +112,9 @@ def kept_land(folder: Path) -> Land:
                 return land
     except DAMAGED as error:
         raise refused("raster", f"cannot read the land of this run: {error}", str(folder / KEPT)) from None
-    fault = "the saved land of this run has changed"
-    raise refused("raster", fault, str(folder / KEPT), "the unchanged file")
+    raise refused(
+        "raster", "the saved land of this run has changed", str(folder / KEPT), "the unchanged file"
+    )
 
 
 def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:

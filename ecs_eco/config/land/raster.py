@@ -163,8 +163,9 @@ def degrees(crs: str) -> bool:
     try:
         return bool(CRS.from_user_input(crs).is_geographic)
     except CRSError as error:
-        fault = f"unknown to PROJ: {error}"
-        raise refused("crs", fault, crs, 'such as "EPSG:4326" or "EPSG:32616"') from None
+        raise refused(
+            "crs", f"unknown to PROJ: {error}", crs, 'such as "EPSG:4326" or "EPSG:32616"'
+        ) from None
 
 
 @lru_cache(maxsize=4)
@@ -292,8 +293,9 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
 def _of_gdal(path: Path, band: int | str | None) -> Raster:
     driver = GDAL.get(path.suffix.lower())
     if driver is None:
-        fault = "has an unsupported format"
-        raise refused("raster", fault, str(path), f"{KINDS}; convert it with gdal_translate")
+        raise refused(
+            "raster", "has an unsupported format", str(path), f"{KINDS}; convert it with gdal_translate"
+        )
     try:
         import rasterio
     except ImportError:
