@@ -90,7 +90,7 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
 
 
 @cache
-def is_section(kind: Any) -> bool:
+def is_section(kind: object) -> bool:
     """Return whether a type is that of a section."""
     return isinstance(kind, type) and issubclass(kind, Section)
 
@@ -143,7 +143,7 @@ def type_of(kind: Any, data: object) -> Any:
 
 
 @cache
-def members_of(kind: Any) -> tuple[Any, ...]:
+def members_of(kind: object) -> tuple[Any, ...]:
     """Return the types that a type unites, without Annotated and None."""
     if get_origin(kind) is Annotated:
         return members_of(get_args(kind)[0])

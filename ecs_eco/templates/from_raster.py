@@ -79,9 +79,16 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
     if cell is not None:
         return cell
     if raster.dx is None or raster.dy is None:
-        fault = "is missing: the raster does not state its cell size"
-        allowed = "the side of its cells [m], such as --cell 30"
-        raise ConfigError([Problem((), fault, allowed=allowed, source="--cell")])
+        raise ConfigError(
+            [
+                Problem(
+                    (),
+                    "is missing: the raster does not state its cell size",
+                    allowed="the side of its cells [m], such as --cell 30",
+                    source="--cell",
+                )
+            ]
+        )
     return float(f"{min(raster.dx * per[0], raster.dy * per[1]):.3g}")
 
 
@@ -130,7 +137,8 @@ def _values(
 
 
 def _drainage(part: np.ndarray, size: list[float]) -> str:
-    """Return the drainage: a sea if land is below 0, lakes in deep hollows, and streams."""
+    """Return the drainage: a sea if part of the land is below 0, lakes in deep hollows, and streams that drain
+    a hundredth of the land."""
     sea = "sea = 0.0, " if 0.01 < float((part <= 0).mean()) < 0.9 else ""
     deep = _round(max(1.0, 0.01 * float(np.ptp(part))))
     return f"{{ {sea}depth = {deep}, stream = {_round(0.01 * size[0] * size[1])} }}"

@@ -80,8 +80,12 @@ def _name(folder: Path) -> str:
     """Return the name of a new folder, which is also the name of its world or package."""
     name = folder.absolute().name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", name) or not name[-1].isalnum():
-        allowed = "a letter, then letters, digits, - or _ (at most 40), ending in a letter or a digit"
-        raise _refused("NAME", "not a valid name", name, allowed)
+        raise _refused(
+            "NAME",
+            "not a valid name",
+            name,
+            "a letter, then letters, digits, - or _ (at most 40), ending in a letter or a digit",
+        )
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
         raise _refused("NAME", "the folder is not empty", str(folder), "a new folder, or an empty one")
     return name
