@@ -60,7 +60,7 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
     if origin is Annotated:
         for mark in arguments[1:]:
             for limit in [*mark.metadata] if isinstance(mark, FieldInfo) else [mark]:
-                span = _narrowed(span, limit)
+                span = narrowed(span, limit)
         yield from _numbers(key, arguments[0], field, span)
     elif origin in (Union, types.UnionType):
         for part in arguments:
@@ -85,7 +85,7 @@ def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, b
     return Number(key, *span, whole, unit, text)
 
 
-def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
+def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
     """Return a range narrowed by a limit from the package annotated_types."""
     low, high, above = span
     ends = {w: float(x) for w in ("gt", "ge", "le", "lt") if (x := getattr(limit, w, None)) is not None}
