@@ -131,11 +131,8 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     >>> for_training(load("predator-prey")).species["deer"].count
     350
     """
-    data = config.model_dump() | {
-        "interventions": [],
-        "reporters": {},
-        "record": [],
-    }  # with the functions themselves, not their names
+    # with the functions themselves, not their names
+    data = config.model_dump() | {"interventions": [], "reporters": {}, "record": []}
     wanted = {**data["training"]["set"], **(values or {})}
     data["training"] |= NO_PLAN
     new = _modified(config, data, wanted, set_by="[training] set")

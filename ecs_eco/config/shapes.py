@@ -44,12 +44,8 @@ def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
 
 def _options(species: Species) -> list[int]:
     """Return the number of options in each discrete group of actions that the policy chooses from."""
-    options = []
-    for group, actions in species.groups().items():
-        automatic = [a in species.always_on or f"{group}.{a}" in species.always_on for a in actions]
-        if not all(automatic) and group not in species.ranges():
-            options.append(max(len(actions), 2))
-    return options
+    chosen = {group for group, _ in species.decisions()} - species.ranges().keys()
+    return [max(len(actions), 2) for group, actions in species.groups().items() if group in chosen]
 
 
 def _of_module(config: WorldConfig, species: Species) -> Shapes | None:

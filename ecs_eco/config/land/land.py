@@ -26,10 +26,8 @@ from ecs_eco.config.models.surroundings import Terrain
 
 KEPT = "terrain.npz"  # in the folder of a run: the land of this run
 WATER, ROCK = 1, 2  # the same value as in ecs_eco.space.terrain
-RADIUS, ECCENTRICITY2 = (
-    6_378_137.0,
-    0.00669437999014,
-)  # WGS 84: equatorial radius [m] and squared eccentricity [1]
+# WGS 84: equatorial radius [m] and squared eccentricity [1]
+RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014
 Place = tuple[float, float, float, float]  # x and y of the world's corner, and their change per meter
 
 
@@ -165,10 +163,8 @@ class Frame:
     def __init__(self, terrain: Terrain, size: Sequence[float], raster: Raster) -> None:
         self.raster, scale = raster, terrain.scale or 1.0
         self.nx, self.ny = cells(terrain, size)
-        self.size, self.side = (
-            (float(size[0]), float(size[1])),
-            terrain.cell / scale,
-        )  # [m] in the real landscape
+        self.size = float(size[0]), float(size[1])
+        self.side = terrain.cell / scale  # [m] in the real landscape
         corner = terrain.corner or [0.0, 0.0]
         per_x, per_y = metres(raster)
         dx, dy = (

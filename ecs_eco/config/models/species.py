@@ -230,6 +230,11 @@ class Species(
         """Return (group, action) for every action, in the order of the decision vector."""
         return tuple([(group, action) for group, actions in self.groups().items() for action in actions])
 
+    def decisions(self) -> list[tuple[str, str]]:
+        """Return (group, action) for every action that needs a decision."""
+        always = set(self.always_on)
+        return [pair for pair in self.action_list() if always.isdisjoint((pair[1], ".".join(pair)))]
+
     def action_rows(self) -> dict[str, int]:
         """Return the row in the decision vector by group.action, and by the plain name if it is unique."""
         rows = {pair: row for row, pair in enumerate(self.action_list())}
