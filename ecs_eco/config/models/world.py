@@ -211,17 +211,10 @@ class WorldConfig(Section):
     def have_parents(self) -> frozenset[str]:
         """Return the species whose members must know their parents."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
+        known = [name for name, species in self.species.items() if species.knows_kin()]
         if self.archipelago is not None:  # migrants keep their descent
-            young |= {one for name in self.archipelago.migration_probability for one in self.family(name)}
-        return frozenset(
-            young
-            | {
-                one
-                for name, species in self.species.items()
-                if species.knows_kin()
-                for one in self.family(name)
-            }
-        )
+            known += self.archipelago.migration_probability
+        return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
         """Return the object types and species whose bodies have a property or substance, each by name."""
