@@ -22,15 +22,6 @@ WORDS: dict[Any, str] = {
     list: "a list",
     dict: "a table",
 }
-TYPES = {  # of pydantic's errors, by prefix
-    "float": float,
-    "int": int,
-    "bool": bool,
-    "string": str,
-    "list": list,
-    "dict": dict,
-    "model": dict,
-}
 LIMITS = {
     "greater_than": "more than {gt:g}",
     "greater_than_equal": "at least {ge:g}",
@@ -96,7 +87,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
     fault = "not a finite number" if kind == "finite_number" else "wrong type"
     spelled = str(value).lower() if kind.startswith("bool") else ""
     near = spelled if spelled in ("true", "false") else ""
-    word = next((WORDS[t] for word, t in TYPES.items() if kind.startswith(word)), None)
+    begun = kind.replace("model", "dict")  # such as dict_type, int_from_float, string_type
+    word = next((word for type_, word in WORDS.items() if begun.startswith(type_.__name__)), None)
     return Problem(key, fault, value, (word or _words(info)) + about, near)
 
 

@@ -30,7 +30,8 @@ class Feature(Section):
     Attributes
     ----------
     systems : tuple of type
-        Systems of a feature of your own, each added at the end of its phase.
+        Systems of a feature of your own, each added at the end of its phase; those of shipped features are in
+        `ecs_eco.systems.schedule`.
     acts : Mapping of str to tuple of str
         Groups of actions that it adds, and their actions; None where `acting` gives them.
 
@@ -54,10 +55,7 @@ class Feature(Section):
 
     after: ClassVar[tuple[str, ...]] = ()
     systems: ClassVar[tuple[type[Any], ...]] = ()
-    """The systems of a feature of your own, each at the end of its phase; the shipped ones are in
-    `ecs_eco.systems.schedule`."""
     acts: ClassVar[Mapping[str, tuple[str, ...] | None]] = {}
-    """The groups of actions that it adds, and their actions; None: `acting` gives them."""
 
     def __init_subclass__(cls, after: str | tuple[str, ...] = (), **other: Any) -> None:
         super().__init_subclass__(**other)

@@ -145,19 +145,10 @@ class WorldConfig(Section):
         omit=True,
     )
     data: Data | None = about("measurements to compare the world with; absent: none", omit=True)
-    search: Search = Field(
-        default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them"
-    )
-    viewer: Viewer = Field(
-        default_factory=Viewer,
-        exclude=True,
-        description="controls that the viewer shows first; runs ignore it",
-    )
-
-    patterns: list[str] = Field(
-        default_factory=list,
-        exclude=True,
-        description="patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them",
+    search: Search = table("settings of `ecs-eco search`; runs ignore them", Search, exclude=True)
+    viewer: Viewer = table("controls that the viewer shows first; runs ignore it", Viewer, exclude=True)
+    patterns: list[str] = table(
+        "patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them", list, exclude=True
     )
 
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
