@@ -29,20 +29,15 @@ def check_resolution(config: WorldConfig) -> Iterator[Problem]:
         yield from _energies(species, ("species", name), dt)
     for name, kind in config.objects.items():
         if kind.motion is not None:
-            ways = {("velocity",): kind.motion.velocity or [], ("speed",): [kind.motion.speed or 0.0]}
-            yield from _slow(
-                [
-                    (("objects", name, "motion", *key), speed, max(size[:2]))
-                    for key, speeds in ways.items()
-                    for speed in speeds
-                ],
-                dt,
-            )
+            ways = {"velocity": kind.motion.velocity or [], "speed": [kind.motion.speed or 0.0]}
+            for part, speeds in ways.items():
+                key = ("objects", name, "motion", part)
+                yield from _slow([(key, speed, max(size[:2])) for speed in speeds], dt)
         if kind.energy is not None:
             yield from _fades(("objects", name, "energy", "decay"), kind.energy.decay, dt)
     for i, layer in enumerate(config.water.current if config.water is not None else ()):
-        key = ("water", "current", i, "velocity")
-        yield from _slow([(key, speed, max(size[:2])) for speed in layer.velocity], dt)
+        at = ("water", "current", i, "velocity")
+        yield from _slow([(at, speed, max(size[:2])) for speed in layer.velocity], dt)
     for name, field in config.fields.items():
         if field.substance is None:
             yield from _fades(("fields", name, "decay"), field.decay, dt)
