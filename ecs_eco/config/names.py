@@ -65,7 +65,7 @@ def is_component(thing: object) -> bool:
 
 def own_features(config: Any) -> list[type[Feature]]:
     """Return the users' own features of a world's species."""
-    models: list[type[Section]] = [type(species) for species in config.species.values()]
+    models: list[type[Section]] = list(dict.fromkeys(map(type, config.species.values())))
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
 
