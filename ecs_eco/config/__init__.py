@@ -27,24 +27,11 @@ if TYPE_CHECKING:
         quantity,
     )
 
-_HOME = {
-    "ecs_eco.config.features.feature": ("Feature",),
-    "ecs_eco.config.formula": ("Formula", "FormulaError", "compile_formula"),
-    "ecs_eco.config.loading": ("for_training", "load"),
-    "ecs_eco.config.models.world": ("WorldConfig",),
-    "ecs_eco.inputs.section": (
-        "ANEW",
-        "Count",
-        "FREE",
-        "Name",
-        "NonNegative",
-        "Positive",
-        "Real",
-        "Section",
-        "Share",
-        "about",
-        "quantity",
-    ),
+_HOME = {  # of names that ecs_eco.inputs.section does not define
+    "Feature": "ecs_eco.config.features.feature",
+    **dict.fromkeys(("Formula", "FormulaError", "compile_formula"), "ecs_eco.config.formula"),
+    **dict.fromkeys(("for_training", "load"), "ecs_eco.config.loading"),
+    "WorldConfig": "ecs_eco.config.models.world",
 }
 __all__ = [
     "ANEW",
@@ -66,5 +53,5 @@ __all__ = [
     "load",
     "quantity",
 ]
-__getattr__ = lazy(__name__, {name: module for module, names in _HOME.items() for name in names})
+__getattr__ = lazy(__name__, {name: _HOME.get(name, "ecs_eco.inputs.section") for name in __all__})
 __dir__ = listing(globals(), __all__)

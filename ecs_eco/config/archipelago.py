@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
-from ecs_eco.config.rules import written_at
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.config.rules import no_such, written_at
+from ecs_eco.engine.errors import ConfigError, Problem
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
 """Parts of a world that all islands share."""
@@ -72,24 +73,19 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
     ]
     for species in config.archipelago.migration_probability if config.archipelago is not None else ():
         one, other = (w.species[species].model_dump(mode="json") for w in (config, world))
-        pairs += [(f"species.{species}.{'.'.join(path)}", _at(one, path), _at(other, path)) for path in ALIKE]
+        pairs += [
+            (f"species.{species}.{'.'.join(path)}", value_at(one, path), value_at(other, path))
+            for path in ALIKE
+        ]
         pairs += [
             (f"species.{species}.{part}", list(one[part]), list(other[part]))
             for part in ("properties", "substances")
         ]
     for key, before, now in pairs:
         if before != now:
-            yield Problem(
-                (*place, key),
-                "differs from the other islands, but migrants carry it along",
-                allowed="the same for all islands, or a species that does not migrate",
-            )
-
-
-def _at(data: object, path: tuple[str, ...]) -> Any:
-    for part in path:
-        data = data.get(part) if isinstance(data, dict) else None
-    return data
+            fault = "differs from the other islands, but migrants carry it along"
+            allowed = "the same for all islands, or a species that does not migrate"
+            yield Problem((*place, key), fault, allowed=allowed)
 
 
 def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
@@ -99,38 +95,23 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         return
     at, names = ("archipelago",), plan.names
     if plan.here is not None and plan.here not in names:
-        yield Problem((*at, "here"), "no such island", plan.here, listed(names), nearest(plan.here, names))
+        yield no_such((*at, "here"), "island", plan.here, names)
     for name in plan.migration_probability:
         if name not in config.species:
-            yield Problem(
-                (*at, "migration_probability", name),
-                "no such species",
-                name,
-                listed(config.species),
-                nearest(name, config.species),
-            )
+            yield no_such((*at, "migration_probability", name), "species", name, config.species)
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
-            yield Problem(
-                (*at, "migration_probability", name),
-                "keeps its site: plants that spread do not migrate",
-                name,
-                "a species that reproduces otherwise",
-            )
+            fault = "keeps its site: plants that spread do not migrate"
+            allowed = "a species that reproduces otherwise"
+            yield Problem((*at, "migration_probability", name), fault, name, allowed)
     if plan.graph != "own" and plan.edges:
-        yield Problem(
-            (*at, "edges"),
-            f"the graph {plan.graph} has edges of its own",
-            len(plan.edges),
-            'graph = "own", or no edges',
-        )
+        fault = f"the graph {plan.graph} has edges of its own"
+        yield Problem((*at, "edges"), fault, len(plan.edges), 'graph = "own", or no edges')
     if plan.graph == "own" and not plan.edges:
         yield Problem((*at, "edges"), "is missing", allowed='a list of [from, to], or graph = "ring"')
     for i, edge in enumerate(plan.edges):
         for j, name in enumerate(edge):
             if name not in names:
-                yield Problem(
-                    (*at, "edges", i, j), "no such island", name, listed(names), nearest(name, names)
-                )
+                yield no_such((*at, "edges", i, j), "island", name, names)
         if edge[0] == edge[1]:
             yield Problem((*at, "edges", i), "leads from an island to itself", edge, "two islands")
         elif edge in plan.edges[:i]:

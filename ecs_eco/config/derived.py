@@ -37,8 +37,7 @@ def all_genes(species: Species) -> list[Gene]:
 
 
 def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return the formulas of derived traits by name, each after those that it reads, and the problems of
-    the others."""
+    """Return formulas of derived traits, each after those that it reads, and the problems of the rest."""
     genes = [gene.name for gene in section.genes if not is_weights(gene, None)]
     known, found, wrong = [*genes, *section.derived], {}, []
     for name, derived in section.derived.items():
@@ -94,8 +93,7 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
 def _of_range(
     section: GenomeSection, formulas: Mapping[str, Formula], name: str, trait: Trait
 ) -> Iterator[Problem]:
-    """Yield the problem of a formula with values that its trait cannot have, and the gene values that
-    cause them."""
+    """Yield the problem of a formula with values that its trait cannot have."""
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out
@@ -104,12 +102,9 @@ def _of_range(
     if wrong.size:
         at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
         unit = "" if trait.unit == "1" else f" {trait.unit}"
-        yield Problem(
-            ("derived", name, "formula"),
-            f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be",
-            formulas[name].text,
-            f"{trait.low:g} to {trait.high:g}{unit}",
-        )
+        fault = f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be"
+        allowed = f"{trait.low:g} to {trait.high:g}{unit}"
+        yield Problem(("derived", name, "formula"), fault, formulas[name].text, allowed)
 
 
 def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> list[str]:
@@ -123,8 +118,7 @@ def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: s
 
 
 def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> dict[str, np.ndarray]:
-    """Return values of the genes that a formula reads, every combination of some of each, and the values
-    of it and other formulas: f64[samples] of genes, f32[samples] of formulas."""
+    """Return combinations of the genes that a formula reads, f64[samples], and of formulas, f32[samples]."""
     genes = {gene.name: gene for gene in section.genes}
     read = _genes_read(section, formulas, name)
     n = max(2, int(SAMPLES ** (1 / len(read))))

@@ -97,8 +97,7 @@ def present(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world: of its name, a path, or a folder with one world file. Raises
-    ConfigError."""
+    """Return the file of a world: of its name, a path, or a folder with one file. Raises ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))

@@ -16,8 +16,7 @@ from ecs_eco.engine.errors import MISSING
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:
-    """Return the text with these values, with ranges next to numbers kept; None if it cannot be edited
-    that way."""
+    """Return the text with these values, with ranges next to numbers kept; None if that is impossible."""
     try:
         for key, value in values.items():
             text = _put(text, key, value)

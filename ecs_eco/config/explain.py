@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from ecs_eco.config.former import tags_of, type_of
+from ecs_eco.config.former import below, is_section, tags_of, type_of, types_in
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
@@ -21,15 +21,6 @@ WORDS: dict[Any, str] = {
     str: "a text",
     list: "a list",
     dict: "a table",
-}
-TYPES = {  # of pydantic's errors, by prefix
-    "float": float,
-    "int": int,
-    "bool": bool,
-    "string": str,
-    "list": list,
-    "dict": dict,
-    "model": dict,
 }
 LIMITS = {
     "greater_than": "more than {gt:g}",
@@ -79,7 +70,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         fault = f'unknown key, which belongs to kind = "{tag}"' if tag else "unknown key"
         return Problem(key, fault, value, listed(known, 40), "" if tag else near)
     if kind.startswith("union_tag"):
-        tags = _tags(info.annotation if info else None)
+        tags = [tag for part in types_in(info.annotation if info else None) for tag in tags_of(part)]
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         fault = "is missing" if tag is MISSING else "unknown kind"
         return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
@@ -96,13 +87,13 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
     fault = "not a finite number" if kind == "finite_number" else "wrong type"
     spelled = str(value).lower() if kind.startswith("bool") else ""
     near = spelled if spelled in ("true", "false") else ""
-    word = next((WORDS[t] for word, t in TYPES.items() if kind.startswith(word)), None)
+    begun = kind.replace("model", "dict")  # such as dict_type, int_from_float, string_type
+    word = next((word for type_, word in WORDS.items() if begun.startswith(type_.__name__)), None)
     return Problem(key, fault, value, (word or _words(info)) + about, near)
 
 
 def _key(loc: tuple[Any, ...], data: object) -> Key:
-    """Return the location without the tags of unions; a section's kind, which may be a key too, comes
-    first."""
+    """Return the location without the tags of unions."""
     key: list[str | int] = []
     tagged = False  # whether the tag of this section has been left out already
     for part in loc:
@@ -124,19 +115,11 @@ def field_at(
     info: FieldInfo | None = None
     parent: type[Section] | None = None
     for part in key:
-        if isinstance(kind, type) and issubclass(kind, Section):
-            parent, info = kind, kind.model_fields.get(str(part))
-            kind = info.annotation if info else None
-        else:
-            kind = typing.get_args(kind)[-1] if typing.get_args(kind) else None
-        data = value_at(data, (part,))
         kind = type_of(kind, data)
+        if is_section(kind):
+            parent, info = kind, kind.model_fields.get(str(part))
+        kind, data = below(kind, data, part)
     return info, parent
-
-
-def _tags(kind: object) -> list[str]:
-    """Return all kinds of the union that a type is, or a list of."""
-    return [*tags_of(kind), *(tag for part in typing.get_args(kind) for tag in _tags(part))]
 
 
 def _words(info: FieldInfo | None) -> str:

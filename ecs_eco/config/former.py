@@ -33,7 +33,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
             data.update(now)
     for part, value in data.items() if isinstance(data, dict) else enumerate(data):
         if isinstance(value, dict | list):
-            yield from rename(value, _below(kind, data, part)[0], (*key, part))
+            yield from rename(value, below(kind, data, part)[0], (*key, part))
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
@@ -48,7 +48,7 @@ def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
         elif now[max(i - 1, 0)] == "ppo":
             now[i] = FORMER.get(str(part), part)
             before[i] = next((old for old, name in FORMER.items() if name == now[i]), part)
-        kind, data = _below(kind, data, part)
+        kind, data = below(kind, data, part)
     return tuple(now), tuple(before), kind
 
 
@@ -90,20 +90,28 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
 
 
 @cache
-def is_section(kind: Any) -> bool:
+def is_section(kind: object) -> bool:
     """Return whether a type is that of a section."""
     return isinstance(kind, type) and issubclass(kind, Section)
+
+
+def types_in(kind: object) -> Iterator[Any]:
+    """Yield a type, and the types and marks of which it is made."""
+    yield kind
+    for part in get_args(kind):
+        yield from types_in(part)
 
 
 @cache
 def has_former(kind: Any) -> bool:
     """Return whether a key in values of a type has a former name."""
-    if not is_section(kind):
-        return any(map(has_former, get_args(kind)))
-    return bool(present_names(kind)) or any(has_former(f.annotation) for f in kind.model_fields.values())
+    sections = filter(is_section, types_in(kind))
+    return any(
+        present_names(s) or any(has_former(f.annotation) for f in s.model_fields.values()) for s in sections
+    )
 
 
-def _below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
+def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
     """Return the type of a part of a section, table or list, and the part; None for an unknown one."""
     if is_section(kind):
         field = kind.model_fields.get(str(part))
@@ -125,7 +133,7 @@ def type_of(kind: Any, data: object) -> Any:
     """Return a type without Annotated and None; of a union of sections that of the data, by its `kind`."""
     if isinstance(data, Section):
         return type(data)
-    members = _members(kind)
+    members = members_of(kind)
     if len(members) > 1 and isinstance(data, dict):
         tag = data.get("kind")
         for member in members:  # a section may stand next to lists or words
@@ -135,12 +143,12 @@ def type_of(kind: Any, data: object) -> Any:
 
 
 @cache
-def _members(kind: Any) -> tuple[Any, ...]:
+def members_of(kind: object) -> tuple[Any, ...]:
     """Return the types that a type unites, without Annotated and None."""
     if get_origin(kind) is Annotated:
-        return _members(get_args(kind)[0])
+        return members_of(get_args(kind)[0])
     if get_origin(kind) in (types.UnionType, Union):
-        return tuple(own for part in get_args(kind) if part is not type(None) for own in _members(part))
+        return tuple(own for part in get_args(kind) if part is not type(None) for own in members_of(part))
     return (kind,)
 
 

@@ -129,8 +129,7 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """Return the function of a text, and the compiler that parsed it: `compiler_of(line, characters before
-    the text)`. Raises FormulaError."""
+    """Return the function of a text, and its `compiler_of(line, characters before the text)`."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long, ending", LONGEST, f"{LONGEST} characters")

@@ -2,7 +2,7 @@
 world."""
 
 from collections.abc import Container, Iterable, Iterator
-from itertools import product
+from functools import reduce
 from typing import Any
 
 from pydantic import BaseModel
@@ -13,20 +13,18 @@ from ecs_eco.config.models.search import Knob
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.mutable_keys import may_change, why_not
-from ecs_eco.config.numbers import labels
+from ecs_eco.config.numbers import labels, narrowed
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.traits import label_of
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.inputs.section import LARGEST, Use, function_name
 
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
-ENDS = (("low", "ge"), ("low", "gt"), ("high", "le"), ("high", "lt"))  # names of pydantic
 Way = tuple[str, ...]
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Yield problems of [viewer]: knobs without a number, a width or an effect; not of values set from
-    outside."""
+    """Return problems of [viewer]: knobs without a number, a width or an effect."""
     problems: list[Problem] = []
     data = config.model_dump() if config.viewer.knobs else {}
     real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]
@@ -185,12 +183,10 @@ def _walk(
 def _field(info: FieldInfo) -> dict[str, Any]:
     """Return unit, bounds and description of a field."""
     extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-    bounds: dict[str, float | None] = {"low": None, "high": None}
-    for rule, (end, word) in product(info.metadata, ENDS):
-        if (bound := getattr(rule, word, None)) is not None and abs(bound) < LARGEST:
-            bounds[end] = bound
+    low, high, _ = reduce(narrowed, info.metadata, (-LARGEST, LARGEST, False))
     return {
         "unit": str(extra.get("unit", "")),
-        **bounds,
+        "low": low if low > -LARGEST else None,
+        "high": high if high < LARGEST else None,
         "about": (info.description or "").rpartition(" [")[0] or info.description or "",
     }

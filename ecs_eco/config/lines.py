@@ -18,8 +18,7 @@ def key_lines(text: str) -> dict[Key, int]:
 
 
 def value_spans(text: str) -> dict[Key, tuple[int, int]]:
-    """Return the first character of every value and the character after it, by key; for a [header], its
-    ends."""
+    """Return the first character of every value, and the character after it, by key."""
     return _Reader(text).spans
 
 

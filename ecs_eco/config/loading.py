@@ -131,11 +131,8 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     >>> for_training(load("predator-prey")).species["deer"].count
     350
     """
-    data = config.model_dump() | {
-        "interventions": [],
-        "reporters": {},
-        "record": [],
-    }  # with the functions themselves, not their names
+    # with the functions themselves, not their names
+    data = config.model_dump() | {"interventions": [], "reporters": {}, "record": []}
     wanted = {**data["training"]["set"], **(values or {})}
     data["training"] |= NO_PLAN
     new = _modified(config, data, wanted, set_by="[training] set")
@@ -144,8 +141,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:
-    """Return the world of one island of an archipelago, with the island's values and seed; raise
-    ConfigError."""
+    """Return the world of one island, with the island's values and seed; raise ConfigError."""
     plan = config.archipelago
     assert plan is not None
     data = config.model_dump()
@@ -169,8 +165,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
 def intervention(
     config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
 ) -> AnyIntervention:
-    """Return a checked intervention for a running world; it may depend on those in `before`. Raises
-    ConfigError."""
+    """Return a checked intervention that may depend on those in `before`; raise ConfigError."""
     data = config.model_dump() | {"interventions": [*before, dict(request)]}
     data["ticks"] = max(config.ticks, request["at"] + 1)
     data["training"] |= NO_PLAN
@@ -202,16 +197,9 @@ def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
-            raise ConfigError(
-                [
-                    Problem(
-                        ("set", ".".join(map(str, key))),
-                        "an intervention from outside cannot name code",
-                        value,
-                        "code named in the world file, or a function object passed in Python",
-                    )
-                ]
-            )
+            fault = "an intervention from outside cannot name code"
+            allowed = "code named in the world file, or a function object passed in Python"
+            raise ConfigError([Problem(("set", ".".join(map(str, key))), fault, value, allowed)])
 
 
 def _home(key: Key) -> Key:
@@ -264,8 +252,7 @@ def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
 
 
 def document_of(world: object, overrides: Overrides = None) -> Document:
-    """Return a world before it is checked, with its original text; its `changes` are the values set by
-    `overrides`."""
+    """Return a world before it is checked, with its text and the values of `overrides`."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
         raise document.refused(problems)
@@ -273,8 +260,7 @@ def document_of(world: object, overrides: Overrides = None) -> Document:
 
 
 def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
-    """Return the world and the problems across its sections, or no world and the problems within its
-    sections."""
+    """Return the world and the problems across its sections, or those within its sections."""
     try:
         return _checked(document.data, document)
     except ValidationError as error:
@@ -283,8 +269,7 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """Return the world of this data with the attributes of the document, and the problems across its
-    sections; raise ValidationError."""
+    """Return the world of this data and the problems across its sections; raise ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
@@ -322,8 +307,7 @@ def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems from the checks across sections, after sections with problems are repaired as far as
-    possible."""
+    """Add problems across sections, after sections with problems are repaired as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

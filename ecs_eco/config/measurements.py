@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.rules import no_such
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 FEWEST = 12
@@ -45,8 +46,7 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the external series of a world with the section `data`; `names` are its species and reporters.
-    Raises ConfigError."""
+    """Read the external series of [data] for species and reporters `names`; raise ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
@@ -73,17 +73,9 @@ def read_outside(
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
+        fault, allowed = "no column with this name", listed(head)
         raise ConfigError(
-            [
-                Problem(
-                    (*place.file[:-1], "time"),
-                    "no column with this name",
-                    time,
-                    listed(head),
-                    nearest(time, head),
-                    place.of_file,
-                )
-            ]
+            [Problem((*place.file[:-1], "time"), fault, time, allowed, nearest(time, head), place.of_file)]
         )
     time = time or head[0]
     named = _named(file, [name for name in head if name != time], names, match or {}, place)
@@ -133,12 +125,8 @@ def _named(
         named = {k: v for k, v in named.items() if v != name} | {column: name}
     if not named:
         how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
-        raise _refused(
-            place,
-            "no column has the name of a species",
-            file,
-            f"{how}, with a column of {listed(head)} and a species of {listed(names)}",
-        )
+        allowed = f"{how}, with a column of {listed(head)} and a species of {listed(names)}"
+        raise _refused(place, "no column has the name of a species", file, allowed)
     return named
 
 
@@ -188,12 +176,8 @@ def check_data(config: WorldConfig) -> Iterator[Problem]:
     for column, name in config.data.columns.items():
         key = ("data", "columns", column)
         if name not in known:
-            yield Problem(key, "no such species or reporter", name, listed(known), nearest(name, known))
+            yield no_such(key, "species or reporter", name, known)
         elif name in taken:
-            yield Problem(
-                key,
-                "another column is also compared with it",
-                name,
-                "a single column for each species or reporter",
-            )
+            fault = "another column is also compared with it"
+            yield Problem(key, fault, name, "a single column for each species or reporter")
         taken.add(name)

@@ -40,19 +40,13 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Yield the key and bytes of everything that a world allocates before its first tick and in its first
-    rollout."""
+    """Yield the key and bytes of all that a world allocates at its start and in its first rollout."""
     for name, field in config.fields.items():
-        yield (
-            ("fields", name, "cell"),
-            (12 if field.substance is None else 32)
-            * math.prod(max(1.0, s / field.cell) for s in config.space.size),
-        )
+        cells = math.prod(max(1.0, s / field.cell) for s in config.space.size)
+        yield ("fields", name, "cell"), (12 if field.substance is None else 32) * cells
     if config.terrain is not None:
-        yield (
-            ("terrain", "cell"),
-            16 * math.prod(max(1.0, s / config.terrain.cell) for s in config.space.size[:2]),
-        )
+        cells = math.prod(max(1.0, s / config.terrain.cell) for s in config.space.size[:2])
+        yield ("terrain", "cell"), 16 * cells
     for name, kind in config.objects.items():
         yield ("objects", name, "count"), ROW * (kind.count + len(kind.at))
     for name, species in config.species.items():
@@ -92,10 +86,8 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "ppo", "horizon"), blocks * horizon * (4 * channels + 24)
     else:
         yield (*key, "policy", "hidden"), 16.0 * size + 16.0 * 2048 * sum(species.policy.hidden)
-        yield (
-            (*key, "ppo", "horizon"),
-            float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn,
-        )
+        steps = float(species.count) * min(horizon, config.ticks)
+        yield (*key, "ppo", "horizon"), steps * (4 * channels + 24) * species.policy.learn
 
 
 def machine_memory() -> float:

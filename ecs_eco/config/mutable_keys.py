@@ -1,17 +1,17 @@
 """Values of a world file that may change during a run, and the alternatives for the rest."""
 
-import types
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from ecs_eco.config.derived import all_genes
+from ecs_eco.config.former import is_section, members_of
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine.errors import MISSING, Problem
-from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Section, Use, function_name
+from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Use, function_name
 
 
 def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
@@ -46,8 +46,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
 
 
 def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
-    """Return whether the value of a dotted key may change during a run, as far as the key alone determines
-    it."""
+    """Return whether the value of a dotted key may change during a run."""
     return not why_not(key, model)
 
 
@@ -58,36 +57,19 @@ def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return the alternative to changing the value of a key below a type; `held`: the alternative for the
-    field of this type."""
-    origin, parts = get_origin(kind), get_args(kind)
-    if not key:
-        return held
-    if origin is Annotated:
-        return _instead(key, parts[0], held)
-    if origin in (Union, types.UnionType):
-        return next((_instead(key, part, held) for part in parts if _leads(part, key[0])), held)
-    if origin in (dict, list):
-        return _instead(key[1:], parts[-1], held)
-    if not _leads(kind, key[0]):
-        return held
-    if kind is Use:  # the parameters of a function, and its name
-        return held if key[0] == "use" else FREE
-    field = kind.model_fields[key[0]]
-    change = next((mark for mark in field.metadata if isinstance(mark, Change)), Change())
-    if len(key) > 1 and change.entries is not None:
-        return change.entries
-    own = next((x for x in (change.instead, kind.marks[0].instead) if x is not None), held)
-    return _instead(key[1:], field.annotation, own)
-
-
-def _leads(kind: Any, name: str) -> bool:
-    """Return whether a type may contain a key of this name."""
-    while get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
-    if get_origin(kind) is not None:
-        return True
-    return isinstance(kind, type) and issubclass(kind, Section) and (kind is Use or name in kind.model_fields)
+    """Return the alternative to changing a key below a type; `held` is that of the type itself."""
+    for part in members_of(kind) if key else ():
+        if get_origin(part) in (dict, list):
+            return _instead(key[1:], get_args(part)[-1], held)
+        if part is Use:  # the parameters of a function, and its name
+            return held if key[0] == "use" else FREE
+        if is_section(part) and (field := part.model_fields.get(key[0])) is not None:
+            change = next((mark for mark in field.metadata if isinstance(mark, Change)), Change())
+            if len(key) > 1 and change.entries is not None:
+                return change.entries
+            own = next((x for x in (change.instead, part.marks[0].instead) if x is not None), held)
+            return _instead(key[1:], field.annotation, own)
+    return held
 
 
 def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:

@@ -3,14 +3,15 @@ forgotten."""
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Annotated, Any, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel
 
 from ecs_eco.config.features.feature import Feature, features_of
+from ecs_eco.config.former import is_section, types_in
 from ecs_eco.config.rules import Key
 from ecs_eco.inputs.code import SHIPPED, public_module
-from ecs_eco.inputs.section import NamesCode, Use, function_name
+from ecs_eco.inputs.section import NamesCode, Section, Use, function_name
 
 
 def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
@@ -20,8 +21,7 @@ def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
 
 
 def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
-    """Yield every function, "module:name", or Use with parameters, by key; `marked`: the field may name
-    code."""
+    """Yield each function, "module:name" or Use, by key; `marked`: the field may name code."""
     if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
         fields = fields_of(type(section))
         for word in _deep_fields_of(type(section)):
@@ -41,7 +41,7 @@ def fields_of(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(
         name
         for name, field in model.model_fields.items()
-        if any(isinstance(m, NamesCode) for m in field.metadata) or _marked(field.annotation)
+        if any(isinstance(mark, NamesCode) for mark in (*field.metadata, *types_in(field.annotation)))
     )
 
 
@@ -51,24 +51,11 @@ def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
     return tuple(
         name
         for name, field in model.model_fields.items()
-        if name in fields_of(model) or _deep(field.annotation)
+        if name in fields_of(model)
+        or any(
+            part is Any or (is_section(part) and _deep_fields_of(part)) for part in types_in(field.annotation)
+        )
     )
-
-
-def _deep(annotation: object) -> bool:
-    """Return whether values of a type may contain names of code: sections that do, or untyped values."""
-    if annotation is Any:
-        return True
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return bool(_deep_fields_of(annotation))
-    return any(map(_deep, get_args(annotation)))
-
-
-def _marked(annotation: object) -> bool:
-    if get_origin(annotation) is Annotated:
-        inner, *metadata = get_args(annotation)
-        return any(isinstance(m, NamesCode) for m in metadata) or _marked(inner)
-    return any(_marked(part) for part in get_args(annotation))
 
 
 def is_component(thing: object) -> bool:
@@ -78,7 +65,7 @@ def is_component(thing: object) -> bool:
 
 def own_features(config: Any) -> list[type[Feature]]:
     """Return the users' own features of a world's species."""
-    models = dict.fromkeys(type(species) for species in config.species.values())
+    models: list[type[Section]] = list(dict.fromkeys(map(type, config.species.values())))
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]
 

@@ -74,21 +74,14 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
 
 
 def _on_decisions(species: Species) -> Iterator[str]:
-    groups = species.groups()
-    free = [
-        f"{group}.{action}"
-        for group, actions in groups.items()
-        for action in actions
-        if not {action, f"{group}.{action}"} & set(species.always_on)
-        and species.default_action.get(group) != action
-    ]
+    free = [f"{g}.{a}" for g, a in species.decisions() if species.default_action.get(g) != a]
     if free and species.reflex is None and species.policy.kind == "none":
         yield (
             f".actions: nothing controls {', '.join(free)}: add a reflex or a policy, or list actions that "
             "it always takes under always_on"
         )
     formulas = species.reflex.formulas if species.reflex is not None else {}
-    for group, actions in groups.items():
+    for group, actions in species.groups().items():
         always = [a for a in actions if _is_positive(formulas.get(f"{group}.{a}", formulas.get(a, "")))]
         if always and (never := actions[actions.index(always[0]) + 1 :]):
             yield (
@@ -176,8 +169,7 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
-    """Return the keys of the costs that can take the energy of a species below 0 without any effect; empty
-    if energy cannot fall below 0, or if that kills or causes torpor."""
+    """Return the keys of costs that can take the energy below 0 without any effect; or ""."""
     deadly = any(limit.property == "energy" and limit.min is not None for limit in species.lethal)
     return "" if deadly or species.metabolism.torpor else ", ".join(_costs(config, species))
 

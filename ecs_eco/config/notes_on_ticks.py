@@ -15,15 +15,14 @@ def notes_on_ticks(config: WorldConfig) -> list[str]:
 
 
 def _on_contacts(config: WorldConfig) -> Iterator[str]:
-    """Yield notes on contacts: they are tested at the end of a tick, so fast bodies can pass each other
-    undetected."""
+    """Yield notes on fast bodies, which can pass each other undetected within a tick."""
     for key, name, other, reach, fix in _contacts(config):
         way = (_fastest(config, name) + _fastest(config, other)) * config.dt
         meet = reach + _radius(config, name) + _radius(config, other)
         if way > meet > 0:
-            fixes = [f"dt = {_below(config.dt * meet / way)}"]
+            fixes = [f"dt = {_rounded(config.dt * meet / way, 2, up=False)}"]
             if fix:
-                fixes.append(f"{fix} = {_above(reach + way - meet)}")
+                fixes.append(f"{fix} = {_rounded(reach + way - meet, 3, up=True)}")
             yield (
                 f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
                 f"tick, and contacts within {meet:.3g} m are tested only at its end: about "
@@ -32,8 +31,7 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
-    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach, if
-    any."""
+    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach."""
     for name, species in config.species.items():
         for key, other, reach in of_each(species, "meets"):
             yield key, name, other, reach, "reach"
@@ -108,13 +106,8 @@ def _on_cycles(config: WorldConfig) -> Iterator[str]:
                 )
 
 
-def _below(value: float) -> str:
-    """Return a number with two digits, rounded down."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return f"{math.floor(value / digit + 1e-9) * digit:.2g}"
-
-
-def _above(value: float) -> str:
-    """Return a number with three digits, rounded up."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.ceil(value / digit - 1e-9) * digit:.3g}"
+def _rounded(value: float, digits: int, up: bool) -> str:
+    """Return a number with so many digits, rounded up or down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    whole = math.ceil(value / digit - 1e-9) if up else math.floor(value / digit + 1e-9)
+    return f"{whole * digit:.{digits}g}"

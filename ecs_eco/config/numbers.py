@@ -60,7 +60,7 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
     if origin is Annotated:
         for mark in arguments[1:]:
             for limit in [*mark.metadata] if isinstance(mark, FieldInfo) else [mark]:
-                span = _narrowed(span, limit)
+                span = narrowed(span, limit)
         yield from _numbers(key, arguments[0], field, span)
     elif origin in (Union, types.UnionType):
         for part in arguments:
@@ -85,7 +85,7 @@ def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, b
     return Number(key, *span, whole, unit, text)
 
 
-def _narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
+def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
     """Return a range narrowed by a limit from the package annotated_types."""
     low, high, above = span
     ends = {w: float(x) for w in ("gt", "ge", "le", "lt") if (x := getattr(limit, w, None)) is not None}
@@ -120,8 +120,7 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return the labels of list entries in keys: name, food or property, numbered if shared, or else the
-    index."""
+    """Return labels of list entries: name, food or property, numbered if shared, or else the index."""
     words = ("label", "name", "eats", "property")
     names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()

@@ -10,10 +10,10 @@ from ecs_eco.config.former import both_names, rename
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import entries_in_words, key_of, names_code, names_of, place_in, real_key
 from ecs_eco.config.reading import parse_toml
+from ecs_eco.config.suggest import NAMED
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
 
 Overrides = Mapping[str, Any] | Iterable[str] | None
-NAMED = ("species", "fields", "objects", "substances")  # tables whose keys the world file chooses
 # abbreviations of species keys, only in --set
 ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}
 

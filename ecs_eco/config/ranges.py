@@ -8,7 +8,7 @@ from typing import Any
 from ecs_eco.config.former import both_names
 from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key
+from ecs_eco.config.rules import Key, no_such
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.inputs.section import NAMED, Use, function_name
 
@@ -26,8 +26,7 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers that have a range by their values, in `data` itself; return the keys of the ranges
-    by name, and problems."""
+    """Replace numbers with a range by their values; return the keys of the ranges, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
@@ -65,8 +64,7 @@ def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
 def check_search(
     config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]
 ) -> Iterator[Problem]:
-    """Yield problems of [search]: ranges without a number, without width or without the world's value;
-    unknown species."""
+    """Yield problems of [search]: of its objective, and of ranges."""
     yield from _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
@@ -130,11 +128,10 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
             yield Problem(("search", *entry), "no such objective", of, allowed, nearest(of, known))
     for name in (name for name in search.wanted if name not in of_all):
         kind = "species or reporter" if config.reporters else "species"
-        key = ("search", "wanted", name)
-        yield Problem(key, f"no such {kind}", name, listed(of_all), nearest(name, of_all))
+        yield no_such(("search", "wanted", name), kind, name, of_all)
     for i, name in enumerate(search.persist):
         if name not in own:
-            yield Problem(("search", "persist", i), "no such species", name, listed(own), nearest(name, own))
+            yield no_such(("search", "persist", i), "species", name, own)
     goals = {of for of, _ in search.goals if isinstance(of, str)}
     if "data" in goals and config.data is None:
         fault, allowed = (
@@ -148,8 +145,7 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
 
 
 def place_in(entries: list[Any], part: str | int) -> int | None:
-    """Return the list index that a part of a key gives, as a number or as the unique name of an entry;
-    None if there is none."""
+    """Return the list index that a part of a key gives: a number, or the unique name of an entry."""
     if str(part).isdecimal() and len(str(part)) < 10:
         return int(part) if int(part) < len(entries) else None
     found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]

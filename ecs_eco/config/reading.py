@@ -19,8 +19,7 @@ DIGITS = re.compile(r"\d[\d_]{4000}")
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a regular file; raise OSError for a folder, a device, a pipe, or more than
-    `most` bytes."""
+    """Return the content of a regular file of at most `most` bytes; raise OSError."""
     # opening a pipe must not block
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
@@ -63,8 +62,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the content of a TOML text; raise ValueError if it is invalid or has numbers or tables that
-    Python cannot read."""
+    """Return the content of a TOML text; raise ValueError if Python cannot read it."""
     if match := LONG_KEY.search(text):  # tomllib needs time quadratic in the number of parts
         raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
     try:

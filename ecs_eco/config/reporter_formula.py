@@ -113,8 +113,7 @@ def compile_reporter(
 
 
 class _Compiler(Compiler):
-    """Turns the syntax tree of a text into nested functions of a Scope and, within an aggregate, of Living
-    organisms."""
+    """Turns a syntax tree into functions of a Scope and, within an aggregate, of Living organisms."""
 
     dtype = np.float64
     allowed = ALLOWED
@@ -145,12 +144,9 @@ class _Compiler(Compiler):
         """Return the count of the species that the number describes, or of a named species or object type."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
-            raise self._error(
-                f'no species or object type named "{of}"',
-                tree.args[0],
-                f"{listed(self.kinds, 30)}; or a condition, as in count(Metabolism.energy > 1)",
-                nearest(of, self.kinds),
-            )
+            fault = f'no species or object type named "{of}"'
+            allowed = f"{listed(self.kinds, 30)}; or a condition, as in count(Metabolism.energy > 1)"
+            raise self._error(fault, tree.args[0], allowed, nearest(of, self.kinds))
         self.each |= of is None
         return lambda scope: scope[of].n
 
@@ -158,11 +154,8 @@ class _Compiler(Compiler):
         function = AGGREGATES[name]
         wanted = 2 if name == "quantile" else 1
         if tree.keywords or len(tree.args) != wanted:
-            raise self._error(
-                f"{len(tree.args)} arguments for {name}",
-                tree,
-                "quantile(values, share)" if wanted == 2 else f"{name}(values)",
-            )
+            fault = f"{len(tree.args)} arguments for {name}"
+            raise self._error(fault, tree, "quantile(values, share)" if wanted == 2 else f"{name}(values)")
         more = [self._share(share) for share in tree.args[1:]]
         self.within = set()
         values, of = self.node(tree.args[0]), self.within
@@ -188,37 +181,22 @@ class _Compiler(Compiler):
     def _name(self, tree: ast.Name) -> Node:
         if tree.id in self.known:
             fields = self._numbers_of(tree.id)
-            raise self._error(
-                f"{tree.id} is a component",
-                tree,
-                f"one of its fields: {listed(fields)}",
-                f"{tree.id}.{fields[0]}" if fields else "",
-            )
+            fault, allowed = f"{tree.id} is a component", f"one of its fields: {listed(fields)}"
+            raise self._error(fault, tree, allowed, f"{tree.id}.{fields[0]}" if fields else "")
         named = [f"{c}.{f}" for c in (*USUAL, *self.known) for f in self.known.get(c, ())]
         exact = [name for name in named if name.endswith(f".{tree.id}")]
-        raise self._error(
-            f'unknown name "{tree.id}"',
-            tree,
-            "Component.field, or species.Component.field",
-            exact[0] if exact else nearest(tree.id, named),
-        )
+        fault, allowed = f'unknown name "{tree.id}"', "Component.field, or species.Component.field"
+        raise self._error(fault, tree, allowed, exact[0] if exact else nearest(tree.id, named))
 
     def _attribute(self, tree: ast.Attribute) -> Node:
         parts = _parts(tree)
         if not 2 <= len(parts) <= 3:
-            raise self._error(
-                f'"{ast.unparse(tree):.60}" is not a field',
-                tree,
-                "Component.field, or species.Component.field",
-            )
+            fault = f'"{ast.unparse(tree):.60}" is not a field'
+            raise self._error(fault, tree, "Component.field, or species.Component.field")
         owner, (component, field) = parts[0] if len(parts) == 3 else None, parts[-2:]
         if owner is not None and owner not in self.kinds:
-            raise self._error(
-                f'no species or object type named "{owner}"',
-                tree,
-                listed(self.kinds, 30),
-                nearest(owner, self.kinds),
-            )
+            fault = f'no species or object type named "{owner}"'
+            raise self._error(fault, tree, listed(self.kinds, 30), nearest(owner, self.kinds))
         self._check_field(tree, component, field)
         if self.within is None:
             text = ".".join(parts)
@@ -239,11 +217,8 @@ class _Compiler(Compiler):
                 f'{component} has no field "{field}"', tree, listed(fields, 30), nearest(field, fields)
             )
         elif field not in self._numbers_of(component):
-            raise self._error(
-                f"{component}.{field} has more than one number",
-                tree,
-                f"fields with one number: {listed(self._numbers_of(component), 30)}",
-            )
+            allowed = f"fields with one number: {listed(self._numbers_of(component), 30)}"
+            raise self._error(f"{component}.{field} has more than one number", tree, allowed)
 
     def _numbers_of(self, component: str) -> list[str]:
         return [name for name, (kind, _) in self.known[component].items() if not kind.shape]

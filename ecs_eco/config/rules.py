@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol
 
-from ecs_eco.engine.errors import Problem, unknown
+from ecs_eco.engine.errors import Problem, listed, nearest, unknown
 
 Key = tuple[str | int, ...]
 
@@ -28,6 +28,12 @@ def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Prob
     """Yield a problem if a name is not one of the known names."""
     if name not in known:
         yield unknown(key, kind, name, known)
+
+
+def no_such(key: Key, kind: str, name: str, known: Iterable[str]) -> Problem:
+    """Return the problem of a name that the world does not define."""
+    known = list(known)
+    return Problem(key, f"no such {kind}", name, listed(known), nearest(name, known))
 
 
 def once(key: Key, names: Sequence[str], allowed: str) -> Iterator[Problem]:

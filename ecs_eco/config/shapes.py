@@ -37,21 +37,15 @@ def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
 
 
 def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
-    """Return the shapes of an individual policy's matrices (inputs, units) and biases, in the order of its
-    weights."""
+    """Return the shapes of an individual policy's matrices and biases, in the order of its weights."""
     widths = [len(species.channels(dims)), *species.policy.hidden, sum(_options(species)) + 1]
     return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
 
 
 def _options(species: Species) -> list[int]:
-    """Return the number of options in each group of actions that the policy chooses from, discrete groups
-    only."""
-    options = []
-    for group, actions in species.groups().items():
-        automatic = [a in species.always_on or f"{group}.{a}" in species.always_on for a in actions]
-        if not all(automatic) and group not in species.ranges():
-            options.append(max(len(actions), 2))
-    return options
+    """Return the number of options in each discrete group of actions that the policy chooses from."""
+    chosen = {group for group, _ in species.decisions()} - species.ranges().keys()
+    return [max(len(actions), 2) for group, actions in species.groups().items() if group in chosen]
 
 
 def _of_module(config: WorldConfig, species: Species) -> Shapes | None:

@@ -6,8 +6,10 @@ from dataclasses import fields
 from itertools import chain, takewhile
 from typing import Any, NamedTuple
 
+from ecs_eco.config.former import is_section, tags_of
+from ecs_eco.config.ranges import name_of
 from ecs_eco.config.rules import Key
-from ecs_eco.engine.errors import CLOSE, Problem, nearest
+from ecs_eco.engine.errors import CLOSE, nearest
 from ecs_eco.inputs.section import Section
 from ecs_eco.learning import aliases
 from ecs_eco.learning.settings import PPO
@@ -34,8 +36,7 @@ NEAR = 2  # maximum steps up and down from the section of an unknown key to the 
 
 
 class Place(NamedTuple):
-    """A possible key of a world: the kind of section that has it ("" for all kinds), and whether this
-    world has such a section."""
+    """A possible key of a world: the kind of its section, and whether the world has such a section."""
 
     key: Key
     kind: str
@@ -48,18 +49,13 @@ def suggestion(
     """Return the most likely meaning of an unknown key: a key of its section, a full dotted key, or ""."""
     word = str(key[-1])
     if len(key) == 1 and (table := _table_of(word, data, model)):
-        return _dotted((table, *key, *_only_parts(data.get(word))))
+        return name_of((table, *key, *_only_parts(data.get(word))))
     return next(filter(None, _guesses(key, word, places, siblings)), "")
 
 
 def kind_of_key(key: Key, places: list[Place]) -> str:
     """Return the first other kind of a section that has its unknown key, or ""."""
     return next((place.kind for place in places if place.key == key and place.kind), "")
-
-
-def _dotted(key: Key) -> str:
-    """Return a key in the form that --set takes."""
-    return Problem(key, "").path
 
 
 def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
@@ -102,7 +98,7 @@ def _closest(key: Key, word: str, places: list[Place]) -> str:
             pattern = tuple(part for part in place.key if isinstance(part, str))
             found.setdefault((steps, not place.present), {}).setdefault(pattern, place.key)
     closest = found[min(found)] if found else {}
-    return _dotted(next(iter(closest.values()))) if len(closest) == 1 else ""
+    return name_of(next(iter(closest.values()))) if len(closest) == 1 else ""
 
 
 def _steps(here: Key, there: Key) -> int | None:
@@ -124,15 +120,11 @@ def places_of(model: type[Section], data: object, key: Key = (), kind: str = "")
         yield from _within(info.annotation, inner, (*key, name))
 
 
-def _within(annotation: object, data: object, key: Key) -> Iterator[Place]:
+def _within(annotation: Any, data: object, key: Key) -> Iterator[Place]:
     """Yield the keys of the sections in a type: a section, a union, or a table or list of sections."""
     origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
-    if isinstance(annotation, type) and issubclass(annotation, Section):
-        tags = (
-            typing.get_args(annotation.model_fields["kind"].annotation)
-            if "kind" in annotation.model_fields
-            else ()
-        )
+    if is_section(annotation):
+        tags = tags_of(annotation)
         yield from places_of(annotation, data, key, str(tags[0]) if len(tags) == 1 else "")
     elif origin in (dict, list):
         entries = (

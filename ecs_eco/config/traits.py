@@ -69,8 +69,7 @@ def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
 
 
 def why_shared(key: str, model: type[Species] = Species) -> str:
-    """Return why no organism can have its own value of a key of its species; "" if it can, or if there is
-    no such number."""
+    """Return why no organism can have its own value of a key of its species; or ""."""
     parts = key.split(".")
     for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(
@@ -115,8 +114,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
 
 
 def _of_section(species: Species) -> Iterator[Trait]:
-    """Yield the numbers of the section that are stored in Traits, or in a column that their declaration
-    names."""
+    """Yield the numbers of the section that are stored in Traits, or in a declared column."""
     for number, key, value in values_in(species):
         if number.own is True and key != ("lethal", "age", "max"):
             low = SMALLEST if number.above and number.low == 0 else number.low

@@ -18,8 +18,6 @@ from ecs_eco.inputs.section import (
     Section,
     Share,
     about,
-    is_absent,
-    is_empty,
     quantity,
     table,
     with_keyword,
@@ -76,17 +74,16 @@ class Gene(Section, own=LETTERS):
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
         "with `max_length`: the letters that begin each copy of the gene; absent: a word chosen by its number",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
-        "with `max_length`: copies of the gene in a founder's string", "1", 1, exclude_if=lambda n: n == 1
+        "with `max_length`: copies of the gene in a founder's string", "1", 1, omit=True
     )
     copy_rule: CopyRule | None = about(
         "with `max_length`: how several copies in a string combine; absent: as for the genome",
         None,
         former="doubled",
-        exclude_if=is_absent,
+        omit=True,
     )
 
 
@@ -224,20 +221,20 @@ class GenomeSection(Section, own=LETTERS):
         "1",
         None,
         former="longest",
-        exclude_if=is_absent,
+        omit=True,
     )
     copy_rule: CopyRule = about(
         "with `max_length`: how several copies of a gene in a string combine: the first one's value, the "
         "mean, the sum (within the range of one copy) or the greatest",
         "first",
         former="doubled",
-        exclude_if=lambda how: how == "first",
+        omit=True,
     )
     insertion: Share = quantity(
         "with `max_length`: probability per letter of an insertion before it",
         "1",
         0.0,
-        exclude_if=is_empty,
+        omit=True,
         change=FREE,
     )
     base_deletion: Share = quantity(
@@ -245,14 +242,14 @@ class GenomeSection(Section, own=LETTERS):
         "1",
         0.0,
         former="deletion",
-        exclude_if=is_empty,
+        omit=True,
         change=FREE,
     )
     duplication: Share = quantity(
         "with `max_length`: probability per copy of a gene of a tandem duplication",
         "1",
         0.0,
-        exclude_if=is_empty,
+        omit=True,
         change=FREE,
     )
     gene_deletion: Share = quantity(
@@ -260,11 +257,11 @@ class GenomeSection(Section, own=LETTERS):
         "1",
         0.0,
         former="loss",
-        exclude_if=is_empty,
+        omit=True,
         change=FREE,
     )
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
-    derived: dict[Name, Derived] = about("name = a trait that is a formula of genes", {}, exclude_if=is_empty)
+    derived: dict[Name, Derived] = about("name = a trait that is a formula of genes", {}, omit=True)
 
     @model_validator(mode="before")
     @classmethod

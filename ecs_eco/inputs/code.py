@@ -111,8 +111,7 @@ class Code:
         return thing
 
     def problem(self, key: tuple[str | int, ...], name: object) -> Problem | None:
-        """Return the problem of a name; None if it is valid, or its code may not run or fails to (see
-        `faults`)."""
+        """Return the problem of a name; None if it is valid, or its code may not run or fails to."""
         try:
             if isinstance(name, str) and not self.lists(name):
                 return None if name.partition(":")[0] in self.unread else self.unlisted(key, name)
@@ -170,8 +169,7 @@ class Code:
         return None if wrong else self.function(name)
 
     def subclasses(self, base: type, *among: type) -> list[type]:
-        """Return the subclasses of `base` that the listed texts, or those `among` them, define; none if
-        they may not run."""
+        """Return the subclasses of `base` that the listed texts define, of those `among` if given."""
         found = [
             thing
             for name, module in (self._modules if self.allowed else {}).items()
@@ -193,8 +191,7 @@ class Code:
 
     @cached_property
     def _modules(self) -> dict[str, ModuleType | Exception]:
-        """Return each module, or the reason why it does not run; if all run, they are cached for all
-        worlds."""
+        """Return each module, or the reason why it does not run; if all run, all worlds share them."""
         modules = _loaded.get(self.sources) or dict(_load(self.sources))
         if not any(isinstance(module, Exception) for module in modules.values()):
             _loaded[self.sources] = modules
@@ -207,8 +204,7 @@ class Code:
         return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Return whether a function or class with this `__module__` is the module's own: from its file or
-        its package."""
+        """Return whether a function or class with this `__module__` is the module's own."""
         own = self._module(module).__name__
         return (
             home is None
@@ -254,14 +250,8 @@ def read(
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
-            problems.append(
-                Problem(
-                    ("code", i),
-                    fault,
-                    entry,
-                    "a file next to the world file, or an installed module of your own",
-                )
-            )
+            allowed = "a file next to the world file, or an installed module of your own"
+            problems.append(Problem(("code", i), fault, entry, allowed))
         else:
             sources.append(source)
     unread = tuple(str(p.value).removesuffix(".py") for p in problems)
@@ -269,8 +259,7 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in their order; a later file may import an earlier one by name. If one fails, return
-    the reason in its place."""
+    """Run the texts in order; a later file may import an earlier one. Yield the error of one that fails."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:

@@ -91,8 +91,7 @@ def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]
 
 
 def _checker(kind: type[Any]) -> Callable[[Any], str] | None:
-    """Return a function that reports why a value has the wrong type; None for a type that cannot be
-    checked."""
+    """Return a function that reports why a value has the wrong type; None if that is unknown."""
     try:
         adapter: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
     except (PydanticUserError, TypeError, NameError):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple, get_args
+from functools import partial
+from operator import eq
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -36,6 +38,7 @@ Positive = Annotated[float, Field(gt=0.0, le=LARGEST), AfterValidator(_in_float3
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1, le=50_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
+Pair = Annotated[list[Real], Field(min_length=2, max_length=2)]
 Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 
 # keywords of formulas cannot be names
@@ -79,8 +82,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Own:
-    """Whether a gene may code for a number: True (its system reads it by `own_value`), a `Column`, COLUMN,
-    or the reason why not."""
+    """Whether a gene may code for a number: True, a `Column`, COLUMN, or the reason why not."""
 
     own: bool | str | Column
 
@@ -124,15 +126,8 @@ class Section(BaseModel):
         )
 
 
-def kinds_of(section: object) -> tuple[Any, ...]:
-    """Return the values of `kind` by which unions know a section."""
-    info = getattr(section, "model_fields", {}).get("kind")
-    return get_args(info.annotation) if info else ()
-
-
 def with_keyword(name: str, kind: object, declared: object) -> Any:
-    """Return a section with one field whose name is a Python keyword, which a class body could not
-    declare."""
+    """Return a section with one field whose name is a Python keyword."""
     fields: dict[str, Any] = {name: (kind, declared)}
     return create_model("_Keyword", __base__=Section, **fields)
 
@@ -188,6 +183,7 @@ def about(
     entries: str | None = None,
     own: bool | str | Column | None = None,
     former: str | None = None,
+    omit: bool = False,
     **limits: Any,
 ) -> Any:
     """Declare a key without a unit: a name, a choice, a table.
@@ -207,6 +203,9 @@ def about(
         True if a gene may code for the number, else the reason why not.
     former : str, optional
         A former name of the key, which is still accepted.
+    omit : bool, default False
+        Whether files leave the key out while it has its default, None unless given, so that worlds without
+        the key keep their former hash and digests.
     **limits
         Arguments of `pydantic.Field`.
 
@@ -222,23 +221,15 @@ def about(
     >>> Song().dialect
     'northern'
     """
+    if omit:
+        default = None if default is ... and "default_factory" not in limits else default
+        limits["exclude_if"] = partial(eq, limits.get("default_factory", lambda: default)())
     field = Field(default, description=text, alias=former, **limits)
     if change is not None or entries is not None:
         field.metadata.append(Change(change, entries))
     if own is not None:
         field.metadata.append(Own(own))
     return field
-
-
-def is_absent(value: object) -> bool:
-    """Return whether a value is None, false or an empty list. `exclude_if` then omits it when a world is
-    written, so that worlds without the key keep their former hash and digests."""
-    return value is None or value is False or value == []
-
-
-def is_empty(value: object) -> bool:
-    """Return whether a value is 0 or an empty list: for `exclude_if`, as with `is_absent`."""
-    return not value
 
 
 def table(text: str, factory: Callable[[], object], **declared: Any) -> Any:

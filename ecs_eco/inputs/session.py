@@ -12,8 +12,7 @@ from typing import Any
 
 
 def is_interactive() -> bool:
-    """Return whether `__main__` is an interactive session: IPython and Jupyter store its cells as `In`;
-    elsewhere it has no file."""
+    """Return whether `__main__` is interactive: it has no file, or IPython stores its cells as `In`."""
     main = sys.modules.get("__main__")
     return hasattr(main, "In") or getattr(main, "__file__", None) is None
 

@@ -51,7 +51,6 @@ from ecs_eco.worlds.policies import (
     Learn,
     Policies,
     fresh_brain,
-    fresh_individuals,
     load_weights,
     outside_of,
     require_policies,
@@ -84,8 +83,7 @@ def build(
     controls: Sequence[str] = (),
     trust: bool = False,
 ) -> Any:
-    """Return a new world of class `cls`; arguments and errors are the same as for
-    `ecs_eco.World.from_config`."""
+    """Return a new world of class `cls`, as `ecs_eco.World.from_config` describes."""
     if not isinstance(config, WorldConfig) or systems or reporters or features or trust:
         config = load(config, systems=systems, reporters=reporters, features=features, trust=trust)
     config._code.require(config._source)
@@ -127,25 +125,13 @@ def build(
     return world
 
 
-def _require_one(config: WorldConfig, training: bool) -> None:
-    """Raise ConfigError for islands, which are several worlds; training uses one world."""
-    if config.archipelago is not None and config.archipelago.here is None and not training:
-        raise ConfigError(
-            [
-                Problem(
-                    ("archipelago",),
-                    "defines several worlds",
-                    ", ".join(config.archipelago.names),
-                    "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago",
-                )
-            ]
-        )
-
-
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     """Add a world's substances, fields and ground, and the uids of its island."""
     if config.archipelago is not None:
-        _require_one(config, world.origin["training"])
+        if config.archipelago.here is None and not world.origin["training"]:  # which uses one world
+            names, fault = ", ".join(config.archipelago.names), "defines several worlds"
+            allowed = "a world without islands; run islands with `ecs-eco run` or ecs_eco.lab.Archipelago"
+            raise ConfigError([Problem(("archipelago",), fault, names, allowed)])
         world.next_uid = config.archipelago.first_uid
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in sorted(config.fields.items())}
@@ -160,7 +146,10 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
     """Return the tables of a world by name, objects first, still empty."""
     for name, kind in sorted(config.objects.items()):
-        _object_table(world, name, kind)
+        dims = {"substances": len(world.substances)}
+        capacity = max(16, kind.count + len(kind.at) + len(kind.between))
+        table = world.add_table(name, Position, Body, dims=dims, capacity=capacity)
+        apply_object(table, kind, world.substances)
     for name, species in sorted(config.species.items()):
         _species_table(world, name, species)
     for name, species in sorted(config.species.items()):
@@ -207,17 +196,6 @@ def _landmarks(world: SpatialWorld, terrain: TerrainConfig) -> None:
         table.request(
             np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()}
         )
-
-
-def _object_table(world: SpatialWorld, name: str, kind: ObjectType) -> None:
-    table = world.add_table(
-        name,
-        Position,
-        Body,
-        dims={"substances": len(world.substances)},
-        capacity=max(16, kind.count + len(kind.at) + len(kind.between)),
-    )
-    apply_object(table, kind, world.substances)
 
 
 def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
@@ -301,20 +279,11 @@ def _networks(
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
     nerves.learning = species.policy.learn if chosen is None else chosen
     if nerves.learning and species.happiness is None:
-        raise ConfigError(
-            [
-                Problem(
-                    ("species", table.name, "policy", "learn"),
-                    "has no reward",
-                    True,
-                    "a learning species with `happiness`; or learn = false",
-                )
-            ]
-        )
+        fault, allowed = "has no reward", "a learning species with `happiness`; or learn = false"
+        raise ConfigError([Problem(("species", table.name, "policy", "learn"), fault, True, allowed)])
     if alone:
-        nerves.individuals = fresh_individuals(
-            world.config, table.name, species.policy, shape, PPO(**species.ppo), seed
-        )
+        ppo = PPO(**species.ppo)
+        nerves.individuals = fresh_brain(world.config, table.name, species.policy, shape, seed, ppo)
         return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
     nerves.brain = brain
@@ -327,8 +296,7 @@ def _networks(
 
 
 def _motor(table: Table, continuous: int) -> None:
-    """Give a table the component for so many continuous actions, if any, after the component of learning,
-    which sets its horizon."""
+    """Give a table the component for continuous actions, after that of learning, which sets its horizon."""
     if continuous:
         table.dims = {"horizon": 0} | table.dims | {"continuous": continuous}
         table.add_component(Motor)

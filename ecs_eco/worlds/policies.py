@@ -4,8 +4,7 @@ how to obtain them again."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -40,41 +39,24 @@ Learn: TypeAlias = bool | Mapping[str, bool] | None
 Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of each group, hidden layers
 
 
-def fresh_brain(config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int) -> Any:
-    """Return a fresh network of a species, or report the problem with the module that it names."""
-    with _refusals_of(name, policy, shape):
-        return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
-
-
-def fresh_individuals(
-    config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, ppo: PPO, seed: int
+def fresh_brain(
+    config: WorldConfig, name: str, policy: PolicyConfig, shape: Shape, seed: int, ppo: PPO | None = None
 ) -> Any:
-    """Return the networks of individuals, or report the problem with the module that their species names."""
-    with _refusals_of(name, policy, shape):
-        return individuals_of(
-            config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device
-        )
-
-
-@contextmanager
-def _refusals_of(name: str, policy: PolicyConfig, shape: Shape) -> Iterator[None]:
-    """Raise errors of the context as ConfigError with the network's position in the world file."""
+    """Return a fresh network of a species, or, with `ppo`, the networks of its individuals; raise ConfigError
+    at the module that it names."""
     try:
-        yield
+        network, device = config.function(policy.network), policy.device
+        if ppo is None:
+            return brain_of(network, *shape, seed=seed, device=device)
+        return individuals_of(network, *shape, ppo=ppo, seed=seed, device=device)
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device
-        raise ConfigError(
-            [
-                Problem(
-                    key,
-                    str(error),
-                    given,
-                    f"a torch module for {shape[0]} observations and the groups of options "
-                    f"{shape[1]} (docs/explanation/learning.md)",
-                )
-            ]
-        ) from None
+        allowed = (
+            f"a torch module for {shape[0]} observations and the groups of options "
+            f"{shape[1]} (docs/explanation/learning.md)"
+        )
+        raise ConfigError([Problem(key, str(error), given, allowed)]) from None
 
 
 def outside_of(world: SpatialWorld, name: str, policy: PolicyConfig) -> Any:
@@ -136,8 +118,7 @@ def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:
 
 
 def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
-    """Raise ValueError for weights of a species whose sensors or options have other names or another
-    order."""
+    """Raise ValueError for weights of a species with other sensors or options, or another order."""
     for word in ("channels", "options", "gaits"):
         file = _in_order(theirs, word)
         here = _in_order(mine, word, file)
@@ -155,8 +136,7 @@ def _require_names(theirs: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
 
 
 def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) -> list[str]:
-    """Return names in the order that matters to a policy: gaits from slow to fast, equally fast gaits as
-    in `first`; options with their groups."""
+    """Return names in the order that matters to a policy; equally fast gaits as in `first`."""
     if word == "options":
         return [f"{group}.{option}" for group, options in names[word].items() for option in options]
     if word == "gaits":
@@ -166,8 +146,7 @@ def _in_order(names: Mapping[str, Any], word: str, first: Sequence[str] = ()) ->
 
 
 def require_policies(config: WorldConfig, policies: Policies) -> None:
-    """Raise ConfigError unless these are sources of policies: texts, folders, or a dict of these and of
-    torch modules."""
+    """Raise ConfigError unless these are sources of policies, or a dict of them and torch modules."""
     # if torch is not imported, no value can be a torch module
     torch = sys.modules.get("torch")
     kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))
@@ -219,18 +198,8 @@ def weights_file(config: WorldConfig, name: str, source: str | Path) -> Path | N
     folder = Path(source)
     if not folder.is_dir():
         allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
-        raise ConfigError(
-            [
-                Problem(
-                    (),
-                    "unknown source of policies",
-                    str(source),
-                    allowed,
-                    nearest(source, POLICIES),
-                    "policies",
-                )
-            ]
-        )
+        fault = "unknown source of policies"
+        raise ConfigError([Problem((), fault, str(source), allowed, nearest(source, POLICIES), "policies")])
     path = folder / f"{name}.safetensors"
     if not path.is_file():
         needed = "<species>.safetensors for every species with a policy"

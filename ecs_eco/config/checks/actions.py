@@ -116,8 +116,7 @@ def _groups_of_exchange(species: Species) -> list[str]:
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Return whether the world names systems that are not loaded, which may carry out any group of
-    actions."""
+    """Return whether systems that are not loaded yet may carry out any group of actions."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )

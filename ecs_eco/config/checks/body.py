@@ -25,12 +25,8 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
     if species.age is not None and species.age[0] > species.age[1]:
-        yield Problem(
-            (*key, "age"),
-            "the least is more than the most",
-            species.age,
-            f"[{species.age[1]:g}, {species.age[0]:g}]",
-        )
+        fault = "the least is more than the most"
+        yield Problem((*key, "age"), fault, species.age, f"[{species.age[1]:g}, {species.age[0]:g}]")
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:
@@ -93,21 +89,13 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
     at, most = (*key, "reproduction"), species.metabolism.energy_max
     if species.sex in ("female", "male"):
-        yield Problem(
-            (*key, "sex"),
-            "there are no mates: all have the same sex",
-            species.sex,
-            "random, or none for hermaphrodites",
-        )
+        fault = "there are no mates: all have the same sex"
+        yield Problem((*key, "sex"), fault, species.sex, "random, or none for hermaphrodites")
     yield from at_most((*at, "reach"), config.space.too_wide, way.reach, config.space.widest)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
-        yield Problem(
-            (*at, "spacing"),
-            "the mother herself is nearer to every newborn",
-            way.spacing,
-            f"less than {farthest:g} m",
-        )
+        fault = "the mother herself is nearer to every newborn"
+        yield Problem((*at, "spacing"), fault, way.spacing, f"less than {farthest:g} m")
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
         yield Problem((*at, "dispersal"), "the mother's own body blocks every birth", way.dispersal, allowed)
@@ -115,12 +103,8 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
         return
     if way.father_share and way.father_share * way.energy_given * way.litter >= most:
         allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
-        yield Problem(
-            (*at, "father_share"),
-            "for the whole litter at least energy_max: no father can pay",
-            way.father_share,
-            allowed,
-        )
+        fault = "for the whole litter at least energy_max: no father can pay"
+        yield Problem((*at, "father_share"), fault, way.father_share, allowed)
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
         allowed = f"less than {most / (1 - way.father_share):g}"
         yield Problem(
@@ -129,8 +113,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Return how many organisms fit with the spacing of newborn: the number of sites, or of random places
-    until none is free."""
+    """Return how many organisms fit with the spacing of newborn: sites, or random places."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -140,8 +123,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Return the greatest distance of a sensor from the largest body, in radii; no limit if that body
-    itself does not fit."""
+    """Return the greatest distance of a sensor from the largest body that fits into the world [radii]."""
     radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
@@ -149,18 +131,15 @@ def farthest(config: WorldConfig, species: Species) -> float:
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Yield problems of undeclared properties and substances, and of compressible bodies without a
-    pressure."""
+    """Yield problems of undeclared properties and substances, and of a missing pressure."""
     for name in kind.properties:
         yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:
         yield from named((*key, "substances", name), "substance", name, config.substances)
     if kind.body.compressible and "pressure" not in kind.properties:
-        yield Problem(
-            (*key, "properties", "pressure"),
-            "is missing, but body.compressible changes it",
-            allowed="the initial pressure [Pa], or compressible = false",
-        )
+        fault = "is missing, but body.compressible changes it"
+        allowed = "the initial pressure [Pa], or compressible = false"
+        yield Problem((*key, "properties", "pressure"), fault, allowed=allowed)
 
 
 def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
@@ -179,8 +158,7 @@ def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
 
 
 def longest(config: WorldConfig) -> float:
-    """Return the maximum length of a capsule or a box [m]: the shorter side of a torus, or the diagonal
-    between walls."""
+    """Return the maximum length of a capsule or a box [m]."""
     sides = config.space.size[:2]
     return min(sides) if config.space.edges == "torus" else math.hypot(*sides)
 
@@ -198,21 +176,13 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     for i, at in enumerate(kind.at):
         yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
-        yield Problem(
-            (*key, "heading"),
-            f"{len(kind.heading)} headings for {len(kind.at)} places in at",
-            kind.heading,
-            f"{len(kind.at)} numbers [rad], or one for all",
-        )
+        fault = f"{len(kind.heading)} headings for {len(kind.at)} places in at"
+        yield Problem((*key, "heading"), fault, kind.heading, f"{len(kind.at)} numbers [rad], or one for all")
     elif kind.heading and not kind.at:
         yield Problem((*key, "heading"), "given without at", kind.heading, "places in at with these headings")
     if kind.renewal and not kind.count:
-        yield Problem(
-            (*key, "renewal"),
-            "there is no count to restore",
-            kind.renewal,
-            "count of at least 1, or no renewal",
-        )
+        fault = "there is no count to restore"
+        yield Problem((*key, "renewal"), fault, kind.renewal, "count of at least 1, or no renewal")
     yield from _check_ways(config, key, kind)
     yield from check_matter(config, key, kind)
     yield from check_size(config, key, kind.body)
@@ -223,11 +193,8 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
 def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
     """Yield problems of objects that reach from one place to another."""
     if kind.between and kind.body.shape == "sphere":
-        yield Problem(
-            (*key, "between"),
-            "a sphere cannot reach from place to place",
-            allowed='body.shape = "capsule" or "box", or places in at',
-        )
+        fault = "a sphere cannot reach from place to place"
+        yield Problem((*key, "between"), fault, allowed='body.shape = "capsule" or "box", or places in at')
         return
     size, most = config.space.size[:2], longest(config)
     least = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius
@@ -251,11 +218,8 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
     if motion is None:
         return
     if (motion.velocity is None) == (motion.path is None):
-        yield Problem(
-            (*at, "velocity"),
-            "give either a velocity or a path",
-            allowed="velocity = [1.0, 0.0], or a path and a speed",
-        )
+        fault = "give either a velocity or a path"
+        yield Problem((*at, "velocity"), fault, allowed="velocity = [1.0, 0.0], or a path and a speed")
     if motion.path is not None and motion.speed is None:
         yield Problem((*at, "speed"), "is missing: it moves along a path", allowed="a speed [m/s]")
     if motion.path is None and motion.speed is not None:

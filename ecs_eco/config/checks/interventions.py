@@ -30,8 +30,7 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield all problems of interventions; `changed(config, values, folder)` is a checked world with other
-    values."""
+    """Yield the problems of interventions; `changed(config, values, folder)` is a checked world."""
     for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, intervention)
@@ -156,8 +155,7 @@ def learns(species: Species) -> bool:
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Yield problems of fences or roads in chronological order: one must be `there`, by line and region, to
-    be removed."""
+    """Yield problems of fences or roads in order of time; `there` has the line and region of each."""
     missing, lines, gone, allowed = {
         Fence: (
             "is missing, and region too",
@@ -206,17 +204,13 @@ def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterat
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield problems of values to be set, in the order of time: each must leave a valid world and be
-    possible in a living one."""
+    """Yield problems of values to be set, in order of time: each must leave a valid world."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")
         if any(name.partition(".")[0] == "interventions" for name in change.set):
-            yield Problem(
-                key,
-                "interventions cannot change other interventions",
-                allowed="keys of the rest of the world",
-            )
+            fault = "interventions cannot change other interventions"
+            yield Problem(key, fault, allowed="keys of the rest of the world")
             continue
         try:
             new = changed(now, change.set, folder)

@@ -40,9 +40,8 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    sensors = (
-        species.readings(config.dims) if not wrong else None
-    )  # otherwise uses of their names may be valid
+    # otherwise uses of their names may be valid
+    sensors = species.readings(config.dims) if not wrong else None
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)
     yield from _check_policy(key, species, folder, config.dims)
@@ -220,8 +219,7 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
 
 def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
     """Yield problems of a policy's requirements: observations, choices and, if it learns, happiness."""
-    free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.always_on)]
-    needs = {"sensors": species.sensors, "actions": free}
+    needs = {"sensors": species.sensors, "actions": species.decisions()}
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
     for word in (word for word, needed in needs.items() if not needed):
         chosen = word == "actions" and species.actions

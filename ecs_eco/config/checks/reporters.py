@@ -57,8 +57,7 @@ def check_record(config: WorldConfig) -> Iterator[Problem]:
 
 
 def fault_of_name(name: str, kinds: Collection[str]) -> str:
-    """Return the problem of the name of a reporter in a world with these species and object types, and
-    what is expected; or ""."""
+    """Return the problem of the name of a reporter, and the expected name; or ""."""
     if not NAME.fullmatch(name):
         return (
             "not a name; expected: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "
@@ -107,8 +106,7 @@ ARGUMENTS = {  # by key, the number of arguments of a function; None: it is chec
 
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of the functions, systems and components that a world names, and of their
-    parameters."""
+    """Yield problems of the functions, systems and components that a world names, and their parameters."""
     used = list(used_in(config))
     names = [entry.use if isinstance(entry, Use) else entry for _, entry in used]
     if any(isinstance(name, str) and name not in SHIPPED for name in names):
@@ -126,12 +124,8 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif (thing := config._code.known(value)) is None:
             continue
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
-            yield Problem(
-                key,
-                "not a system: it has no method process",
-                function_name(value),
-                "a class derived from ecs_eco.System",
-            )
+            fault = "not a system: it has no method process"
+            yield Problem(key, fault, function_name(value), "a class derived from ecs_eco.System")
         elif pattern == "species.*.components.*" and not is_component(thing):
             yield Problem(
                 key, "not a component", function_name(value), "a class declared with @ecs_eco.component"

@@ -22,28 +22,22 @@ def resolution(value: float) -> float:
 
 
 def check_resolution(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of motion, turning, decay, and energy changes in steps that float32 rounds to
-    nothing."""
+    """Yield problems of motion, decay and energy in steps that float32 rounds to nothing."""
     size, dt = config.space.size, config.dt
     for name, species in config.species.items():
         yield from _motions(config, species, ("species", name))
         yield from _energies(species, ("species", name), dt)
     for name, kind in config.objects.items():
         if kind.motion is not None:
-            ways = {("velocity",): kind.motion.velocity or [], ("speed",): [kind.motion.speed or 0.0]}
-            yield from _slow(
-                [
-                    (("objects", name, "motion", *key), speed, max(size[:2]))
-                    for key, speeds in ways.items()
-                    for speed in speeds
-                ],
-                dt,
-            )
+            ways = {"velocity": kind.motion.velocity or [], "speed": [kind.motion.speed or 0.0]}
+            for part, speeds in ways.items():
+                key = ("objects", name, "motion", part)
+                yield from _slow([(key, speed, max(size[:2])) for speed in speeds], dt)
         if kind.energy is not None:
             yield from _fades(("objects", name, "energy", "decay"), kind.energy.decay, dt)
     for i, layer in enumerate(config.water.current if config.water is not None else ()):
-        key = ("water", "current", i, "velocity")
-        yield from _slow([(key, speed, max(size[:2])) for speed in layer.velocity], dt)
+        at = ("water", "current", i, "velocity")
+        yield from _slow([(at, speed, max(size[:2])) for speed in layer.velocity], dt)
     for name, field in config.fields.items():
         if field.substance is None:
             yield from _fades(("fields", name, "decay"), field.decay, dt)
@@ -55,12 +49,9 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
-            yield Problem(
-                (*key, "locomotion", "turn"),
-                "too slow: headings are float32, and such steps round to 0",
-                way.turn,
-                f"0, or at least {step / config.dt:.3g} rad/s",
-            )
+            fault = "too slow: headings are float32, and such steps round to 0"
+            allowed = f"0, or at least {step / config.dt:.3g} rad/s"
+            yield Problem((*key, "locomotion", "turn"), fault, way.turn, allowed)
     if config.dims == 3:
         moves += [] if way is None else [(("locomotion", "climb"), way.climb, config.space.size[2])]
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
@@ -77,12 +68,8 @@ def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
-        yield Problem(
-            key,
-            "too slow: amounts are float32, and such steps round to 0",
-            decay,
-            f"0, or at least {step / dt:.3g} per second; or a longer tick",
-        )
+        fault = "too slow: amounts are float32, and such steps round to 0"
+        yield Problem(key, fault, decay, f"0, or at least {step / dt:.3g} per second; or a longer tick")
 
 
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:

@@ -146,12 +146,8 @@ def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Proble
         yield unknown((*key, "substance"), "substance", field.substance, config.substances)
     for part in ("depth", "initial", "renewal", "only"):
         if field.substance is None and getattr(field, part) is not None:
-            yield Problem(
-                (*key, part),
-                "given without a substance",
-                getattr(field, part),
-                "a substance of the field, or none of these keys",
-            )
+            allowed = "a substance of the field, or none of these keys"
+            yield Problem((*key, part), "given without a substance", getattr(field, part), allowed)
     if field.depth is not None and config.dims == 3:
         yield Problem((*key, "depth"), "a volume has its own depth", field.depth, "no depth")
     ground = config.terrain
@@ -162,12 +158,8 @@ def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Proble
 def _check_year(config: WorldConfig) -> Iterator[Problem]:
     """Yield the problem of a year that is given twice."""
     if config.year is not None and config.sun is not None and config.sun.year is not None:
-        yield Problem(
-            ("sun", "year"),
-            "given together with the world's own year",
-            config.sun.year,
-            "one of year.length and sun.year",
-        )
+        fault = "given together with the world's own year"
+        yield Problem(("sun", "year"), fault, config.sun.year, "one of year.length and sun.year")
 
 
 def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
@@ -224,12 +216,8 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     ]
     for section, name, body in bodies:
         if body.sinking and config.dims == 2:
-            yield Problem(
-                (section, name, "body", "sinking"),
-                "no up and down in a plane",
-                body.sinking,
-                "0, or a space of three sizes",
-            )
+            fault, allowed = "no up and down in a plane", "0, or a space of three sizes"
+            yield Problem((section, name, "body", "sinking"), fault, body.sinking, allowed)
     for name, species in config.species.items():
         way = species.locomotion
         if way is not None and way.pitch and way.climb:
@@ -265,12 +253,8 @@ def check_land(config: WorldConfig) -> Iterator[Problem]:
 def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
     key = ("terrain",)
     if config.space.edges == "torus":
-        yield Problem(
-            (*key, "raster"),
-            "its opposite edges differ, but a torus joins them",
-            terrain.raster,
-            'space.edges = "walls"',
-        )
+        fault = "its opposite edges differ, but a torus joins them"
+        yield Problem((*key, "raster"), fault, terrain.raster, 'space.edges = "walls"')
     if config.dims == 3:
         yield Problem((*key, "raster"), "given in a volume", terrain.raster, "space.size of two numbers")
     if terrain.hills is not None:
@@ -297,11 +281,8 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
             and name not in named
             and all(v is None for v in (land.above, land.below, land.steeper))
         ):
-            yield Problem(
-                at,
-                "does not define where it is",
-                allowed="codes, above, below, steeper, or a layer with this class as `land`",
-            )
+            allowed = "codes, above, below, steeper, or a layer with this class as `land`"
+            yield Problem(at, "does not define where it is", allowed=allowed)
     for i, layer in enumerate(terrain.layers):
         place = (*key, "layers", i, "land")
         if layer.make != "class" and layer.land is not None:

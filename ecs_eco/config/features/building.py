@@ -5,17 +5,7 @@ from collections.abc import Iterator
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import check_objects, check_used
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    ANEW,
-    FREE,
-    POPULATION,
-    Count,
-    NonNegative,
-    Section,
-    about,
-    is_empty,
-    quantity,
-)
+from ecs_eco.inputs.section import ANEW, FREE, POPULATION, Count, NonNegative, Section, about, quantity
 
 
 class Build(Section, change=FREE, own=True):
@@ -34,20 +24,17 @@ class Building(Feature, after="carries"):
     """Animals make objects, by decision or whenever they can: system `Build`."""
 
     acts = {"build": None}
-    builds: list[Build] = about("objects that it can build", [], exclude_if=is_empty)
+    builds: list[Build] = about("objects that it can build", [], omit=True)
 
     @staticmethod
     def problems(species: "Building", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problems of the objects that a species builds."""
         yield from check_objects(config, (*key, "builds"), species.builds, "spacing")
         yield from check_used(species, key, "builds", "build")
 
     @staticmethod
     def acting(species: "Building") -> Iterator[tuple[str, str, list[str]]]:
-        """Yield the group of the objects that it builds."""
         yield "build", "object in builds", [way.object for way in species.builds]
 
     @staticmethod
     def makes(species: "Building") -> Iterator[str]:
-        """Yield the objects that it builds."""
         yield from (way.object for way in species.builds)

@@ -7,7 +7,7 @@ from ecs_eco.components import Carrier, Load
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.config.rules import check_objects, check_used
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_empty, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, quantity
 
 
 class Carry(Section, change=FREE, own=True):
@@ -23,13 +23,10 @@ class Carrying(Feature, after="diet"):
     """Animals pick up objects and put them down: system `Carry`, components `Load` and `Carrier`."""
 
     acts = {"carry": ("take", "none", "drop")}
-    carries: list[Carry] = about(
-        "objects that it can pick up and put down", [], exclude_if=is_empty, change=SHAPE
-    )
+    carries: list[Carry] = about("objects that it can pick up and put down", [], omit=True, change=SHAPE)
 
     @staticmethod
     def problems(species: "Carrying", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problems of the objects that a species carries."""
         yield from check_objects(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
             if way.object in config.objects and config.objects[way.object].body.solid:
@@ -40,25 +37,21 @@ class Carrying(Feature, after="diet"):
 
     @staticmethod
     def feels(species: "Carrying") -> Iterator[tuple[str, str]]:
-        """Yield the mass of the carried object."""
         if species.carries:
             yield "load", "Load.mass"
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the cost of carrying."""
         for i, way in enumerate(species.carries):
             yield Cost(("carries", i, "cost"), way.cost, owed=True)
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield the objects that it can pick up."""
         for i, way in enumerate(species.carries):
             yield f"carries.{i}", way.object, way.reach
 
     @staticmethod
     def brings(species: "Carrying") -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield `Load` for the species, and `Carrier` for each object type that it can carry."""
         if species.carries:
             yield None, Load
         for way in species.carries:

@@ -19,7 +19,6 @@ from ecs_eco.inputs.section import (
     Real,
     Section,
     about,
-    is_absent,
     quantity,
     table,
     with_keyword,
@@ -53,8 +52,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     light: bool = about("whether it needs light; its rate is that in full daylight", False)
     action: str | None = about(
         "the action during which it runs, in any group, such as running muscles that burn sugar; absent: always",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 
@@ -118,23 +116,18 @@ class Chemistry(Feature, after="substances"):
     """Substances react, and are exchanged with fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
-        "reactions of its substances, in this order", [], exclude_if=is_absent, change=SHAPE
+        "reactions of its substances, in this order", [], omit=True, change=SHAPE
     )
     exchange: list[AnyExchange] = about(
-        "exchange of substances with fields, in this order", [], exclude_if=is_absent, change=SHAPE
+        "exchange of substances with fields, in this order", [], omit=True, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of reactions and exchange without substances, of energy of objects, and of
-        actions."""
         used = [name for name in CHANGING if getattr(species, name, None) not in (None, [], "declared")]
         if used and not substances_of(config, key[1]):
-            yield Problem(
-                (*key, "substances"),
-                f"is missing, but {used[0]} changes them",
-                allowed="initial concentrations [mol/L], which may be 0",
-            )
+            allowed = "initial concentrations [mol/L], which may be 0"
+            yield Problem((*key, "substances"), f"is missing, but {used[0]} changes them", allowed=allowed)
         for i, reaction in enumerate(species.reactions):
             at = (*key, "reactions", i)
             for part in ("from", "to", "half"):
@@ -162,14 +155,12 @@ class Provision(Feature, after="exchange"):
         "origin of the substances of newborn: declared: from nowhere; mother: she shares hers, at equal "
         "concentrations; soil: from the first field of each, and a seed sprouts only if there is enough",
         "declared",
-        exclude_if=lambda value: value == "declared",
+        omit=True,
         change=SHAPE,
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of newborn without a mother, seeds without soil, and soil without the needed
-        substances."""
         at, kind = (*key, "born_with"), getattr(species.reproduction, "kind", None)
         if species.born_with == "mother" and kind in (None, "spread"):
             yield Problem(at, "it has no mother", "mother", "declared or soil, or another reproduction")
@@ -182,12 +173,9 @@ class Provision(Feature, after="exchange"):
         held = {field.substance for field in config.fields.values()}
         for name, concentration in species.substances.items():
             if concentration > 0 and name not in held:
-                yield Problem(
-                    (*key, "substances", name),
-                    "no field contains it, but newborn take it from the soil",
-                    concentration,
-                    "0, or a field with this substance",
-                )
+                fault = "no field contains it, but newborn take it from the soil"
+                allowed = "0, or a field with this substance"
+                yield Problem((*key, "substances", name), fault, concentration, allowed)
 
 
 class Decomposition(Section, change=FREE):
@@ -203,13 +191,10 @@ class Decomposition(Section, change=FREE):
 class Decomposing(Feature, after="exchange"):
     """Objects decay: system `Decompose`, component `Matter`."""
 
-    decomposition: Decomposition | None = about(
-        "decay; absent: none", None, exclude_if=is_absent, change=SHAPE
-    )
+    decomposition: Decomposition | None = about("decay; absent: none", omit=True, change=SHAPE)
 
     @staticmethod
     def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of the end of objects."""
         if species.decomposition is not None:
             yield (*key, "decomposition"), "decomposed"
 
@@ -231,29 +216,21 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
     @staticmethod
     def problems(species: "Emitting", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of emissions into no field, of no substance, and from nothing."""
         for name, way in species.emits.items():
             at, holds = (*key, "emits", name), getattr(config.fields.get(name), "substance", None)
             yield from named(at, "field", name, config.fields)
             if isinstance(way, Emission) and way.substance not in config.substances:
                 yield unknown((*at, "substance"), "substance", way.substance, config.substances)
             elif isinstance(way, Emission) and not substances_of(config, key[1]):
-                yield Problem(
-                    (*at, "substance"),
-                    "its bodies contain no substances",
-                    way.substance,
-                    "substances, or a number",
-                )
+                fault = "its bodies contain no substances"
+                yield Problem((*at, "substance"), fault, way.substance, "substances, or a number")
             elif holds and not (isinstance(way, Emission) and way.consume and way.substance == holds):
-                yield Problem(
-                    at,
-                    f"the field contains {holds}, which cannot come from nothing",
-                    allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`',
-                )
+                fault = f"the field contains {holds}, which cannot come from nothing"
+                allowed = f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`'
+                yield Problem(at, fault, allowed=allowed)
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield that bodies whose emissions depend on their content rule out a divided world."""
         if any(isinstance(way, Emission) for way in species.emits.values()):
             yield "emits", "that emits what its bodies are made of"
 

@@ -45,7 +45,6 @@ class Mortality(Feature, after="hatch"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of unknown remains, and limits that kill at birth."""
         if species.remains is not None and species.remains not in config.objects:
             yield unknown((*key, "remains"), "object type", species.remains, config.objects)
         born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
@@ -76,7 +75,6 @@ class Mortality(Feature, after="hatch"):
 
     @staticmethod
     def causes(species: "Mortality", key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield a cause for each end of each range."""
         for i, limit in enumerate(species.lethal):
             for end, cause in (("min", limit.cause_below), ("max", limit.cause_above)):
                 if getattr(limit, end) is not None:
@@ -84,6 +82,5 @@ class Mortality(Feature, after="hatch"):
 
     @staticmethod
     def undivided(species: "Mortality") -> Iterator[tuple[str, str]]:
-        """Yield that remains rule out a divided world."""
         if species.remains is not None:
             yield "remains", "whose dead become objects"

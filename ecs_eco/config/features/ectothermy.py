@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import SpeedScale
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, quantity
 
 
 class Cold(Section, change=FREE, own=True):
@@ -25,12 +25,11 @@ class Ectothermy(Feature, after="heat"):
     """Animals live more slowly in the cold: system `SlowDown`, component `SpeedScale`."""
 
     ectothermy: Cold | None = about(
-        "dependence of its rates on temperature; absent: none", None, exclude_if=is_absent, change=SHAPE
+        "dependence of its rates on temperature; absent: none", omit=True, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of genes that code for the pace that temperature sets."""
         genome = species.genome if species.ectothermy is not None else None
         genes = [] if genome is None else [(("genes", i), gene) for i, gene in enumerate(genome.genes)]
         derived = [] if genome is None else [(("derived", name), one) for name, one in genome.derived.items()]
@@ -41,6 +40,5 @@ class Ectothermy(Feature, after="heat"):
 
     @staticmethod
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield the component of pace."""
         if species.ectothermy is not None:
             yield None, SpeedScale

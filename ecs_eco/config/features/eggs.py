@@ -6,7 +6,7 @@ from typing import Any
 from ecs_eco.components import Genome, Incubation, Policy
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, unknown
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, quantity
 
 LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
 OWN = "an egg only stores the genome of the animal that hatches from it, which expresses it at birth"
@@ -32,14 +32,12 @@ class Eggs(Feature, after="care"):
 
     hatch: Hatching | None = about(
         "for eggs: the species that hatches from them, and when; absent: these are not eggs",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=SHAPE,
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of a species that lays eggs, and of eggs."""
         if laid_by(species) is not None:
             yield from _of_layer(species, config, key)
         if species.hatch is not None:
@@ -47,31 +45,26 @@ class Eggs(Feature, after="care"):
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of the end of eggs."""
         if species.hatch is not None:
             yield (*key, "hatch"), "hatched"
 
     @staticmethod
     def becomes(species: Any) -> Iterator[str]:
-        """Yield the species that hatches."""
         if species.hatch is not None:
             yield species.hatch.into
 
     @staticmethod
     def times(species: Any) -> Iterator[tuple[str, float]]:
-        """Yield the time of incubation."""
         if species.hatch is not None:
             yield "hatch.incubation", species.hatch.incubation
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield that eggs and species that lay them rule out a divided world."""
         if laid_by(species) is not None or species.hatch is not None:
             yield "reproduction.eggs", "that lays eggs"
 
     @staticmethod
     def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
-        """Give the eggs of a species the data that they keep of it: genomes, and individual brains."""
         if (laid := laid_by(species)) is None:
             return
         eggs = table.species.nursery = tables[laid]

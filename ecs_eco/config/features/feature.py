@@ -30,7 +30,8 @@ class Feature(Section):
     Attributes
     ----------
     systems : tuple of type
-        Systems of a feature of your own, each added at the end of its phase.
+        Systems of a feature of your own, each added at the end of its phase; those of shipped features are in
+        `ecs_eco.systems.schedule`.
     acts : Mapping of str to tuple of str
         Groups of actions that it adds, and their actions; None where `acting` gives them.
 
@@ -54,10 +55,7 @@ class Feature(Section):
 
     after: ClassVar[tuple[str, ...]] = ()
     systems: ClassVar[tuple[type[Any], ...]] = ()
-    """The systems of a feature of your own, each at the end of its phase; the shipped ones are in
-    `ecs_eco.systems.schedule`."""
     acts: ClassVar[Mapping[str, tuple[str, ...] | None]] = {}
-    """The groups of actions that it adds, and their actions; None: `acting` gives them."""
 
     def __init_subclass__(cls, after: str | tuple[str, ...] = (), **other: Any) -> None:
         super().__init_subclass__(**other)
@@ -197,8 +195,7 @@ class Feature(Section):
 
 
 def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:
-    """Yield the results of the features of a species or object type: `what` is the name of a function of
-    `Feature`."""
+    """Yield the results of a function of `Feature`, by its name, of all features of a section."""
     model: type[Section] = type(species)
     for hook in _hooks_of(model, what):
         yield from hook(species, *more)
@@ -210,13 +207,9 @@ def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[A
     return tuple(hook for hook in hooks if hook is not getattr(Feature, what))
 
 
+@cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     """Return the features of a model of species or object types, in the order of its keys."""
-    return _features_of(model)
-
-
-@cache
-def _features_of(model: type[Section]) -> tuple[type[Feature], ...]:
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
 
 

@@ -7,18 +7,7 @@ from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.config.rules import at_most
 from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.engine.submodel import Submodel
-from ecs_eco.inputs.section import (
-    FREE,
-    Column,
-    NonNegative,
-    Real,
-    Section,
-    Share,
-    about,
-    is_absent,
-    quantity,
-    table,
-)
+from ecs_eco.inputs.section import FREE, Column, NonNegative, Real, Section, Share, about, quantity, table
 
 
 class Diet(Section, own=True):
@@ -37,8 +26,7 @@ class Diet(Section, own=True):
         "proportion of the item's substances that its body keeps, if both contain substances; the rest enters "
         "the first field of each, or is lost; absent: all of it",
         "1",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 
@@ -78,7 +66,6 @@ class Feeding(Feature, after="emits"):
 
     @staticmethod
     def problems(species: "Feeding", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of unknown food, food without gain, and a reach beyond the world."""
         food = [*config.species, *config.objects]
         eaten: set[str] = set()
         for i, diet in enumerate(species.diet):
@@ -93,23 +80,18 @@ class Feeding(Feature, after="emits"):
                     (*at, "gain"), "is missing, and so is efficiency", allowed="gain, efficiency or both"
                 )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
-                yield Problem(
-                    (*at, "efficiency"),
-                    f"{diet.eats} contains no energy",
-                    diet.efficiency,
-                    f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}",
-                )
+                fault = f"{diet.eats} contains no energy"
+                allowed = f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}"
+                yield Problem((*at, "efficiency"), fault, diet.efficiency, allowed)
             yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield its food."""
         for i, food in enumerate(species.diet):
             yield f"diet.{i}", food.eats, food.reach
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of death of its food, and of members that eat deadly food."""
         for i, food in enumerate(species.diet):
             yield (*key, "diet", i), f"eaten by {key[1]}"
             if food.deadly:

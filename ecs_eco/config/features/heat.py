@@ -5,17 +5,7 @@ from typing import Any
 
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    FREE,
-    SHAPE,
-    Column,
-    NonNegative,
-    Positive,
-    Section,
-    about,
-    is_absent,
-    quantity,
-)
+from ecs_eco.inputs.section import FREE, SHAPE, Column, NonNegative, Positive, Section, about, quantity
 
 
 class Heat(Section, change=FREE):
@@ -66,15 +56,11 @@ class Warmth(Feature, after="properties"):
     """Bodies exchange heat: system `ExchangeHeat`, components `HeatExchange` and, for a gene, `Coat`."""
 
     heat: BodyHeat | None = about(
-        "exchange of heat; absent: its temperature stays as at birth",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
+        "exchange of heat; absent: its temperature stays as at birth", omit=True, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of the heat of a species' bodies."""
         yield from check_heat(species, key)
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
@@ -83,7 +69,6 @@ class Warmth(Feature, after="properties"):
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the cost of regulation at full power."""
         way = None if species.heat is None else species.heat.regulate
         if way is not None:
             yield Cost(("heat", "regulate", "cost"), way.cost, max(way.warming, way.cooling))
@@ -93,12 +78,11 @@ class WarmObjects(Feature, after="properties"):
     """Objects exchange heat: system `ExchangeHeat`, component `HeatExchange`."""
 
     heat: Heat | None = about(
-        "exchange of heat; absent: their temperature is constant", None, exclude_if=is_absent, change=SHAPE
+        "exchange of heat; absent: their temperature is constant", omit=True, change=SHAPE
     )
 
     @staticmethod
     def problems(kind: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of the heat of objects."""
         yield from check_heat(kind, key)
 
 

@@ -7,19 +7,7 @@ from pydantic import Field
 
 from ecs_eco.config.features.feature import Cost, Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem
-from ecs_eco.inputs.section import (
-    COLUMN,
-    FREE,
-    SHAPE,
-    NonNegative,
-    Positive,
-    Section,
-    Share,
-    about,
-    is_absent,
-    is_empty,
-    quantity,
-)
+from ecs_eco.inputs.section import COLUMN, FREE, SHAPE, NonNegative, Positive, Section, Share, about, quantity
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
@@ -63,13 +51,10 @@ class Breeding(Section, change=FREE, own=COLUMN):
 class Seasons(Feature, after="fertility"):
     """Fertility follows age and season: system `Mature`, component `Breeding`."""
 
-    breeding: Breeding | None = about(
-        "dependence of fertility on age and season; absent: none", None, exclude_if=is_absent
-    )
+    breeding: Breeding | None = about("dependence of fertility on age and season; absent: none", omit=True)
 
     @staticmethod
     def problems(species: "Seasons", config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of ages that are not in order, and of a season without a year."""
         way, at = species.breeding, (*key, "breeding")
         if way is None:
             return
@@ -111,7 +96,7 @@ class Growth(Section, change=FREE, own=True):
         "proportion to the body; 0: the young store as much as adults. Energy from birth beyond the limit is kept",
         "1",
         0.0,
-        exclude_if=is_empty,
+        omit=True,
     )
 
 
@@ -119,12 +104,11 @@ class Growing(Feature, after="breeding"):
     """The young grow: system `GrowUp`, component `Stature`."""
 
     growth: Growth | None = about(
-        "growth of the young; absent: they are born at adult size", None, exclude_if=is_absent, change=SHAPE
+        "growth of the young; absent: they are born at adult size", omit=True, change=SHAPE
     )
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problem of a reserve that leaves nothing for growth."""
         way, most = species.growth, species.metabolism.energy_max
         if way is not None and way.cost and way.reserve >= most:
             fault = "at least energy_max: the young would not grow"
@@ -151,17 +135,15 @@ class Caring(Feature, after="reproduction"):
     """Parents feed their young, by decision or whenever they can: system `Nurse`."""
 
     acts = {"nurse": ("nurse",)}
-    care: Care | None = about("feeding of the young; absent: none", None, exclude_if=is_absent, change=SHAPE)
+    care: Care | None = about("feeding of the young; absent: none", omit=True, change=SHAPE)
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield the energy given to each of the young."""
         if species.care is not None:
             yield Cost(("care", "rate"), species.care.rate)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield the problem of an action nurse without care."""
         if species.care is None and "nurse" in species.actions and "nurse" not in species.ranges():
             at = (*key, "actions", "nurse")
             yield Problem(at, "it has no care", species.actions["nurse"], "care, or no such group")

@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from ecs_eco.config.features.feature import Feature, Key, WorldSections
 from ecs_eco.engine.errors import Problem, listed, unknown
-from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, is_absent, quantity
+from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, quantity
 
 
 class Wander(Section, change=FREE, own=True):
@@ -31,10 +31,7 @@ class Wandering(Feature, after="locomotion"):
     """Undecided animals walk about: system `Wander`."""
 
     wander: Wander | None = about(
-        "random walk of undecided animals; absent: they keep their heading",
-        None,
-        exclude_if=is_absent,
-        change=SHAPE,
+        "random walk of undecided animals; absent: they keep their heading", omit=True, change=SHAPE
     )
 
     @model_validator(mode="before")
@@ -56,8 +53,6 @@ class Wandering(Feature, after="locomotion"):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems of a walk without gaits, and of one whose turns a policy or reflex decides in
-        each tick."""
         if species.wander is None:
             return
         gaits = () if species.locomotion is None else species.locomotion.speed

@@ -26,10 +26,8 @@ from ecs_eco.config.models.surroundings import Terrain
 
 KEPT = "terrain.npz"  # in the folder of a run: the land of this run
 WATER, ROCK = 1, 2  # the same value as in ecs_eco.space.terrain
-RADIUS, ECCENTRICITY2 = (
-    6_378_137.0,
-    0.00669437999014,
-)  # WGS 84: equatorial radius [m] and squared eccentricity [1]
+# WGS 84: equatorial radius [m] and squared eccentricity [1]
+RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014
 Place = tuple[float, float, float, float]  # x and y of the world's corner, and their change per meter
 
 
@@ -77,18 +75,14 @@ class Land:
             return self
         has = self.elevation.shape
         if nx > has[1] or ny > has[0]:
-            raise refused(
-                "raster",
-                f"smaller than the world: this run saved {has[1]} × {has[0]} cells, but the world has {nx} × {ny}",
-                "",
-                "the original space.size, or a smaller one",
-            )
+            saved = f"this run saved {has[1]} × {has[0]} cells, but the world has {nx} × {ny}"
+            allowed = "the original space.size, or a smaller one"
+            raise refused("raster", f"smaller than the world: {saved}", "", allowed)
         cut = {name: getattr(self, name)[:ny, :nx] for name in ("elevation", "kinds", "lakes")}
         return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions in the world [m] in units of `crs`; unchanged if the land has no known
-        location."""
+        """Return positions in the world [m] in units of `crs`, if the land has a known location."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -169,10 +163,8 @@ class Frame:
     def __init__(self, terrain: Terrain, size: Sequence[float], raster: Raster) -> None:
         self.raster, scale = raster, terrain.scale or 1.0
         self.nx, self.ny = cells(terrain, size)
-        self.size, self.side = (
-            (float(size[0]), float(size[1])),
-            terrain.cell / scale,
-        )  # [m] in the real landscape
+        self.size = float(size[0]), float(size[1])
+        self.side = terrain.cell / scale  # [m] in the real landscape
         corner = terrain.corner or [0.0, 0.0]
         per_x, per_y = metres(raster)
         dx, dy = (
@@ -199,8 +191,7 @@ class Frame:
             )
 
     def elevations(self, missing: float | None) -> np.ndarray:
-        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly from the
-        raster."""
+        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly."""
         values = self.raster.values[::-1]
         if missing is not None:
             values = np.where(np.isnan(values), missing, values)
@@ -222,20 +213,13 @@ class Frame:
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
-                raise refused(
-                    part,
-                    f"has {values.shape[1]} × {values.shape[0]} cells and no coordinates",
-                    "",
-                    f"as many cells as `raster`: {own.values.shape[1]} × {own.values.shape[0]}",
-                )
+                fault = f"has {values.shape[1]} × {values.shape[0]} cells and no coordinates"
+                allowed = f"as many cells as `raster`: {own.values.shape[1]} × {own.values.shape[0]}"
+                raise refused(part, fault, "", allowed)
             return _picked(values, self.x, self.y)
         if other.crs and own.crs and other.crs != own.crs:
-            raise refused(
-                part,
-                "has a different coordinate system",
-                other.crs,
-                f"{own.crs}, as in `raster`; convert it with gdalwarp -t_srs",
-            )
+            allowed = f"{own.crs}, as in `raster`; convert it with gdalwarp -t_srs"
+            raise refused(part, "has a different coordinate system", other.crs, allowed)
         dx, dy = _whole(other.dx), _whole(other.dy)
         x = (own.west + self.x * _whole(own.dx) - other.west) / dx
         south = _whole(own.north) - len(own.values) * _whole(own.dy)
@@ -262,21 +246,13 @@ def metres(raster: Raster) -> tuple[float, float]:
         _require_metres(raster)
         return 1.0, 1.0
     if raster.north is None:
-        raise refused(
-            "raster",
-            f"is in {raster.crs[:40]} but has no coordinates, so its latitude is unknown",
-            "",
-            "a raster with coordinates, or a raster in meters",
-        )
+        fault = f"is in {raster.crs[:40]} but has no coordinates, so its latitude is unknown"
+        raise refused("raster", fault, "", "a raster with coordinates, or a raster in meters")
     middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
     most = math.pi * RADIUS if mercator else 90.0
     if not abs(middle) < most:
-        raise refused(
-            "raster",
-            f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator",
-            raster.crs,
-            f"-{most:.10g} to {most:.10g}",
-        )
+        fault = f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator"
+        raise refused("raster", fault, raster.crs, f"-{most:.10g} to {most:.10g}")
     if mercator:
         north = middle / RADIUS
         cosine = 1 / _cosine(-north * north)
@@ -291,16 +267,14 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Return the meters to the east and to the north of `unit`, an angle given in meters at the equator,
-    at a latitude with this cosine, on the ellipsoid."""
+    """Return the meters to the east and north of an angle, given in meters at the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError if rasterio knows the coordinate system and its meters are far from meters on the
-    ground in the middle of the raster."""
+    """Raise RasterError if rasterio knows that the meters of a raster differ from meters on the ground."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -319,12 +293,9 @@ def _require_metres(raster: Raster) -> None:
     for k, side in ((0, dx), (2, dy)):
         metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)
         if math.isfinite(metre) and abs(metre - 1) > 0.05:
-            raise refused(
-                "raster",
-                f"a meter of {raster.crs[:40]} is {metre:.3g} m on the ground here",
-                "",
-                "a coordinate system in meters on the ground, such as UTM; convert it with gdalwarp",
-            )
+            fault = f"a meter of {raster.crs[:40]} is {metre:.3g} m on the ground here"
+            allowed = "a coordinate system in meters on the ground, such as UTM; convert it with gdalwarp"
+            raise refused("raster", fault, "", allowed)
 
 
 def _cosine(square: float) -> float:
@@ -355,8 +326,7 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the rows of a map at positions in rows from its edge, interpolated linearly between row
-    centers."""
+    """Return the rows of a map at positions in rows from its edge, interpolated linearly."""
     at = np.clip(places - 0.5, 0, len(values) - 1)
     near = np.round(at)
     at = np.where(np.abs(at - near) < 1e-6, near, at)
@@ -375,10 +345,8 @@ def _smaller(
     hint = ""
     if raster.dx is not None and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
         hint = ', or crs = "EPSG:4326" if its unit is degrees'
-    return refused(
-        "raster",
+    fault = (
         f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, but the world needs "
-        f"{need[0]:,.6g} × {need[1]:,.6g} m",
-        terrain.raster,
-        f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}",
+        f"{need[0]:,.6g} × {need[1]:,.6g} m"
     )
+    return refused("raster", fault, terrain.raster, f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}")

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.land.raster import FARTHEST, INSTALL, MOST_BYTES, RasterError, degrees, path_of
+from ecs_eco.config.land.raster import FARTHEST, INSTALL, MOST_BYTES, RasterError, degrees, path_of, refused
 from ecs_eco.config.models.land import Layer
 from ecs_eco.config.models.surroundings import Terrain
 from ecs_eco.config.reading import check_regular, read_bytes
-from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import listed, nearest
 
 Line = np.ndarray  # f64[k, 2]
 Content = tuple[str, list[str], list[tuple[int, Line]]]
@@ -38,94 +38,68 @@ SHAPES = {
     "MultiPolygon": (AREA, 2),
 }
 """Shapes of GeoJSON, and the nesting depth of their lines."""
+LINES = ("roads", "fences")  # made of lines
 NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 
 
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark lakes and classes on maps [ny, nx]; return the lines of roads and fences [m]. Raises
-    RasterError."""
+    """Mark lakes and classes on maps [ny, nx]; return roads and fences [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
-        if frame.place is None:
-            raise _refused(
-                i,
-                "file",
-                "needs a raster with coordinates, and `raster` has none",
-                layer.file,
-                "a raster with coordinates",
-            )
-        wanted = LINE if layer.make in ("roads", "fences") else AREA
-        shapes = shapes_of(layer, folder, frame.raster.crs, i)
-        found = [(kind, (part - frame.place[:2]) / frame.place[2:]) for kind, part in shapes]
-        if found and not any(kind == wanted for kind, _ in found):
-            raise _refused(
-                i,
-                "file",
-                f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone",
-                layer.file,
-                f"{NAMES[wanted]}, for {layer.make}",
-            )
-        parts = [part for kind, part in found if kind == wanted]
-        if wanted == LINE:
-            made: dict[str, Any] = {"make": layer.make}
-            if layer.make == "roads":
-                made |= {"width": layer.width, "pace": layer.pace, "cost": layer.cost}
-            lines += [
-                {**made, "line": piece.round(6).tolist()}
-                for part in parts
-                for piece in within(part, frame.size)
-            ]
-            continue
-        inside = covered(parts, frame)
-        if layer.make == "lakes":
-            lakes |= inside
+        try:
+            parts = _parts_of_layer(layer, folder, frame)
+        except RasterError as error:
+            (problem,) = error.problems
+            key = ("layers", i, "layer" if problem.key == ("layer",) else "file")
+            raise RasterError([problem.moved(key=key)]) from None
+        if layer.make in LINES:
+            strip = {"width": layer.width, "pace": layer.pace, "cost": layer.cost}
+            made = {"make": layer.make, **(strip if layer.make == "roads" else {})}
+            pieces = [piece for part in parts for piece in within(part, frame.size)]
+            lines += [{**made, "line": piece.round(6).tolist()} for piece in pieces]
+        elif layer.make == "lakes":
+            lakes |= covered(parts, frame)
         else:
-            kinds[inside] = 1 + list(terrain.classes).index(str(layer.land))
+            kinds[covered(parts, frame)] = 1 + list(terrain.classes).index(str(layer.land))
     return lines
 
 
-def shapes_of(layer: Layer, folder: Path, crs: str, number: int) -> Iterator[tuple[int, Line]]:
-    """Yield the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`; raise
-    RasterError."""
+def _parts_of_layer(layer: Layer, folder: Path, frame: Any) -> list[Line]:
+    """Return the lines or areas of a layer that it makes something of, in the world [m]."""
+    if frame.place is None:
+        fault = "needs a raster with coordinates, and `raster` has none"
+        raise refused("file", fault, layer.file, "a raster with coordinates")
+    wanted, found = LINE if layer.make in LINES else AREA, [*_shapes(layer, folder, frame.raster.crs)]
+    if found and not any(kind == wanted for kind, _ in found):
+        fault = f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone"
+        raise refused("file", fault, layer.file, f"{NAMES[wanted]}, for {layer.make}")
+    return [(part - frame.place[:2]) / frame.place[2:] for kind, part in found if kind == wanted]
+
+
+def _shapes(layer: Layer, folder: Path, crs: str) -> Iterator[tuple[int, Line]]:
+    """Yield the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`."""
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
-            raise _refused(
-                number,
-                "layer",
-                "no layer of this name",
-                layer.layer,
-                listed(names),
-                nearest(layer.layer, names),
-            )
+            fault = "no layer of this name"
+            raise refused("layer", fault, layer.layer, listed(names), nearest(layer.layer, names))
         if crs and own and own != crs:
             degrees(own)  # raises RasterError for an unknown coordinate system
-            shapes = [(kind, _brought(part, own, crs, layer, number)) for kind, part in shapes]
+            shapes = [(kind, _brought(part, own, crs, layer)) for kind, part in shapes]
     except ImportError:
-        raise _refused(number, "file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
-    except RasterError as error:
-        raise RasterError(
-            [p if p.key[0] == "layers" else p.moved(key=("layers", number, "file")) for p in error.problems]
-        ) from None
+        raise refused("file", "needs pyogrio, which is not installed", layer.file, INSTALL) from None
+    except RasterError:
+        raise
     except Exception as error:  # GDAL raises many types of errors
-        raise _refused(
-            number,
-            "file",
-            f"cannot be read: {getattr(error, 'strerror', None) or error}",
-            layer.file,
-            f"a file ending in {listed(BEGINNINGS)}",
-        ) from None
+        fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise refused("file", fault, layer.file, f"a file ending in {listed(BEGINNINGS)}") from None
     for kind, part in shapes:
         if not (np.abs(part) <= FARTHEST).all():  # refuses NaN, too
-            raise _refused(
-                number,
-                "file",
-                "has coordinates outside the range of the Earth",
-                layer.file,
-                f"coordinates in meters or degrees, up to {FARTHEST:g}",
-            )
+            fault = "has coordinates outside the range of the Earth"
+            allowed = f"coordinates in meters or degrees, up to {FARTHEST:g}"
+            raise refused("file", fault, layer.file, allowed)
         if len(part):  # "POLYGON EMPTY" has no corners
             yield kind, part
 
@@ -187,17 +161,12 @@ def _of_shape(shape: Any) -> list[tuple[int, Line]]:
     return [(kind, np.array([corner[:2] for corner in line], np.float64).reshape(-1, 2)) for line in lines]
 
 
-def _brought(part: Line, own: str, crs: str, layer: Layer, number: int) -> Line:
+def _brought(part: Line, own: str, crs: str, layer: Layer) -> Line:
     try:
         from rasterio.warp import transform
     except ImportError:
-        raise _refused(
-            number,
-            "file",
-            f"is in {own}, but the raster in {crs}",
-            layer.file,
-            f"the same coordinate system, or rasterio to convert it: {INSTALL}",
-        ) from None
+        allowed = f"the same coordinate system, or rasterio to convert it: {INSTALL}"
+        raise refused("file", f"is in {own}, but the raster in {crs}", layer.file, allowed) from None
     return np.array(transform(own, crs, *part.T.tolist())[:2]).T
 
 
@@ -272,9 +241,3 @@ def within(line: Line, size: tuple[float, float]) -> list[Line]:
         else:
             pieces.append([begin, end])
     return [np.clip(np.array(piece), 0, size) for piece in pieces]
-
-
-def _refused(
-    number: int, part: str, what: str, value: object, allowed: str = "", near: str = ""
-) -> RasterError:
-    return RasterError([Problem(("layers", number, part), what, value, allowed, near)])

@@ -117,12 +117,8 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
         raise refused("raster", f"cannot be read: {error.strerror or error}", name, KINDS) from None
     raster.values.flags.writeable = False
     if raster.values.size == 0 or min(raster.values.shape) < 2:
-        raise refused(
-            "raster",
-            f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells",
-            name,
-            "at least 2 cells along each side",
-        )
+        fault = f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells"
+        raise refused("raster", fault, name, "at least 2 cells along each side")
     raster = raster if crs is None or raster.crs else raster._replace(crs=crs)
     _check_place(raster, name)
     return raster
@@ -132,12 +128,8 @@ def _check_place(raster: Raster, name: str) -> None:
     """Raise RasterError for a raster whose coordinates are outside the range of the Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
-            raise refused(
-                "raster",
-                f"has its edge in the {word} at {value:g}",
-                name,
-                f"coordinates in meters or degrees, up to {FARTHEST:g}",
-            )
+            fault = f"has its edge in the {word} at {value:g}"
+            raise refused("raster", fault, name, f"coordinates in meters or degrees, up to {FARTHEST:g}")
     for value in (raster.dx, raster.dy):
         if value is not None and not 1 / FARTHEST < value < FARTHEST:
             raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in meters or degrees")
@@ -275,23 +267,16 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     dx, dy = (head.get(name, head.get("cellsize", 0.0)) for name in ("dx", "dy"))
     if nx < 1 or ny < 1 or not dx > 0 or not dy > 0:
         missing = [n for n in ("ncols", "nrows", "cellsize") if n not in head]
-        raise refused(
-            "raster",
-            f"not an ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
-            str(path),
-            "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows",
-        )
+        fault = f"not an ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}"
+        allowed = "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows"
+        raise refused("raster", fault, str(path), allowed)
     try:
         values = np.array(text[at:].split(), np.float64)
     except ValueError as error:
         raise refused("raster", f"not an ESRI ASCII grid: {error}", str(path), "numbers in rows") from None
     if values.size != nx * ny:
-        raise refused(
-            "raster",
-            f"has {values.size:,} numbers, but ncols × nrows is {nx * ny:,}",
-            str(path),
-            "as many numbers as its header states",
-        )
+        fault = f"has {values.size:,} numbers, but ncols × nrows is {nx * ny:,}"
+        raise refused("raster", fault, str(path), "as many numbers as its header states")
     with np.errstate(over="ignore"):  # the most negative number of float32, written with more or fewer digits
         none = np.float32(head.get("nodata_value", -9999.0))
         values[(values.astype(np.float32) == none) | (abs(values) > 1e38)] = np.nan
@@ -314,12 +299,8 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     try:
         import rasterio
     except ImportError:
-        raise refused(
-            "raster",
-            "needs rasterio, which is not installed",
-            str(path),
-            f"{INSTALL}; or an .npz or .asc file, which need no extra package",
-        ) from None
+        allowed = f"{INSTALL}; or an .npz or .asc file, which need no extra package"
+        raise refused("raster", "needs rasterio, which is not installed", str(path), allowed) from None
     try:
         with (
             warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
@@ -329,12 +310,8 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
             names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]
             number = _chosen(band, names) + 1
             if source.width * source.height > MOST_CELLS:
-                raise refused(
-                    "raster",
-                    f"has {source.width * source.height:.3g} cells",
-                    str(path),
-                    f"at most {MOST_CELLS:.0e}: cut out a part, for example with gdal_translate -srcwin",
-                )
+                allowed = f"at most {MOST_CELLS:.0e}: cut out a part, for example with gdal_translate -srcwin"
+                raise refused("raster", f"has {source.width * source.height:.3g} cells", str(path), allowed)
             values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
             values = values * source.scales[number - 1] + source.offsets[number - 1]
             return _placed_by_gdal(source, _checked(values), path)
@@ -350,21 +327,13 @@ def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
     if t.is_identity:
         return Raster(values, crs=crs)
     if t.b or t.d:
-        raise refused(
-            "raster",
-            "is rotated: its rows do not run from west to east",
-            str(path),
-            "a raster with north up; convert it with gdalwarp",
-        )
+        fault = "is rotated: its rows do not run from west to east"
+        raise refused("raster", fault, str(path), "a raster with north up; convert it with gdalwarp")
     projected = source.crs is not None and source.crs.is_projected
     unit = float(source.crs.linear_units_factor[1]) if projected else 1.0
     if unit != 1.0:
-        raise refused(
-            "raster",
-            f"is in units of {unit:g} m",
-            str(path),
-            "a coordinate system in meters or degrees; convert it with gdalwarp",
-        )
+        allowed = "a coordinate system in meters or degrees; convert it with gdalwarp"
+        raise refused("raster", f"is in units of {unit:g} m", str(path), allowed)
     values = values[::-1] if t.e > 0 else values
     values = values[:, ::-1] if t.a < 0 else values
     north = t.f + (t.e * values.shape[0] if t.e > 0 else 0.0)

@@ -6,9 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from ecs_eco.config.models.search import Ticks
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
-from ecs_eco.inputs.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
+from ecs_eco.inputs.section import Name, Section, Share, about, quantity, table
 
 
 def _named(islands: object) -> Any:
@@ -49,16 +50,14 @@ class Archipelago(Section):
     ] = about(
         "name = { dotted key = the island's value, … }, as with --set; or the number of identical islands"
     )
-    migration_interval: Annotated[int, Field(ge=1, le=10**12)] = quantity(
-        "time between barriers", "ticks", former="every"
-    )
+    migration_interval: Ticks = quantity("time between barriers", "ticks", former="every")
     graph: Literal["ring", "grid", "full", "own"] = about(
         "neighbors of each island: ring, the next and the previous island; grid, the four adjacent islands "
         "in a square filled row by row; full, all islands; own, as in edges",
         "ring",
     )
     edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
-        '[from, to] of each connection in one direction, for graph = "own"', [], exclude_if=is_empty
+        '[from, to] of each connection in one direction, for graph = "own"', [], omit=True
     )
     migration_probability: dict[Name, Share] = table(
         "species = probability that a member leaves at a barrier, to a neighbor drawn at random [1]",
@@ -66,7 +65,7 @@ class Archipelago(Section):
         former="emigration",
     )
     here: Name | None = about(
-        "the island that this world represents; a run sets it for each island", None, exclude_if=is_absent
+        "the island that this world represents; a run sets it for each island", omit=True
     )
 
     @property
@@ -86,25 +85,17 @@ class Archipelago(Section):
 
     def neighbours(self) -> list[list[int]]:
         """Return the islands that each island may send migrants to, by number in ascending order."""
-        n, known = len(self.islands), {name: i for i, name in enumerate(self.islands)}
+        names, n, edges = self.names, len(self.islands), {tuple(edge) for edge in self.edges}
         width = math.ceil(math.sqrt(n))
-        if self.graph == "own":
-            pairs = {(known[a], known[b]) for a, b in self.edges}
-        elif self.graph == "grid":
-            pairs = {
-                (i, j)
-                for i in range(n)
-                for j in range(n)
-                if abs(i // width - j // width) + abs(i % width - j % width) == 1
-            }
-        else:
-            pairs = {
-                (i, j)
-                for i in range(n)
-                for j in range(n)
-                if i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))
-            }
-        return [sorted(j for i, j in pairs if i == origin) for origin in range(n)]
+
+        def leads(i: int, j: int) -> bool:
+            if self.graph == "own":
+                return (names[i], names[j]) in edges
+            if self.graph == "grid":
+                return abs(i // width - j // width) + abs(i % width - j % width) == 1
+            return i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))
+
+        return [[j for j in range(n) if leads(i, j)] for i in range(n)]
 
     def meets(self, tick: int) -> bool:
         """Return whether migrants leave and arrive before a tick."""

@@ -15,7 +15,6 @@ from ecs_eco.inputs.section import (
     Real,
     Section,
     about,
-    is_absent,
     quantity,
 )
 
@@ -24,9 +23,7 @@ class Body(Section):
     """A sphere; a capsule, which is a cylinder along its heading with two hemispheres as its ends; or an
     upright box. In a plane they appear as seen from above: a disc, a stadium, a rectangle."""
 
-    shape: Literal["sphere", "capsule", "box"] = about(
-        "shape", "sphere", exclude_if=lambda shape: shape == "sphere"
-    )
+    shape: Literal["sphere", "capsule", "box"] = about("shape", "sphere", omit=True)
     radius: Positive = quantity(
         "radius of a sphere or of the cross-section of a capsule; not given for a box, because "
         "its size determines the radius of its smallest enclosing sphere",
@@ -34,21 +31,19 @@ class Body(Section):
         own=COLUMN,
     )
     length: Positive | None = quantity(
-        "length of a capsule along its heading, from tip to tip", "m", None, exclude_if=is_absent, own=FORM
+        "length of a capsule along its heading, from tip to tip", "m", omit=True, own=FORM
     )
     size: Annotated[list[Positive], Field(min_length=2, max_length=3)] | None = quantity(
         "length, width and height of a box; without the third number, the height equals the width",
         "m",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         own=FORM,
     )
     mass: Positive = quantity("mass", "kg", 1.0, change=FREE, own=COLUMN)
     density: Positive | None = quantity(
         "density, from which mass follows as density × volume; instead of mass",
         "kg/m^3",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=FREE,
         own="mass follows from it; genes can code for body.mass instead",
     )
@@ -61,7 +56,7 @@ class Body(Section):
         "whether its internal pressure equals the ambient pressure, which increases with depth; else "
         "properties.pressure stays constant and may stand for blood pressure",
         False,
-        exclude_if=is_absent,
+        omit=True,
     )
 
     @property
@@ -137,7 +132,6 @@ class Body(Section):
 
 
 def _around(size: list[Any]) -> float:
-    """Return the radius of the smallest sphere around a box [m]; 1 if its size is invalid, which is
-    reported elsewhere."""
+    """Return the radius of the smallest sphere around a box [m]; 1 if its size is invalid."""
     sides = [float(side) for side in size if isinstance(side, int | float) and 0 < side <= 1e30]
     return math.hypot(*[*sides, sides[-1]][:3]) / 2 if len(sides) == len(size) in (2, 3) else 1.0

@@ -15,7 +15,6 @@ from ecs_eco.inputs.section import (
     Section,
     Share,
     about,
-    is_absent,
     quantity,
 )
 
@@ -34,8 +33,7 @@ class Metabolism(Section, change=FREE):
         "uniformly and at most energy_max; 0: all have the same energy; absent: 0.25 for a species with a "
         "nervous system, so that organisms do not all starve at once, else 0",
         "1",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         own=PARENTLESS,
     )
     energy_max: Positive = quantity("maximum energy that an organism can store", "energy", 1.0, own=True)
@@ -54,7 +52,7 @@ class Metabolism(Section, change=FREE):
         "whether it enters torpor when no energy is left: it burns nothing, does not move and does not mate "
         "until it has eaten or grown; else energy falls below 0, and `lethal` defines the consequences",
         False,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 

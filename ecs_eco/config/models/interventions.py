@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainSerializer
 
+from ecs_eco.config.models.search import Ticks
 from ecs_eco.inputs.section import (
     ANEW,
     FREE,
@@ -14,6 +15,7 @@ from ecs_eco.inputs.section import (
     Count,
     Name,
     NonNegative,
+    Pair,
     Point,
     Positive,
     Real,
@@ -26,7 +28,6 @@ from ecs_eco.inputs.section import (
 
 Tick = Annotated[int, Field(ge=0, le=10**12)]
 Region = Annotated[list[Real], Field(min_length=3, max_length=4)]
-Corner = Annotated[list[Real], Field(min_length=2, max_length=2)]
 REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 
 
@@ -37,9 +38,7 @@ class Intervention(Section):
     """
 
     at: Tick = quantity("the tick", "ticks")
-    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity(
-        "interval of repetition; absent: once", "ticks", None
-    )
+    every: Ticks | None = quantity("interval of repetition; absent: once", "ticks", None)
     until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
@@ -96,9 +95,7 @@ class Fence(Intervention):
     """A new line that walkers cannot cross; smells, sight and births can."""
 
     kind: Literal["fence"]
-    line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
-        "the corners of the fence", "m", None
-    )
+    line: Annotated[list[Pair], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
     region: Region | None = quantity(f"the fence surrounds {REGION}; give line or region", "m", None)
     remove: bool = about(
         "whether to remove the existing fence there; without line and region, all fences", False
@@ -110,7 +107,7 @@ class Road(Intervention):
     two roads cross, the later road applies."""
 
     kind: Literal["road"]
-    line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
+    line: Annotated[list[Pair], Field(min_length=2)] | None = quantity(
         "the vertices of its center line", "m", None
     )
     width: Positive = quantity(
@@ -172,8 +169,7 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return the interventions of `planned` that are due in a tick or after it, each with its first such
-    tick as `at`."""
+    """Return the interventions due from a tick on, each with its first such tick as `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
@@ -248,8 +244,7 @@ class Use(Section, change=FREE):
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """Return the ratio of integers that a value stands for, 1/5 for 0.2, so that rounding of floats does
-    not shift the ticks of a year."""
+    """Return the ratio of integers for a value, so that rounding does not shift the ticks of a year."""
     return Fraction(value).limit_denominator(10**6)
 
 

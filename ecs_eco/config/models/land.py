@@ -4,18 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.inputs.section import (
-    Name,
-    NonNegative,
-    Positive,
-    Real,
-    Section,
-    Share,
-    about,
-    is_absent,
-    is_empty,
-    quantity,
-)
+from ecs_eco.inputs.section import Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
 
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 Band = Annotated[int, Field(ge=1, le=100_000)] | Annotated[str, Field(min_length=1, max_length=200)]
@@ -91,42 +80,29 @@ class RealLand(Section):
         "elevations [m], a file in the folder of the world file or below: .npz, .asc (ESRI ASCII grid), or "
         "with rasterio GeoTIFF, .hgt, .dem, DTED; or package:path of a file in an installed package; "
         "absent: the ground consists of `hills` and `mountains`",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
     band: Band | None = about(
-        "number of its band, from 1, or the name of an array in an .npz; absent: the first",
-        None,
-        exclude_if=is_absent,
+        "number of its band, from 1, or the name of an array in an .npz; absent: the first", omit=True
     )
     crs: Annotated[str, Field(min_length=1, max_length=5000)] | None = about(
         'coordinate system of a raster that does not state its own, such as "EPSG:4326" for degrees',
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
     corner: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
         "position of the south-west corner of the world, relative to the same corner of the raster; absent: [0, 0]",
         "m",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
     scale: Positive | None = quantity(
-        "horizontal meters of the world per meter of the land; absent: 1", "1", None, exclude_if=is_absent
+        "horizontal meters of the world per meter of the land; absent: 1", "1", omit=True
     )
-    vertical: Positive | None = quantity(
-        "factor for the elevations; absent: 1", "1", None, exclude_if=is_absent
-    )
+    vertical: Positive | None = quantity("factor for the elevations; absent: 1", "1", omit=True)
     missing: Real | None = quantity(
-        "elevation of cells without data; absent: such cells are an error", "m", None, exclude_if=is_absent
+        "elevation of cells without data; absent: such cells are an error", "m", omit=True
     )
-    cover: FileName | None = about("a raster of land-cover class numbers", None, exclude_if=is_absent)
-    cover_band: Band | None = about(
-        "number or name of its band; absent: the first", None, exclude_if=is_absent
-    )
-    classes: dict[Name, LandClass] = Field(
-        default_factory=dict, exclude_if=is_empty, description="name = properties of land of this class"
-    )
-    layers: list[Layer] = about("vector layers on the land", [], exclude_if=is_empty)
-    drainage: Drainage | None = about(
-        "lakes, streams and sea where water collects; absent: none", None, exclude_if=is_absent
-    )
+    cover: FileName | None = about("a raster of land-cover class numbers", omit=True)
+    cover_band: Band | None = about("number or name of its band; absent: the first", omit=True)
+    classes: dict[Name, LandClass] = table("name = properties of land of this class", dict, omit=True)
+    layers: list[Layer] = about("vector layers on the land", [], omit=True)
+    drainage: Drainage | None = about("lakes, streams and sea where water collects; absent: none", omit=True)

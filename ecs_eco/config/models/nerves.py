@@ -12,11 +12,11 @@ from ecs_eco.inputs.section import (
     Function,
     Name,
     NonNegative,
+    Pair,
     Real,
     Section,
     WithParameters,
     about,
-    is_absent,
     quantity,
     table,
 )
@@ -25,9 +25,7 @@ from ecs_eco.inputs.section import (
 class Continuous(Section, own=True):
     """A numeric action: the policy draws it from a normal distribution, and reflexes shift it."""
 
-    continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
-        "minimum and maximum of the number", "unit of the group"
-    )
+    continuous: Pair = quantity("minimum and maximum of the number", "unit of the group")
 
 
 THINKING = ("shared", "individual")  # kinds of policies that are neural networks
@@ -128,8 +126,7 @@ class Policy(Section, change=SHAPE):
     function: WithParameters | None = about(
         "module:name of a function of sensors (n, channels) and uids (n) to choices (n, groups), "
         'of kind "function"',
-        None,
-        exclude_if=is_absent,
+        omit=True,
         entries=SHAPE,
     )
     inherit: Literal["none", "birth", "learned"] = about(

@@ -15,7 +15,6 @@ from ecs_eco.inputs.section import (
     Section,
     Share,
     about,
-    is_absent,
     quantity,
 )
 
@@ -42,8 +41,7 @@ class Bearing(Reproduction):
     )
     eggs: str | None = about(
         "species with `hatch` that newborns start as; absent: newborns belong to their own species",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=ANEW,
     )
 

@@ -14,7 +14,6 @@ from ecs_eco.inputs.section import (
     Share,
     about,
     function_name,
-    is_absent,
     quantity,
     table,
 )
@@ -132,11 +131,7 @@ class Search(Section):
         "candidates tested on further seeds before the best is chosen", 4
     )
     confirm: Confirm = table("the final test", Confirm)
-    posterior: Posterior = Field(
-        default_factory=Posterior,
-        exclude_if=lambda it: it == Posterior(),
-        description="settings of abc and abc-smc",
-    )
+    posterior: Posterior = table("settings of abc and abc-smc", Posterior, omit=True)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimizer", 1)
     ranges: dict[
         str, Annotated[Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)]
@@ -164,22 +159,21 @@ class Data(Section):
         "a CSV file next to the world file: a header with column names, then a row for each of the evenly "
         "spaced times"
     )
-    time: Text | None = about("the column of times; absent: the first column", None, exclude_if=is_absent)
+    time: Text | None = about("the column of times; absent: the first column", omit=True)
     unit: Text | None = about(
-        'unit of the times, such as "year"; absent: the name of their column', None, exclude_if=is_absent
+        'unit of the times, such as "year"; absent: the name of their column', omit=True
     )
-    columns: dict[Text, Text] = Field(
-        default_factory=dict,
+    columns: dict[Text, Text] = table(
+        "column = the species or reporter that it is compared with; columns not listed are compared with the "
+        "species or reporter of the same name",
+        dict,
         max_length=64,
-        description="column = the species or reporter that it is compared with; columns not listed are "
-        "compared with the species or reporter of the same name",
     )
     ticks: Positive | None = quantity(
         "length of a unit of time in the world; absent: unknown, so lags and amplitudes are compared period "
         "by period",
         "ticks",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
     statistics: Annotated[list[Literal["period", "lag", "amplitude", "mean"]], Field(min_length=1)] = about(
         "features that the objective data compares: period of the cycle (if `ticks` is given), lags between "

@@ -8,7 +8,7 @@ plain name of a smell is the mean over all noses for it.
 
 import math
 from collections import Counter
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -24,7 +24,6 @@ from ecs_eco.inputs.section import (
     WithParameters,
     about,
     function_name,
-    is_absent,
     quantity,
 )
 
@@ -36,10 +35,9 @@ ON_BODY = (
 WIDEST = 2.0 * math.pi + 1e-6
 
 
-def _is_zero(value: float | list[float]) -> bool:
-    """Return whether rays begin at the center or point ahead, the former behavior; serialization leaves
-    the key out then, so that worlds keep their hashes."""
-    return not any(value if isinstance(value, list) else [value])
+def _on_body(text: str) -> Any:
+    """Declare a position on the body that files leave out at the center, as `omit` does in 3 axes, too."""
+    return quantity(text, "1", [0.0, 0.0], exclude_if=lambda at: not any(at), own=COLUMN)
 
 
 Kin = Literal["mother", "father", "offspring", "siblings"]
@@ -70,12 +68,8 @@ class Own(Sensor):
         "substance of the species, or Component.field of a custom component"
     )
     scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0, own=True)
-    at: Point = quantity(
-        f"{ON_BODY}; it matters only for the pressure in a compressible body, which depends on depth",
-        "1",
-        [0.0, 0.0],
-        exclude_if=_is_zero,
-        own=COLUMN,
+    at: Point = _on_body(
+        f"{ON_BODY}; it matters only for the pressure in a compressible body, which depends on depth"
     )
 
     called = "{0.property}"
@@ -101,16 +95,10 @@ class Nearest(Sensor, own=True):
     blind: NonNegative = quantity(
         "distance at which it detects the target in the dark, if sight is given", "m", 0.0
     )
-    kin: Kin | None = about(
-        "count only relatives, in its own species or its eggs; absent: all", None, exclude_if=is_absent
-    )
+    kin: Kin | None = about("count only relatives, in its own species or its eggs; absent: all", omit=True)
 
-    at: Point = quantity(
-        f"{ON_BODY}; direction and distance are measured from there, with the heading of the body",
-        "1",
-        [0.0, 0.0],
-        exclude_if=_is_zero,
-        own=COLUMN,
+    at: Point = _on_body(
+        f"{ON_BODY}; direction and distance are measured from there, with the heading of the body"
     )
 
     def base(self) -> str:
@@ -137,23 +125,18 @@ class Rays(Sensor):
     report: Literal["per_ray", "closest"] = about(
         "the closeness along each ray, or the position of the closest hit", "closest"
     )
-    at: Point = quantity(f"{ON_BODY}; rays begin there", "1", [0.0, 0.0], exclude_if=_is_zero, own=COLUMN)
+    at: Point = _on_body(f"{ON_BODY}; rays begin there")
     angle: Angle = quantity(
-        "direction of the middle ray; 0 is ahead and left is positive",
-        "rad",
-        0.0,
-        exclude_if=_is_zero,
-        own=True,
+        "direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0, omit=True, own=True
     )
     sight: NonNegative | None = quantity(
         "if given, its sight depends on light: blind + sight × light at its eye, at most range",
         "m",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         own=True,
     )
     blind: NonNegative = quantity(
-        "maximum distance of sight in the dark, if sight is given", "m", 0.0, exclude_if=_is_zero, own=True
+        "maximum distance of sight in the dark, if sight is given", "m", 0.0, omit=True, own=True
     )
 
     def channels(self, dims: int) -> tuple[str, ...]:
@@ -197,9 +180,7 @@ class Property(Sensor, own=COLUMN):
         own=True,
     )
 
-    kin: Kin | None = about(
-        "count only relatives, in the named species; absent: all", None, exclude_if=is_absent
-    )
+    kin: Kin | None = about("count only relatives, in the named species; absent: all", omit=True)
 
     def base(self) -> str:
         kin = [self.kin] if self.kin else []

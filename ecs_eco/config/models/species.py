@@ -42,7 +42,6 @@ from ecs_eco.inputs.section import (
     Real,
     Share,
     about,
-    is_absent,
     quantity,
     table,
 )
@@ -89,8 +88,7 @@ class Species(
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
         "minimum and maximum age of founders and immigrants, drawn uniformly; absent: all have age 0",
         "s",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=FREE,
         own=PARENTLESS,
     )
@@ -167,8 +165,7 @@ class Species(
 
     @model_validator(mode="after")
     def _name_traits(self) -> Self:
-        """Give traits the present names of keys; a derived trait that names no key replaces the value
-        whose key ends with its name."""
+        """Give traits the present names of keys; complete the name of a derived trait."""
         derived = {} if self.genome is None else self.genome.derived
         for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
             if coded.trait is not None:
@@ -186,8 +183,7 @@ class Species(
         return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
-        """Return the names that formulas, weights and reflexes may use, and the channels that each
-        averages."""
+        """Return the names that networks may use, and the channels that each averages."""
         fields: dict[str, tuple[int, ...]] = {}
         channels: dict[str, tuple[int, ...]] = {}
         row = 0
@@ -200,8 +196,7 @@ class Species(
         return fields | channels
 
     def groups(self) -> dict[str, list[str]]:
-        """Return the names of the actions of each group; a continuous group has a single action with the
-        name of the group."""
+        """Return the actions of each group; a continuous group has one, with the name of the group."""
         return {
             group: [group] if isinstance(actions, Continuous) else actions
             for group, actions in self.actions.items()
@@ -216,8 +211,7 @@ class Species(
         }
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
-        """Return the action groups that shipped systems carry out, each with the word for an action in
-        messages and the actions."""
+        """Return the groups that shipped systems carry out: the word for an action, and the actions."""
         known: dict[str, tuple[str, list[str]]] = {}
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())
@@ -236,9 +230,13 @@ class Species(
         """Return (group, action) for every action, in the order of the decision vector."""
         return tuple([(group, action) for group, actions in self.groups().items() for action in actions])
 
+    def decisions(self) -> list[tuple[str, str]]:
+        """Return (group, action) for every action that needs a decision."""
+        always = set(self.always_on)
+        return [pair for pair in self.action_list() if always.isdisjoint((pair[1], ".".join(pair)))]
+
     def action_rows(self) -> dict[str, int]:
-        """Return the row in the decision vector by group.action, and by the plain name if only one group
-        has it."""
+        """Return the row in the decision vector by group.action, and by the plain name if it is unique."""
         rows = {pair: row for row, pair in enumerate(self.action_list())}
         plain = [action for _, action in rows]
         full = {f"{group}.{action}": row for (group, action), row in rows.items()}
@@ -253,8 +251,7 @@ class Species(
         return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:
-        """Return the names of properties that the species can sense in itself and that sensors can read in
-        its bodies."""
+        """Return the names of properties that sensors can read in its bodies, its own included."""
         return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
 

@@ -17,14 +17,13 @@ from ecs_eco.inputs.section import (
     SHAPE,
     Name,
     NonNegative,
+    Pair,
     Point,
     Positive,
     Real,
     Section,
     Share,
     about,
-    is_absent,
-    is_empty,
     quantity,
     table,
 )
@@ -54,8 +53,7 @@ class Space(Section):
 
     @property
     def widest(self) -> float:
-        """The maximum distance of a search [m]: half of the shorter side of a torus, or the diagonal
-        between walls."""
+        """The maximum distance of a search [m]: half of the torus, or the diagonal between walls."""
         return min(self.size[:2]) / 2 if self.edges == "torus" else math.hypot(*self.size)
 
     @property
@@ -75,7 +73,7 @@ class Hills(Section):
 class Landmark(Section):
     """A mountain, a rock or a lake: a disc on the ground."""
 
-    at: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("center", "m")
+    at: Pair = quantity("center", "m")
     radius: Positive = quantity("radius of the disc", "m")
     height: NonNegative = quantity("height of the top above the surrounding ground; not for a lake", "m", 0.0)
 
@@ -83,9 +81,7 @@ class Landmark(Section):
 class Strip(Section):
     """A road: a strip of ground on which walkers are faster or slower, and pay more or less."""
 
-    line: Annotated[list[Annotated[list[Real], Field(min_length=2, max_length=2)]], Field(min_length=2)] = (
-        quantity("the vertices of its center line", "m")
-    )
+    line: Annotated[list[Pair], Field(min_length=2)] = quantity("the vertices of its center line", "m")
     width: Positive = quantity(
         "width of the strip; it covers at least the ground cells on the line", "m", 1.0
     )
@@ -113,7 +109,7 @@ class Terrain(RealLand):
     rocks: list[Landmark] = table("cannot be entered or seen through", list)
     lakes: list[Landmark] = table("water", list)
     roads: list[Strip] = about(
-        "roads that exist from the start; later roads are interventions", [], exclude_if=is_empty
+        "roads that exist from the start; later roads are interventions", [], omit=True
     )
     slope_cost: NonNegative = quantity(
         "extra cost of moving, as a factor per unit of slope", "1", 1.0, change=FREE
@@ -122,7 +118,7 @@ class Terrain(RealLand):
         "whether hills block the view of rays and of `nearest` with occlusion, whose eyes are at the top of "
         "the body; else only rocks do",
         False,
-        exclude_if=is_absent,
+        omit=True,
     )
 
 
@@ -142,25 +138,21 @@ class ScalarField(Section):
     decay: NonNegative = quantity("proportion lost per second", "1/s", 0.0, change=FREE)
     substance: str | None = about(
         "the substance whose concentration [mol/L] it represents; absent: a smell without an amount of matter",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
-    depth: Positive | None = quantity(
-        "thickness of the layer in a plane; absent: 1 m", "m", None, exclude_if=is_absent
-    )
+    depth: Positive | None = quantity("thickness of the layer in a plane; absent: 1 m", "m", omit=True)
     initial: Positive | None = quantity(
-        "concentration at the start, and target of renewal; absent: 0", "mol/L", None, exclude_if=is_absent
+        "concentration at the start, and target of renewal; absent: 0", "mol/L", omit=True
     )
     renewal: Positive | None = quantity(
         "proportion of the difference from `initial` that air, rain or springs from outside the world "
         "restore per second; absent: none",
         "1/s",
-        None,
-        exclude_if=is_absent,
+        omit=True,
         change=FREE,
     )
     only: Literal["lakes", "land"] | None = about(
-        "region where `initial` applies; elsewhere it is 0; absent: everywhere", None, exclude_if=is_absent
+        "region where `initial` applies; elsewhere it is 0; absent: everywhere", omit=True
     )
 
 
@@ -196,19 +188,19 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
         "number of objects at random positions at the start", "1", 0, change=NUMBERS
     )
     at: list[Point] = table("positions of single objects at the start [m]", list, change=NUMBERS)
-    heading: list[Real] = Field(
+    heading: list[Real] = quantity(
+        "headings of the objects in at, counterclockwise from the x axis: a number for each, or one for all; "
+        "absent: 0",
+        "rad",
         default_factory=list,
-        exclude_if=is_empty,
-        json_schema_extra={"unit": "rad"},
-        description="headings of the objects in at, counterclockwise from the x axis: a number for each, or "
-        "one for all; absent: 0 [rad]",
+        omit=True,
     )
     between: list[Annotated[list[Real], Field(min_length=4, max_length=4)]] = quantity(
         "single objects at the start that extend between two positions on the ground, [x, y, x, y], which "
         "determine center, heading and length; capsules or boxes, in a volume on its floor",
         "m",
         default_factory=list,
-        exclude_if=is_empty,
+        omit=True,
         change=NUMBERS,
     )
     color: Color = about("color in figures, #rrggbb", "#888888", change=FREE)
@@ -217,23 +209,19 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
         f"physical properties by name: {', '.join(PROPERTIES)}", dict, entries=FREE
     )
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
-    energy: Store | None = about(
-        "energy that they contain as food; absent: none", None, exclude_if=is_absent, change=SHAPE
-    )
+    energy: Store | None = about("energy that they contain as food; absent: none", omit=True, change=SHAPE)
     renewal: NonNegative = quantity(
         "rate at which each object missing from `count` is replaced, at a random position; 0: never",
         "1/s",
         0.0,
-        exclude_if=is_empty,
+        omit=True,
         change=FREE,
     )
-    motion: Motion | None = about(
-        "movement by themselves; absent: they do not move", None, exclude_if=is_absent, change=SHAPE
-    )
+    motion: Motion | None = about("movement by themselves; absent: they do not move", omit=True, change=SHAPE)
     pushed: bool = about(
         "whether solid bodies push them away, as solid bodies push each other; else nothing pushes them",
         False,
-        exclude_if=is_absent,
+        omit=True,
         change=FREE,
     )
 

@@ -9,6 +9,7 @@ from ecs_eco.inputs.section import (
     FREE,
     Name,
     NonNegative,
+    Pair,
     Positive,
     Real,
     Section,
@@ -90,9 +91,7 @@ class Current(Section):
     """The velocity of the water at one depth; linear between two depths."""
 
     depth: NonNegative = quantity("depth below the surface", "m")
-    velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
-        "velocity along x and y", "m/s"
-    )
+    velocity: Pair = quantity("velocity along x and y", "m/s")
 
 
 def _from_above(current: list[Current]) -> list[Current]:

@@ -10,9 +10,9 @@ from pydantic import Field, PrivateAttr
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.former import by_former_names
 from ecs_eco.config.models.archipelago import Archipelago
-from ecs_eco.config.models.interventions import AnyIntervention, AnyUse
+from ecs_eco.config.models.interventions import AnyIntervention, AnyUse, Tick
 from ecs_eco.config.models.reporters import Reporter
-from ecs_eco.config.models.search import Data, Search, Viewer
+from ecs_eco.config.models.search import Data, Search, Ticks, Viewer
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water, Year
@@ -25,15 +25,13 @@ from ecs_eco.inputs.section import (
     FREE,
     CodeEntry,
     Name,
+    Pair,
     Positive,
-    Real,
     Section,
     Share,
     Use,
     WithParameters,
     about,
-    is_absent,
-    is_empty,
     quantity,
     table,
 )
@@ -43,7 +41,7 @@ class Ramp(Section):
     """A number that changes during training, in steps."""
 
     key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
-    values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
+    values: Pair = about("at the start and at the end")
     duration: Share = quantity(
         "fraction of the training over which it changes; then it is constant", "1", 1.0, former="until"
     )
@@ -70,7 +68,7 @@ class Training(Section):
         },
     )
 
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
+    ticks: Ticks = quantity("length", "ticks", 1000)
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
         "last fraction of the training, over which weights are averaged", "1", 0.2
     )
@@ -82,7 +80,7 @@ class Training(Section):
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
         "dotted key = [low, high]: each world has its own value, spaced by equal factors", dict
     )
-    renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
+    renew: Tick = quantity(
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
@@ -108,16 +106,14 @@ class WorldConfig(Section):
         'installed modules ("mypackage.ecology"); runs only if you allow it',
         list,
     )
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity(
-        "default length of a run", "ticks", 1000, change=FREE
-    )
+    ticks: Ticks = quantity("default length of a run", "ticks", 1000, change=FREE)
     dt: Positive = quantity("length of a tick", "s", 1.0)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1, change=FREE)
     space: Space = about("size and edges of the space")
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None, change=FENCE)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun; absent: light is always ambient.light", None)
-    year: Year | None = about("the year; absent: sun.year, if given", None, exclude_if=is_absent)
+    year: Year | None = about("the year; absent: sun.year, if given", omit=True)
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
         "name = description, for each chemical substance", dict, entries=FREE
@@ -135,36 +131,24 @@ class WorldConfig(Section):
         "name = a measurement in every tick, recorded next to the numbers of the species: a formula such as "
         "mean(Metabolism.energy), or module:name of a function of the world",
         {},
-        exclude_if=is_empty,
+        omit=True,
     )
     record: Annotated[list[str], Field(max_length=64)] = about(
         "Component.field of organisms, also of custom components, to record at birth, at death and in snapshots",
         [],
-        exclude_if=is_empty,
+        omit=True,
     )
     interventions: list[AnyIntervention] = table("interventions during a run", list, change=FREE)
-    land_use: list[AnyUse] = about("continuous harvests and plantings", [], exclude_if=is_empty)
+    land_use: list[AnyUse] = about("continuous harvests and plantings", [], omit=True)
     archipelago: Archipelago | None = about(
         "islands that exchange migrants, each a world as described in this file; absent: a single world",
-        None,
-        exclude_if=is_absent,
+        omit=True,
     )
-    data: Data | None = about(
-        "measurements to compare the world with; absent: none", None, exclude_if=is_absent
-    )
-    search: Search = Field(
-        default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them"
-    )
-    viewer: Viewer = Field(
-        default_factory=Viewer,
-        exclude=True,
-        description="controls that the viewer shows first; runs ignore it",
-    )
-
-    patterns: list[str] = Field(
-        default_factory=list,
-        exclude=True,
-        description="patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them",
+    data: Data | None = about("measurements to compare the world with; absent: none", omit=True)
+    search: Search = table("settings of `ecs-eco search`; runs ignore them", Search, exclude=True)
+    viewer: Viewer = table("controls that the viewer shows first; runs ignore it", Viewer, exclude=True)
+    patterns: list[str] = table(
+        "patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them", list, exclude=True
     )
 
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
@@ -179,8 +163,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the names of properties and substances of the bodies of a species or object type; objects
-        that are the remains of a species have the species' own."""
+        """Return the properties and substances of bodies of a kind; remains have also those of the dead."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -192,16 +175,14 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """Return the users' own components of a species, including components of features; None for a component
-        that may not be loaded yet or is invalid."""
+        """Return the user's components of a species; None for one that is invalid or may not run yet."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
         unknown = [None] if species.model_extra else []  # features that may not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Return Component.field of every number in the user's own components of a species, with its
-        default; components whose code may not run yet are left out."""
+        """Return Component.field of every number in the user's loaded components, with its default."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -215,24 +196,16 @@ class WorldConfig(Section):
         return "." in name and kind in self.species and None in self.own_components(self.species[kind])
 
     def family(self, name: str) -> tuple[str, ...]:
-        """Return the species whose members count as kin of a species: itself and the species that become
-        it."""
+        """Return the species whose members count as kin of a species."""
         return (name, *(one for one, s in self.species.items() if name in of_each(s, "becomes")))
 
     def have_parents(self) -> frozenset[str]:
         """Return the species whose members must know their parents."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
+        known = [name for name, species in self.species.items() if species.knows_kin()]
         if self.archipelago is not None:  # migrants keep their descent
-            young |= {one for name in self.archipelago.migration_probability for one in self.family(name)}
-        return frozenset(
-            young
-            | {
-                one
-                for name, species in self.species.items()
-                if species.knows_kin()
-                for one in self.family(name)
-            }
-        )
+            known += self.archipelago.migration_probability
+        return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
         """Return the object types and species whose bodies have a property or substance, each by name."""
