@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Velocity
+from ecs_eco.config import WorldConfig
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
 from ecs_eco.ecosystem import World
@@ -63,6 +64,17 @@ class Live(Watched):
     def tick(self) -> int:
         """The next tick."""
         return self.world.tick
+
+    @property
+    def earliest(self) -> int:
+        """The earliest tick at which it can be branched."""
+        first = self.ring.first
+        return self.tick if self.ring.why or first is None else first
+
+    @property
+    def config(self) -> WorldConfig | None:
+        """The configuration in force."""
+        return self.world.config
 
     @property
     def done(self) -> bool:

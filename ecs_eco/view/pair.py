@@ -12,13 +12,15 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ecs_eco.config.knobs import offered
 from ecs_eco.config.shipped import titles
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError, listed, nearest
 from ecs_eco.view.branch import Start
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
-from ecs_eco.view.second import Second, beside, choices, fork, forks
-from ecs_eco.view.source import Message, Source, said, short
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.second import Second, beside, fork
+from ecs_eco.view.source import Message, said, short
 
 SEEDS = 2**53  # numbers in a page are no longer exact from here on
 
@@ -74,7 +76,7 @@ class Picker:
         return made
 
 
-def reason(first: Source, second: Source | None) -> str:
+def reason(first: Live | Replay, second: Live | Replay | None) -> str:
     """Return the reason why the displayed world cannot be replaced."""
     if second is not None:
         return "Two worlds are shown side by side."
@@ -97,8 +99,8 @@ class Pair:
 
     def __init__(
         self,
-        first: Source,
-        second: Source | None = None,
+        first: Live | Replay,
+        second: Live | Replay | None = None,
         names: tuple[str, str] = ("", ""),
         start: Start | None = None,
         picker: Picker | None = None,
@@ -165,7 +167,7 @@ class Pair:
     def hello(self) -> Message:
         """Return the first message, including whether it can be branched and which worlds may replace it."""
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
-        return self.first.hello() | {"forks": forks(self.first), "begins": begins}
+        return self.first.hello() | {"forks": self.first.config is not None, "begins": begins}
 
     def greeting(self) -> list[Message]:
         """Return the messages that a new page needs about both worlds."""
@@ -215,7 +217,8 @@ class Pair:
                 raise ValueError(f"begin: {self._why}")
             return [self.picker.ask(request)]
         if request["kind"] == "params":
-            return [choices(self.first)]
+            first = self.first.earliest if isinstance(self.first, Live) else self.tick
+            return [{"kind": "params", **offered(self.first.config), "forks": [first, self.tick]}]
         if self.second is not None and request["kind"] in ("fill", "tree") and request.get("second"):
             return self.second.tell(request)
         if self.second is None or not isinstance(self.first, Live):

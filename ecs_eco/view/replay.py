@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
+from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view.account import of_run
 from ecs_eco.view.curves import series
@@ -74,6 +75,16 @@ class Replay(Watched):
     def tick(self) -> int:
         """The displayed tick; pages show the state at its end."""
         return self._tick
+
+    @property
+    def earliest(self) -> int:
+        """The first recorded tick."""
+        return self.recording.first
+
+    @property
+    def config(self) -> WorldConfig | None:
+        """The configuration of the run; None if its world cannot be built here."""
+        return None if self.recording.scene is None else self.recording.scene.config
 
     @property
     def done(self) -> bool:

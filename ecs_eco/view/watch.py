@@ -15,14 +15,14 @@ from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import USUAL, Player
+from ecs_eco.view.replay import Replay
 from ecs_eco.view.server import Server
-from ecs_eco.view.source import Source
 
 Announce = Callable[[str], None]
 
 
 def watch(
-    source: Source,
+    source: Live | Replay | Pair,
     announce: Announce = print,
     *,
     port: int = 0,
@@ -52,7 +52,7 @@ def watch(
             raise
 
 
-def served(source: Source, *how: Any, **more: Any) -> Player:
+def served(source: Live | Replay | Pair, *how: Any, **more: Any) -> Player:
     """Return a player of a source that lets pages create branches; arguments as for `Player`."""
     pair = source if isinstance(source, Pair) else Pair(source)
     if pair.picker is not None:
