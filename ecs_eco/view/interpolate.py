@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.parts import Columns, Parts
+from ecs_eco.view.parts import Columns
 
 STATE = ("x", "y", "z", "heading", "energy", "happiness")
 EVENT = ("uid", "species", "x", "y", "z", "energy")
@@ -112,27 +112,3 @@ class Chapter:
         now[3] = np.nan_to_num(now[3])
         x, y, z, heading, energy, happiness = now
         return Organisms(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
-
-
-def chapter(
-    tick: int,
-    first: int,
-    last: int,
-    every: int,
-    snapshots: Parts,
-    births: Parts,
-    deaths: Parts,
-    size: Sequence[float],
-    torus: bool,
-) -> Chapter:
-    """Return the chapter that contains a tick of a run that was recorded from `first` to `last`, with a
-    snapshot every `every` ticks."""
-    a = max(first, tick // every * every)
-    b = min((tick // every + 1) * every, last + 1)
-    state = ("uid", "species", *STATE)
-    before = snapshots.between(a, a, state) if a % every == 0 else None
-    after = snapshots.between(b, b, state) if b <= last else None
-    # without a snapshot, all were born here or were present when the recording began
-    since = -(2**62) if before is None else a + 1
-    births_then, deaths_then = (parts.between(since, min(b, last), EVENT) for parts in (births, deaths))
-    return Chapter(a, b, before, after, births_then, deaths_then, size, torus)
