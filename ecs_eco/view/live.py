@@ -33,7 +33,7 @@ FOLLOWED = 16  # organisms whose traces are kept
 
 
 class Live(Watched):
-    """A living world to be watched, run in this thread; see `ecs_eco.view.source.Source`.
+    """A living world to be watched, run in this thread.
 
     `last` is the tick at which the run ends, None for never. Watching changes nothing: pages act on the world
     only through interventions, at the start of the next tick.
@@ -62,27 +62,22 @@ class Live(Watched):
 
     @property
     def tick(self) -> int:
-        """The next tick."""
         return self.world.tick
 
     @property
     def earliest(self) -> int:
-        """The earliest tick at which it can be branched."""
         first = self.ring.first
         return self.tick if self.ring.why or first is None else first
 
     @property
     def config(self) -> WorldConfig | None:
-        """The configuration in force."""
         return self.world.config
 
     @property
     def done(self) -> bool:
-        """True if the world has reached its end."""
         return self.last is not None and self.world.tick >= self.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run the world. Call `turn()` before every tick and after the last, until it returns False."""
         world = self.world
         go, served = True, False
         self.ring.used = True
@@ -106,7 +101,6 @@ class Live(Watched):
                 world.run(10**12 if self.last is None else max(0, self.last - world.tick))
 
     def hello(self) -> Message:
-        """Return the data about the world that a page needs."""
         genes = {name: dict.fromkeys(codes) for name, codes in self.genes.items()}
         return super().hello() | {
             "first": 0,
@@ -119,11 +113,9 @@ class Live(Watched):
         }
 
     def passed(self) -> None:
-        """Update the story after a tick."""
         self.tally.passed()
 
     def news(self) -> list[Message]:
-        """Return the marks again after an intervention, and the story if it has new entries."""
         done, entries = (len(self.world.intervened), uses_of(self.world)), self.story.entries
         marks = [] if self._announced == done else [self.marks()]
         told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
@@ -132,7 +124,6 @@ class Live(Watched):
         return [*marks, *story]
 
     def marks(self) -> Message:
-        """Return the interventions so far, and the land."""
         done = [
             {"tick": tick, "text": in_words(intervention)}
             for tick, intervention in self.world.intervened[-1000:]
@@ -147,16 +138,13 @@ class Live(Watched):
         }
 
     def counts(self) -> dict[str, int]:
-        """Return the number of organisms or objects of each kind."""
         return {name: int(self.world.tables[name].n) for name in (*self.species, *self.objects)}
 
     @property
     def scene(self) -> World:
-        """The world."""
         return self.world
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species, or the objects of a type, by the rows of their table."""
         table = self.world.tables[name]
         high, p = table.high, table[Position]
         budget = getattr(table.species.section, "metabolism", None) if Metabolism in table else None
@@ -186,15 +174,12 @@ class Live(Watched):
         return column
 
     def sample(self) -> None:
-        """Add a point to the curves."""
         self.curves.add(self.tally.point())
 
     def series(self, after: int) -> Message | None:
-        """Return the points after a tick."""
         return self.curves.after(after)
 
     def state(self, uid: int) -> Message:
-        """Return one organism, living or dead; raise KeyError for an unknown one."""
         state = self.last_states.state_of(uid)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         return state | {"trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
@@ -215,7 +200,6 @@ class Live(Watched):
         }
 
     def answer(self, request: Message) -> list[Message]:
-        """Answer `act`, `seek`, `why` or `params`."""
         kind = request["kind"]
         if kind == "act":
             return [self._act(request.get("what"))]

@@ -20,7 +20,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.second import Second, beside, fork
-from ecs_eco.view.source import Message, said, short
+from ecs_eco.view.source import Message, Source, said, short
 
 SEEDS = 2**53  # numbers in a page are no longer exact from here on
 
@@ -90,8 +90,9 @@ ALONE = 0.2  # [s] the same, while the first world is paused
 WORDS = 0.25  # [s] between two sentences
 
 
-class Pair:
-    """A source, and optionally a second one next to it; see `ecs_eco.view.source.Source`.
+class Pair(Source):
+    """A source, and optionally a second one next to it. Frames are of both worlds, one after the other, or of
+    the first while the second has no state of this tick.
 
     `start` is the command that started a living world, for the command that reproduces its branches; `picker`
     offers the worlds that may replace it. Call `attend(player)` before `run`.
@@ -119,41 +120,32 @@ class Pair:
 
     @property
     def tick(self) -> int:
-        """The displayed tick."""
         return self.first.tick
 
     @property
     def done(self) -> bool:
-        """True if this is the last tick."""
         return self.first.done
 
     def counts(self) -> dict[str, int]:
-        """Return the population sizes in the first world."""
         return self.first.counts()
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
-        """Return deaths in the first world."""
         return self.first.fates(after)
 
     def field(self, name: str) -> Message:
-        """Return the map of a field of the first world."""
         return self.first.field(name)
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the color scales, which both worlds share."""
         return self.first.scales(colour)
 
     def series(self, after: int) -> Message | None:
-        """Return points of the first world; those of the second come with `news`."""
         return self.first.series(after)
 
     def organism(self, uid: int) -> Message:
-        """Return an organism of the first world; if a second world is shown, with the name of its world."""
         state = self.first.organism(uid)
         return state if self.second is None else self.second.labelled(state, second=False)
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run both worlds."""
 
         def both() -> bool:
             go = turn()
@@ -165,17 +157,14 @@ class Pair:
         self.first.run(both)
 
     def hello(self) -> Message:
-        """Return the first message, including whether it can be branched and which worlds may replace it."""
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
         return self.first.hello() | {"forks": self.first.config is not None, "begins": begins}
 
     def greeting(self) -> list[Message]:
-        """Return the messages that a new page needs about both worlds."""
         own = [self._marked(message) for message in self.first.greeting()]
         return own if self.second is None else [*own, *self.second.greeting(), self._sentence()]
 
     def news(self) -> list[Message]:
-        """Return new messages of both worlds, and let the second catch up while it lags."""
         if self._behind():
             self._come_up(ALONE)
         out = [self._marked(message) for message in self.first.news()]
@@ -189,27 +178,22 @@ class Pair:
         return out
 
     def passed(self) -> None:
-        """Update both worlds after a tick."""
         self.first.passed()
         if self.second is not None:
             self._come_up()
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frames of both worlds, one after the other; only the first while the second has
-        no state of this tick."""
         frame = self.first.frame(number, colour)
         if self.second is None or not self.second.there:
             return frame
         return frame + self.second.frame(number, colour)
 
     def sample(self) -> None:
-        """Add a point to the curves of both worlds."""
         self.first.sample()
         if self.second is not None:
             self.second.sample()
 
     def handle(self, request: Message) -> list[Message]:
-        """Create or close a branch; pass all other requests to the first world, and let the second follow."""
         if request["kind"] == "whatif":
             return self._whatif(request)
         if request["kind"] == "begin":

@@ -1,4 +1,4 @@
-"""A recorded run as a source for the viewer; see `ecs_eco.view.source.Source`."""
+"""A recorded run as a source for the viewer."""
 
 from __future__ import annotations
 
@@ -73,26 +73,21 @@ class Replay(Watched):
 
     @property
     def tick(self) -> int:
-        """The displayed tick; pages show the state at its end."""
         return self._tick
 
     @property
     def earliest(self) -> int:
-        """The first recorded tick."""
         return self.recording.first
 
     @property
     def config(self) -> WorldConfig | None:
-        """The configuration of the run; None if its world cannot be built here."""
         return None if self.recording.scene is None else self.recording.scene.config
 
     @property
     def done(self) -> bool:
-        """True if this is the last tick."""
         return self._tick >= self.recording.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Show one tick after another."""
         try:
             while turn():
                 self._tick = min(self._tick + 1, self.recording.last)
@@ -100,7 +95,6 @@ class Replay(Watched):
             self._rerun.halt()
 
     def hello(self) -> Message:
-        """Return the data about the run that a page needs."""
         if self._hello is None:
             r = self.recording
             self._hello = super().hello() | {
@@ -172,14 +166,12 @@ class Replay(Watched):
         }
 
     def greeting(self) -> list[Message]:
-        """Return births and deaths along the timeline, interventions, and the story."""
         both = super().greeting()
         if self.recording.scene is not None:
             return both
         return [*both, said("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def marks(self) -> Message:
-        """Return births and deaths along the timeline, interventions, stretches, and the land."""
         r = self.recording
         return {
             "kind": "marks",
@@ -190,7 +182,6 @@ class Replay(Watched):
         } | drawn(self._land)
 
     def news(self) -> list[Message]:
-        """Return the marks if the land changed, and the result of a `fill` when it is ready."""
         before, self._land = self._land, self.recording.land(self._tick)
         return [*([] if self._land == before else [self.marks()]), *self._filled()]
 
@@ -217,7 +208,6 @@ class Replay(Watched):
             return [message, self.marks()]
 
     def counts(self) -> dict[str, int]:
-        """Return the number of organisms or objects of each kind."""
         return self.recording.numbers(self._tick) | {
             name: len(places) for name, places in self.recording.objects.items()
         }
@@ -232,7 +222,6 @@ class Replay(Watched):
         return organisms
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species at this tick, ordered by uid, or the permanent objects of a type."""
         if name in self.objects:
             return self._lying(name)
         o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])
@@ -262,14 +251,12 @@ class Replay(Watched):
 
     @property
     def scene(self) -> World | None:
-        """A world without organisms, at this tick; None if it cannot be built here."""
         scene: World | None = self.recording.scene
         if scene is not None:
             scene.tick = self._tick
         return scene
 
     def series(self, after: int) -> Message | None:
-        """Return the points after a tick, including future ones; −1 returns all points."""
         if self._curves is None:
             self._curves = self._all()
         return self._curves if self._curves["tick"][-1] > after else None
@@ -290,11 +277,9 @@ class Replay(Watched):
         return sky(self.recording.scene)[0]
 
     def state(self, uid: int) -> Message:
-        """Return the state of one organism at this tick; raise KeyError if it was never born."""
         return self.lives.organism(uid, self._tick)
 
     def answer(self, request: Message) -> list[Message]:
-        """Answer `seek`, `fill` or `why`; refuse interventions."""
         kind = request["kind"]
         if kind == "seek":
             return self._seek(request.get("tick"))

@@ -21,12 +21,11 @@ class Source(Protocol):
     """A source for the viewer.
 
     All methods are called in the thread that created it. Messages are described in docs/how-to/watching.md.
-    `tick` is the displayed tick, `done` whether it is the last.
     """
 
     @property
     def tick(self) -> int:
-        """The displayed tick."""
+        """The displayed tick: of a living world the next one, of a recorded run the one whose end is shown."""
 
     @property
     def done(self) -> bool:
@@ -57,7 +56,11 @@ class Source(Protocol):
         """Return the number of each species and object type, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello."""
+        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello.
+
+        Values 1 to 255 span the range in `scales`; 0 means that the organism has no value or that it is
+        unknown.
+        """
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
         """Return the deaths of animals after a tick, at most of the last five ticks: tick, number of the
