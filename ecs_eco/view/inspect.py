@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, S
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
 from ecs_eco.genomes.promoters import copies_in
-from ecs_eco.nervous.thoughts import Minds, minds, thinkers
+from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.space.bodies import extents
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.scene import reach_of
@@ -219,20 +219,24 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
         if own.happiness is not None
         else (None, None)
     )
-    return described(own.channels, own.actions, minds(table, rows, at), happiness, reward, own.ranges.groups)
+    mind, continuous = minds(table, rows, at), own.ranges.groups
+    actions = (
+        (group, name, *values, group in continuous)
+        for (group, name), *values in zip(
+            own.actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True
+        )
+    )
+    return described(zip(own.channels, mind.x[0], strict=True), actions, happiness, reward)
 
 
 def described(
-    channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
+    sensors: Iterable[tuple[str, Any]], actions: Iterable[tuple[Any, ...]], happiness: Any, reward: Any
 ) -> dict[str, Any]:
-    """Return one organism's nervous system (the first of `mind`) in the viewer's form. Actions of the groups
-    `continuous` are numbers."""
-    rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
+    """Return one organism's nervous system in the viewer's form, from the names and readings of its sensors and
+    the arguments of `action`."""
     return {
-        "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
-        "actions": [
-            action(group, name, y, p, z, h, group in continuous) for (group, name), y, p, z, h in rows
-        ],
+        "sensors": [{"name": name, "value": number(value)} for name, value in sensors],
+        "actions": [action(*values) for values in actions],
         "happiness": number(happiness),
         "reward": number(reward),
     }

@@ -83,6 +83,20 @@ class Blocks:
             }
         return {name: np.concatenate([columns[name] for columns in blocks]) for name in ("tick", *names)}
 
+    def of(self, uid: int, first: int, last: int, names: Sequence[str]) -> Columns:
+        """Return these columns of an organism's rows from tick `first` to tick `last`."""
+        blocks: list[Columns] = []
+        for group in self.groups:
+            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first and _has(group, uid):
+                tick, uids = self.read(group, ("tick", "uid")).values()
+                rows = np.flatnonzero((uids == uid) & (tick >= first) & (tick <= last))
+                if rows.size:
+                    columns = self.read(group, ("tick", *names))
+                    blocks.append({name: column[rows] for name, column in columns.items()})
+        return {
+            n: np.concatenate([b[n] for b in blocks]) if blocks else np.zeros(0) for n in ("tick", *names)
+        }
+
     def each(self, names: Sequence[str]) -> Iterator[Columns]:
         """Yield these columns, one row group at a time."""
         for group in self.groups:
@@ -91,15 +105,16 @@ class Blocks:
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
         """Return an organism's first row at or after a tick as a dict, None if there is none."""
         for group in self.groups:
-            if (
-                group.rows
-                and group.ticks[1] >= first
-                and (group.uids is None or group.uids[0] <= uid <= group.uids[1])
-            ):
+            if group.rows and group.ticks[1] >= first and _has(group, uid):
                 at = np.flatnonzero(self.read(group, ("uid",))["uid"] == uid)
                 if at.size:
                     return {name: column[at[0]] for name, column in self.read(group, names).items()}
         return None
+
+
+def _has(group: Group, uid: int) -> bool:
+    """Return whether a group may contain an organism."""
+    return group.uids is None or group.uids[0] <= uid <= group.uids[1]
 
 
 class Kept(Blocks):

@@ -21,7 +21,8 @@ from ecs_eco.record.details import KIND
 from ecs_eco.record.recorder import Recorder
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.requests import repeat_requests
-from ecs_eco.view.parts import Columns
+from ecs_eco.view.interpolate import STATE
+from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording
 
 ROWS = 2_000_000  # largest number of organisms times ticks in a stretch
@@ -42,21 +43,22 @@ class Stretch:
         sexes: dict[int, int],
         wrong: int | None,
     ) -> None:
-        joined = {
-            kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]}
-            for kind, pieces in blocks.items()
-        }
         self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
-        self.details = {
-            kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)
-        }
-        self.states = joined.get("snapshots", {})
+        self.states = _kept(blocks.get("snapshots", ()))
+        self.details = {k.removeprefix(KIND): _kept(rows) for k, rows in blocks.items() if k.startswith(KIND)}
 
     def at(self, tick: int, species: int) -> Columns:
         """Return the state of all organisms of a species (by its number) at a tick: uid, x, y, z, heading,
         energy, happiness."""
-        chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
-        return {name: column[chosen] for name, column in self.states.items()}
+        columns = self.states.between(tick, tick, ("species", "uid", *STATE))
+        return {name: column[columns["species"] == species] for name, column in columns.items()}
+
+
+def _kept(blocks: Sequence[Columns]) -> Kept:
+    out = Kept(0, 2**62)
+    for columns in blocks:
+        out.add(columns)
+    return out
 
 
 def compute(
