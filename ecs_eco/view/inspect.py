@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from ecs_eco.view.scene import reach_of
 
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
-KEPT = 64  # organisms
 OF_NOW = ("born", "died", "parents", "children", "generation")  # fields that can change after death
 
 
@@ -306,37 +305,3 @@ def number(value: float | None) -> float | None:
         if abs(value) < 1e15
         else float(value)
     )
-
-
-class LastStates:
-    """Notes the state of each dying organism in `watched` (uids), before its row is freed."""
-
-    def __init__(self, world: World, lives: Genealogy, watched: Collection[int]) -> None:
-        self.world, self.lives, self.watched = world, lives, watched
-        self._states: dict[int, dict[str, Any]] = {}  # by uid, the latest death last
-        world.on_death.append(self._has_died)
-
-    def state_of(self, uid: int) -> dict[str, Any]:
-        """Return the message "organism" of an organism; raise KeyError if it never existed.
-
-        For a dead organism that was watched, this is its last state, at tick `as_of`.
-        """
-        state = state_of(self.world, uid, lives=self.lives)
-        last = self._states.get(uid)
-        if state["alive"] or state["died"] is None or last is None:
-            return state
-        note = f"State in its last tick, {last['as_of']:,}."
-        return last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
-
-    def _has_died(self, table: Table, rows: np.ndarray) -> None:
-        if not self.watched:
-            return
-
-        for uid in table.uid[rows].tolist():
-            if uid in self.watched:
-                state, nerves = state_of(self.world, uid), table.species.nerves
-                felt = nerves is not None and nerves.thoughts is not None and state["nerves"] is not None
-                self._states.pop(uid, None)
-                self._states[uid] = state | {"as_of": nerves.thoughts.tick if felt else self.world.tick}
-                while len(self._states) > KEPT:
-                    self._states.pop(next(iter(self._states)))

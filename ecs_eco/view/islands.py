@@ -196,9 +196,7 @@ def watch_islands(
     use. Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
     """
     shown = Map(folder)
-    with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce)) as entrance:
-        if browser:
-            entrance.open_browser()
+    with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce, browser)):
         shown.run()
 
 

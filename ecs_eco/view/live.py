@@ -20,7 +20,7 @@ from ecs_eco.view.account import REMEMBERED, of_world
 from ecs_eco.view.curves import Curves
 from ecs_eco.view.families import Families
 from ecs_eco.view.genealogy import Genealogy
-from ecs_eco.view.inspect import LastStates
+from ecs_eco.view.inspect import OF_NOW, state_of
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
@@ -30,6 +30,7 @@ from ecs_eco.view.watched import Crowd, Watched, tick_of
 
 TRACED = 600  # points of the happiness trace of one organism
 FOLLOWED = 16  # organisms whose traces are kept
+KEPT = 64  # organisms whose last states are kept
 
 
 class Live(Watched):
@@ -57,7 +58,8 @@ class Live(Watched):
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self.last_states = LastStates(world, self.genealogy, self._traces.keys())
+        self.last_states: dict[int, Message] = {}  # of the dead by uid, the latest death last
+        world.on_death.append(self._has_died)
         self._announced = len(world.intervened), uses_of(world)
 
     @property
@@ -180,9 +182,24 @@ class Live(Watched):
         return self.curves.after(after)
 
     def state(self, uid: int) -> Message:
-        state = self.last_states.state_of(uid)
+        state = state_of(self.world, uid, lives=self.genealogy)
+        last = self.last_states.get(uid)
+        if not state["alive"] and state["died"] is not None and last is not None:
+            note = f"State in its last tick, {last['as_of']:,}."
+            state = last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         return state | {"trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
+
+    def _has_died(self, table: Table, rows: np.ndarray) -> None:
+        """Note the state of each dying organism that is followed, before its row is freed."""
+        for uid in table.uid[rows].tolist() if self._traces else ():
+            if uid in self._traces:
+                state, nerves = state_of(self.world, uid), table.species.nerves
+                felt = nerves is not None and nerves.thoughts is not None and state["nerves"] is not None
+                self.last_states.pop(uid, None)
+                self.last_states[uid] = state | {"as_of": nerves.thoughts.tick if felt else self.tick}
+                while len(self.last_states) > KEPT:
+                    self.last_states.pop(next(iter(self.last_states)))
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Add a point to an organism's trace and return the trace. Only the traces of the last few selected

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view.source import Known, Message, Source, said, short, text
+from ecs_eco.view.source import Message, Source, said, short, text
 
 FIELDS = 0.5  # [s] between two maps of a field
 
@@ -133,7 +133,8 @@ def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> Non
         view.selected = None
 
 
-def _second(source: Source) -> Known | None:
+def _second(source: Source) -> Any:
+    """Return the second world next to a source, or None."""
     return getattr(source, "second", None)
 
 

@@ -9,14 +9,6 @@ from typing import Any, Protocol
 Message = dict[str, Any]
 
 
-class Known(Protocol):
-    """A world that can report on single organisms."""
-
-    def organism(self, uid: int) -> Message:
-        """Return everything known about one organism now: {"kind": "organism", …}; raise KeyError if it never
-        existed."""
-
-
 class Source(Protocol):
     """A source for the viewer.
 
