@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable
 
@@ -209,7 +208,7 @@ class Live(Watched):
         while len(self._traces) > FOLLOWED:
             self._traces.pop(next(iter(self._traces)))
         if energy is not None and (not points or points[-1][0] < self.tick):
-            points.append((self.tick, _number(happiness), _number(energy)))
+            points.append((self.tick, happiness, energy))
         names = ("tick", "happiness", "energy")
         return {
             name: list(values)
@@ -253,7 +252,3 @@ class Live(Watched):
             field = ".".join(map(str, problems[0].key)) if problems else "act"
             return said("error", str(error), field)
         return said("info", f"tick {self.tick}: {in_words(request)}")
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")

@@ -20,7 +20,7 @@ from ecs_eco.view.parts import Cache
 from ecs_eco.view.past import Past
 from ecs_eco.view.recording import COMPARED, GeneValues, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch, note, stretches
-from ecs_eco.view.scene import describe, drawn, eyes_of, size_in, sized, sky
+from ecs_eco.view.scene import describe, drawn, eyes_of, plain_kind, sized, sky
 from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
@@ -124,30 +124,13 @@ class Replay(Watched):
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
             return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
         kinds = [
-            {
-                "name": n,
-                "color": colors.get(n, "#888888"),
-                **size_in(config["species"][n]["body"]),
-                "moves": bool(config["species"][n].get("locomotion")),
-                "sessile": not config["species"][n].get("locomotion"),
-                "genes": [],
-                "learns": False,
-                "sees": eyes_of(config["species"][n].get("sensors")),
-            }
+            plain_kind(n, config["species"][n], colors.get(n))
+            | {"sees": eyes_of(config["species"][n].get("sensors"))}
             for n in r.species
         ]
         things = [
-            {
-                "name": n,
-                "color": config["objects"][n].get("color", "#888888"),
-                **size_in(config["objects"][n]["body"]),
-                "moves": False,
-                "sessile": True,
-                "genes": [],
-                "learns": False,
-                "inanimate": True,
-                "solid": config["objects"][n]["body"]["solid"],
-            }
+            plain_kind(n, config["objects"][n], config["objects"][n].get("color"))
+            | {"inanimate": True, "solid": config["objects"][n]["body"]["solid"]}
             for n in self.objects
         ]
         world = r.manifest["world"]

@@ -254,10 +254,11 @@ def shape_of(body: Body) -> dict[str, Any]:
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 
 
-def size_in(body: dict[str, Any]) -> dict[str, Any]:
-    """Return radius, shape and size [m] of bodies from their section of a manifest."""
-    known = Body.model_validate(body)
-    return {"radius": known.radius} | shape_of(known)
+def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[str, Any]:
+    """Return the data about a species or an object type that its section of a manifest contains."""
+    body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
+    out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
+    return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}
 
 
 def sized(
