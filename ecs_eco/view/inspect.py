@@ -120,82 +120,62 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     """Return a genome u8[loci] as text, with the place and value of each gene. Weights of a network are
-    counted, not listed."""
-    if layout.longest is not None:
-        return _with_copies(layout, loci)
+    counted, not listed.
+
+    In a genome of variable length, each copy of a gene has its string, place and value; genes without copies
+    have no letters.
+    """
     decoded, length = layout.decode(loci[None]), layout.length
-    text = layout.alphabet.decode(loci)
-    genes = []
-    for code in layout.genes:
-        value = decoded[code.name][0]
-        gene = {
-            "name": code.name,
-            "trait": code.gene.trait,
-            "from": int(code.first),
-            "to": int(code.stop),
-            "value": _listed(value),
-            "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
-        }
-        if layout.ploidy == 2:
-            gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], code.name)[0]]
-        genes.append(gene)
-    return {
-        "alphabet": layout.alphabet.letters,
-        "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
-        "genes": genes,
-    }
-
-
-def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome of variable length as text, with the string, place and value of each copy of a gene.
-    Genes without copies have no letters."""
-    decoded, genes, seen = layout.decode(loci[None]), [], dict.fromkeys(layout.promoters, 0)
+    letters, text = {"alphabet": layout.alphabet.letters}, layout.text(loci)
+    if layout.longest is None:
+        genes = [_gene(code, code.first, code.stop, decoded[code.name][0]) for code in layout.genes]
+        for gene in genes if layout.ploidy == 2 else ():
+            gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], gene["name"])[0]]
+        strings = [text[s * length : (s + 1) * length] for s in range(layout.ploidy)]
+        return letters | {"strings": strings, "genes": genes}
+    genes, seen = [], dict.fromkeys(layout.promoters, 0)
     for piece in layout.mark(loci):
         if piece.gene:
-            code = layout[piece.gene]
             value = layout.values_of(loci[None], piece.gene)[1][seen[piece.gene]]
             seen[piece.gene] += 1
-            genes.append(
-                {
-                    "name": code.name,
-                    "trait": code.gene.trait,
-                    "string": piece.string,
-                    "from": piece.first,
-                    "to": piece.first + len(piece.letters),
-                    "value": _listed(value),
-                    "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
-                }
-            )
-    genes += [
-        {
-            "name": name,
-            "trait": layout[name].gene.trait,
-            "from": 0,
-            "to": 0,
-            "value": _listed(decoded[name][0]),
-            "text": "absent",
-        }
-        for name, n in seen.items()
-        if not n
+            end = piece.first + len(piece.letters)
+            genes.append(_gene(layout[piece.gene], piece.first, end, value) | {"string": piece.string})
+    absent = [
+        _gene(layout[name], 0, 0, decoded[name][0]) | {"text": "absent"} for name, n in seen.items() if not n
     ]
+    return letters | {"strings": text.split(layout.separator), "genes": genes + absent}
+
+
+def _gene(code: Any, first: int, end: int, value: np.ndarray | float) -> dict[str, Any]:
     return {
-        "alphabet": layout.alphabet.letters,
-        "strings": layout.text(loci).split(layout.separator),
-        "genes": genes,
+        "name": code.name,
+        "trait": code.gene.trait,
+        "from": int(first),
+        "to": int(end),
+        "value": _listed(value),
+        "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
     }
 
 
-def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome of variable length as the record describes it: the places of genes, without values."""
-    promoters = {g["name"]: g["promoter"] for g in known["genes"]}
-    spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
-    traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
-    genes = [
-        {"name": name, "trait": traits[name], "string": s, "from": at, "to": at + spans[name], "value": None}
-        for s, string in enumerate(strings)
-        for name, at in copies_in(string, promoters, spans)
-    ]
-    return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
+def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
+    """Return a genome as the record describes it: the places of genes, without values."""
+    genes = known["genes"]
+    if known.get("longest"):
+        promoters = {g["name"]: g["promoter"] for g in genes}
+        spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in genes}
+        strings = text.split(known["separator"])
+        places = [
+            {"name": name, "string": s, "from": at, "to": at + spans[name]}
+            for s, string in enumerate(strings)
+            for name, at in copies_in(string, promoters, spans)
+        ]
+    else:
+        length = len(text) // known["ploidy"]
+        strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
+        places = [{"name": g["name"], "from": g["at"], "to": g["at"] + g["letters"]} for g in genes]
+    traits = {g["name"]: g["trait"] for g in genes}
+    found = [place | {"trait": traits[place["name"]], "value": None} for place in places]
+    return {"alphabet": known["alphabet"], "strings": strings, "genes": found}
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:

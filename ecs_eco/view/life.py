@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.view.genealogy import Genealogy
-from ecs_eco.view.inspect import SEXES, copies_found, described, marked, nothing_of, number
+from ecs_eco.view.inspect import SEXES, described, marked, nothing_of, number, recorded_genome
 from ecs_eco.view.parts import Blocks, Columns
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
@@ -95,23 +95,7 @@ class Lives:
         ):
             return marked(heredity.layout, heredity.layout.rows([text])[0])
         known = r.manifest.get("genomes", {}).get(species)
-        if known is None:
-            return None
-        if known.get("longest"):
-            return copies_found(known, text)
-        length = len(text) // known["ploidy"]
-        genes = [
-            {
-                "name": g["name"],
-                "trait": g["trait"],
-                "from": g["at"],
-                "to": g["at"] + g["letters"],
-                "value": None,
-            }
-            for g in known["genes"]
-        ]
-        strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
-        return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
+        return None if known is None else recorded_genome(known, text)
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         """Return the state at a tick from details, recorded or rerun; None if there are none."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,22 +85,17 @@ class Ring:
         while self.points[-1].tick > tick:
             self.points.pop()
         self.acts = [act for act in self.acts if act[0] < tick]
-        with self._again():
+        self.busy = True
+        try:
             self._load(self.points[-1])
             for when, what in [act for act in self.acts if act[0] >= self.world.tick]:
                 self.world.run(when - self.world.tick)
                 self.world.intervene(what)
             self.world.run(tick - self.world.tick)
-        self._since = time.thread_time()
-        return tick
-
-    @contextmanager
-    def _again(self) -> Iterator[None]:
-        self.busy = True
-        try:
-            yield
         finally:
             self.busy = False
+        self._since = time.thread_time()
+        return tick
 
     def _keep(self) -> None:
         world, recorder = self.world, self.world.recorder
