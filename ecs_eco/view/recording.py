@@ -282,15 +282,12 @@ class GeneValues:
     def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
         """Return a gene's values in organisms (uids ascending): f32[n]."""
         kept, decoded = self._kept.get(name, (np.zeros(0, np.uint64), {}))
-        if not np.isin(uid, kept).all():
-            fresh = uid[~np.isin(uid, kept)]
-            values = self._decoded(name, fresh)
-            old = np.isin(kept, uid)
+        fresh = uid[~np.isin(uid, kept)]
+        if fresh.size:
+            values, old = self._decoded(name, fresh), np.isin(kept, uid)
             order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
             decoded = {
-                g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[
-                    order
-                ]
+                g: np.concatenate([decoded.get(g, np.zeros(0, np.float32))[old], values[g]])[order]
                 for g in values
             }
             kept = np.concatenate([kept[old], fresh])[order]

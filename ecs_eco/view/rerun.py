@@ -212,34 +212,16 @@ def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, 
     number of focal organisms, and the first tick at which a filled one differs from the record."""
     record = str(recording.manifest.get("record") or "")
     kind, _, most = record.partition("=")
-    out: list[dict[str, Any]] = []
+    known: dict[tuple[int, int], list[str]] = {}
     for name in recording.species:
-        for first, last in spans(recording, name):
-            same = next((s for s in out if (s["first"], s["last"]) == (first, last)), None)
-            if same is not None:
-                same["species"].append(name)
-            else:
-                out.append(
-                    {
-                        "kind": "full" if kind == "full" else "focal",
-                        "first": first,
-                        "last": last,
-                        "species": [name],
-                        "n": int(most) if most.isdecimal() else None,
-                        "wrong": None,
-                    }
-                )
-    return out + [
-        {
-            "kind": "filled",
-            "first": s.first,
-            "last": s.last,
-            "species": sorted(s.details),
-            "n": None,
-            "wrong": s.wrong,
-        }
-        for s in again
+        for span in spans(recording, name):
+            known.setdefault(span, []).append(name)
+    n = int(most) if most.isdecimal() else None
+    told: list[tuple[Any, ...]] = [
+        ("full" if kind == "full" else "focal", *span, species, n, None) for span, species in known.items()
     ]
+    told += [("filled", s.first, s.last, sorted(s.details), None, s.wrong) for s in again]
+    return [dict(zip(("kind", "first", "last", "species", "n", "wrong"), one, strict=True)) for one in told]
 
 
 def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
