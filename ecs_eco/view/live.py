@@ -24,7 +24,8 @@ from ecs_eco.view.journal import Journal
 from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
 from ecs_eco.view.source import Message, said
-from ecs_eco.view.tally import Tally
+from ecs_eco.view.story import EVERY, Story, foods_of
+from ecs_eco.view.tally import point
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
 TRACED = 600  # points of the happiness trace of one organism
@@ -40,6 +41,7 @@ class Live(Watched):
     """
 
     mode, ahead = "live", 1
+    story: Story
 
     def __init__(self, world: World, last: int | None = None) -> None:
         self.world, self.last = world, last
@@ -48,10 +50,10 @@ class Live(Watched):
         self.genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
-        self.tally = Tally(world, self.journal, {name: list(codes) for name, codes in self.genes.items()})
-        self.foods, self.story = self.tally.foods, self.tally.story
+        self.foods = foods_of(None if world.config is None else world.config.model_dump(include={"species"}))
+        self.story = Story(self.species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
         super().__init__(world.space.size)
-        self.ring = Ring(world, self.journal, self.tally)
+        self.ring = Ring(world, self.journal, self.story)
         self._told = -1, 0  # the latest story entry that was sent: its tick, number of entries
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
@@ -114,7 +116,11 @@ class Live(Watched):
         }
 
     def passed(self) -> None:
-        self.tally.passed()
+        k, over = len(self.species), self.world.tick - 1  # as in the records: the last completed tick
+        n = np.array([self.world.tables[name].n for name in self.species], np.int64)
+        if over % EVERY == 0 or self.story.changes(n):
+            births, bred = self.journal.born[:k], self.journal.bred[:k]
+            self.story.note(max(0, over), n, births, lambda: self.journal.died[:k], bred)
 
     def news(self) -> list[Message]:
         done, entries = (len(self.world.intervened), uses_of(self.world)), self.story.entries
@@ -175,7 +181,7 @@ class Live(Watched):
         return column
 
     def sample(self) -> None:
-        self.curves.add(self.tally.point())
+        self.curves.add(point(self.world, self.journal, self.genes))
 
     def series(self, after: int) -> Message | None:
         return self.curves.after(after)

@@ -14,7 +14,7 @@ from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record import rewinding
 from ecs_eco.view.journal import Journal
-from ecs_eco.view.tally import Tally
+from ecs_eco.view.story import Story
 
 MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest is dropped
 SHARE = 1 / 120  # of the world's run time, for making checkpoints
@@ -30,7 +30,7 @@ class Point(NamedTuple):
     config: Any
     recording: Any
     journal: tuple[np.ndarray, ...]
-    tally: dict[str, Any]
+    story: dict[str, Any]
     size: int  # [bytes]
 
 
@@ -41,8 +41,8 @@ class Ring:
     `why` is the reason why this world cannot go back, or "". Runs recorded in files cannot.
     """
 
-    def __init__(self, world: World, journal: Journal, tally: Tally) -> None:
-        self.world, self.journal, self.tally = world, journal, tally
+    def __init__(self, world: World, journal: Journal, story: Story) -> None:
+        self.world, self.journal, self.story = world, journal, story
         self.points: deque[Point] = deque()
         self.acts: list[tuple[int, Any]] = []  # (tick, intervention), in order
         self.used = False  # whether checkpoints are made
@@ -115,7 +115,7 @@ class Ring:
                 world.config,
                 recording,
                 self.journal.mark(),
-                self.tally.mark(),
+                self.story.mark(),
                 sum(array.nbytes for array in arrays.values()),
             )
         )
@@ -130,4 +130,4 @@ class Ring:
             world.reconfigure(point.config)
         frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
         self.journal.go_back(point.tick, int(world.next_uid), point.journal)
-        self.tally.go_back(point.tally)
+        self.story.go_back(point.story)

@@ -54,6 +54,10 @@ class Story:
         for name in STATE:
             setattr(self, name, copy(mark[name]))
 
+    def changes(self, n: np.ndarray) -> bool:
+        """Return whether a species has appeared or died out since the last `note`, or none was made."""
+        return None in self._low or (n == 0).tolist() != self._gone
+
     def note(
         self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
     ) -> None:
