@@ -30,7 +30,7 @@ class Point(NamedTuple):
     config: Any
     recording: Any
     journal: tuple[np.ndarray, ...]
-    story: dict[str, Any]
+    story: tuple[Any, ...]
     size: int  # [bytes]
 
 
