@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import shlex
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.edit import literal
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.inputs.section import Use, function_name
@@ -41,9 +42,9 @@ def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Messag
     words += ["--trust"] if code else []
     if change is not None and change["kind"] == "set":
         for key, value in change["set"].items():
-            words += ["--set", f"{key}={inline(value)}"]
+            words += ["--set", f"{key}={literal(value)}"]
     elif change is not None:
-        words += ["--set", f"interventions={inline(done)}"]
+        words += ["--set", f"interventions={literal(done)}"]
     return {"toml": tables(done), "command": shlex.join([*words, "--out", "NEW"])}
 
 
@@ -55,7 +56,7 @@ def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Me
         return {"toml": tables(done), "command": ""}
     words = ["ecs-eco", *start.words]
     if done:
-        words += ["--set", f"interventions={inline([*start.planned, *done])}"]
+        words += ["--set", f"interventions={literal([*start.planned, *done])}"]
     return {"toml": tables(done), "command": shlex.join([*words, "--out", "NEW"])}
 
 
@@ -68,23 +69,10 @@ def tables(done: Sequence[Message]) -> str:
     """Return interventions as TOML, one table each."""
     return "\n".join(
         "\n".join(
-            ["[[interventions]]", *(f"{_key(key)} = {inline(value)}" for key, value in what.items()), ""]
+            ["[[interventions]]", *(f"{key} = {literal(value)}" for key, value in what.items()), ""]
         )
         for what in done
     )
-
-
-def inline(value: object) -> str:
-    """Return a JSON value as TOML on one line."""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_key(key)} = {inline(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(inline, value)) + "]"
-    return json.dumps(value, ensure_ascii=False)
-
-
-def _key(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
 
 
 def of_living(live: Live, tick: int, change: Message | None) -> Live:

@@ -266,8 +266,6 @@ class Pair(Source):
         was = second.there
         try:
             second.follow(seconds)
-        except KeyboardInterrupt:
-            raise
         except Exception as error:
             self._close("")
             self._told.append(said("error", f"the second world stopped: {error}", "whatif"))

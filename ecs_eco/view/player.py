@@ -256,8 +256,9 @@ class Player(Inbox):
                 )
         except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-            page.send([text(said("error", words, str(kind)[:40]))])
-            self._log.refused(self.source.tick, view, request, words)
+            refusal = said("error", words, str(kind)[:40])
+            page.send([text(refusal)])
+            self._log.answered(self.source.tick, view, request, [refusal])
 
     def _ask(self, page: Page, view: View, request: Message) -> None:
         before = self.source.tick

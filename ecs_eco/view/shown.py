@@ -166,10 +166,6 @@ class Log:
             for answer in answers:
                 self._note(tick, answer, {"page": view.number, **_of(request)})
 
-    def refused(self, tick: int, view: View, request: Message, words: str) -> None:
-        """Log that a page's request was refused."""
-        self.answered(tick, view, request, [said("error", words)])
-
     def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
         """Log messages to all pages; return them as a list."""
         for message in messages:
