@@ -68,9 +68,7 @@ def dated(what: Message, tick: int) -> Message:
 def tables(done: Sequence[Message]) -> str:
     """Return interventions as TOML, one table each."""
     return "\n".join(
-        "\n".join(
-            ["[[interventions]]", *(f"{key} = {literal(value)}" for key, value in what.items()), ""]
-        )
+        "\n".join(["[[interventions]]", *(f"{key} = {literal(value)}" for key, value in what.items()), ""])
         for what in done
     )
 

@@ -205,23 +205,15 @@ class Painter:
             ax.set_yticks([h - t for t in at], [f"{t:g}" for t in at])
         elif (terrain := getattr(self.replay.recording.scene, "terrain", None)) is not None:
             draw_relief(ax, Relief.of(terrain), self.extent)
-        for name, places in self.replay.recording.objects.items():
+        for name, lying in self.replay.recording.objects.items():
             kind = next(kind for kind in self.replay.hello()["objects"] if kind["name"] == name)
+            centres, (heading, *sides) = lying[:, [0, 2 if self.volume else 1]], lying[:, 3:].T
             if kind.get("shape"):
-                heading, *sides = self.replay.recording.poses(name).T
-                centres = places[:, [0, 2 if self.volume else 1]]
-                ax.add_collection(
-                    self._shapes(
-                        outlines(kind["shape"], centres, heading, sides, self.volume),
-                        self.hues[name],
-                        linewidth=0,
-                        alpha=0.8,
-                    )
-                )
+                corners = outlines(kind["shape"], centres, heading, sides, self.volume)
+                ax.add_collection(self._shapes(corners, self.hues[name], linewidth=0, alpha=0.8))
                 continue
-            radius = kind["radius"]
-            size = max(radius * self.scale, LEAST["moves"])
-            self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
+            size = max(kind["radius"] * self.scale, LEAST["moves"])
+            self._discs(ax, centres[:, 0], centres[:, 1], size, self.hues[name], 0.6)
 
     def _strip(
         self, kind: dict[str, Any], place: tuple[float, ...], ticks: np.ndarray, n: np.ndarray, labelled: bool

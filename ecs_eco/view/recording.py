@@ -100,19 +100,10 @@ class Recording:
         """Return columns of the details of a species at a tick, empty if none were recorded."""
         return self.details[species].between(tick, tick, names)
 
-    @property
-    def objects(self) -> dict[str, np.ndarray]:
-        """Places f32[n, 3] [m] of permanent objects by type, from the first checkpoint that still exists."""
-        return {name: columns[:, :3] for name, columns in self._lying.items()}
-
-    def poses(self, name: str) -> np.ndarray:
-        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
-        sizes are 0 for spheres."""
-        return self._lying[name][:, 3:]
-
     @cached_property
-    def _lying(self) -> dict[str, np.ndarray]:
-        """Place, heading and size f32[n, 7] of permanent objects, by type."""
+    def objects(self) -> dict[str, np.ndarray]:
+        """Place [m], heading [rad], length, width and height [m] of permanent objects by type, f32[n, 7], from
+        the first checkpoint that still exists; sizes are 0 for spheres."""
         config = self.manifest["config"]
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}

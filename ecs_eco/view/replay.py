@@ -122,7 +122,7 @@ class Replay(Watched):
                 kind["learns"] = decides and bool(learns)
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
-            return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
+            return message | {"objects": sized(message["objects"], r.objects, OBJECT_UID), "fields": fields}
         kinds = [
             plain_kind(n, config["species"][n], colors.get(n))
             | {"sees": eyes_of(config["species"][n].get("sensors"))}
@@ -144,7 +144,7 @@ class Replay(Watched):
             "day": None,
             "usual_speed": 10.0,
             "species": kinds,
-            "objects": sized(things, r.poses, OBJECT_UID),
+            "objects": sized(things, r.objects, OBJECT_UID),
             "terrain": None,
         }
 
@@ -226,10 +226,10 @@ class Replay(Watched):
 
     def _lying(self, name: str) -> Crowd:
         before = self.objects[: self.objects.index(name)]
-        places, heading = self.recording.objects[name], self.recording.poses(name)[:, 0]
         first = OBJECT_UID + sum(len(self.recording.objects[other]) for other in before)
-        uid = np.arange(first, first + len(places), dtype=np.uint64)
-        x, y, z, heading = (np.ascontiguousarray(axis) for axis in (*places.T, heading))
+        lying = self.recording.objects[name]
+        uid = np.arange(first, first + len(lying), dtype=np.uint64)
+        x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
         return Crowd(uid, x, y, z, heading)
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -261,14 +261,12 @@ def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[st
     return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}
 
 
-def sized(
-    kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
-) -> list[dict[str, Any]]:
+def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first: int) -> list[dict[str, Any]]:
     """Return object types with the sizes [m] of individual capsules and boxes by uid, counted from `first`.
-    `poses` gives heading and size f32[n, 4] of the objects of a type."""
+    `objects` has place, heading and size f32[n, 7] of the objects of a type."""
     out = []
     for kind in kinds:
-        size = poses(kind["name"])[:, 1:].round(4).tolist()
+        size = objects[kind["name"]][:, 4:].round(4).tolist()
         uids = [str(first + i) for i in range(len(size))]
         first += len(size)
         out.append(kind | ({"sizes": dict(zip(uids, size, strict=True))} if kind.get("shape") else {}))
