@@ -81,7 +81,7 @@ class Lives:
         )
         died = None if death is None else int(death["tick"])
         names = ("uid", "x", "y", "z", "heading", "energy", "happiness")
-        seen = r.snapshots.of(uid, max(born, r.first), r.last if died is None else died, names)
+        seen = r.snapshots.between(max(born, r.first), r.last if died is None else died, names, uid)
         return Life(message, species, born, died, birth, seen)
 
     def _genome(self, species: str, text: object) -> dict[str, Any] | None:
@@ -168,11 +168,11 @@ def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
     """Return the state of an organism at a tick from details, or from snapshots of every tick, in the form of
     the message; None if there is none."""
     names = [name for group in blocks.groups[:1] for name in group.names]
-    columns = blocks.of(uid, tick, tick, names)
+    columns = blocks.between(tick, tick, names, uid)
     if not columns["tick"].size:
         return None
     row = {name: column[0] for name, column in columns.items()}
-    trace = _trace(blocks.of(uid, tick - TRACED, tick, ("happiness", "energy")), tick)
+    trace = _trace(blocks.between(tick - TRACED, tick, ("happiness", "energy"), uid), tick)
     nerves = {"nerves": _nerves(row)} if "reward" in row else {}
     return _state(row, trace) | nerves | {"detail": "full", "note": ""}
 

@@ -67,35 +67,23 @@ class Blocks:
         spans = [group.ticks for group in self.groups if group.rows]
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
-    def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
-        """Return these columns of all rows from tick `first` to tick `last`, in recorded order."""
+    def between(self, first: int, last: int, names: Sequence[str], uid: int | None = None) -> Columns:
+        """Return these columns of all rows from tick `first` to tick `last`, or of an organism's rows, in
+        recorded order."""
         blocks: list[Columns] = []
         for group in self.groups:
-            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:
-                columns = self.read(group, ("tick", *names))
-                if group.ticks[0] < first or group.ticks[1] > last:
-                    chosen = np.flatnonzero((columns["tick"] >= first) & (columns["tick"] <= last))
-                    columns = {name: column[chosen] for name, column in columns.items()}
-                blocks.append(columns)
+            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first and _has(group, uid):
+                keys = self.read(group, ("tick",) if uid is None else ("tick", "uid"))
+                chosen = (keys["tick"] >= first) & (keys["tick"] <= last)
+                chosen = chosen if uid is None else chosen & (keys["uid"] == uid)
+                if uid is None or chosen.any():
+                    columns = self.read(group, ("tick", *names))
+                    blocks.append({name: column[chosen] for name, column in columns.items()})
         if not blocks:
             return {
                 name: np.zeros(0, np.float32 if name in FLOATS else np.int64) for name in ("tick", *names)
             }
         return {name: np.concatenate([columns[name] for columns in blocks]) for name in ("tick", *names)}
-
-    def of(self, uid: int, first: int, last: int, names: Sequence[str]) -> Columns:
-        """Return these columns of an organism's rows from tick `first` to tick `last`."""
-        blocks: list[Columns] = []
-        for group in self.groups:
-            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first and _has(group, uid):
-                tick, uids = self.read(group, ("tick", "uid")).values()
-                rows = np.flatnonzero((uids == uid) & (tick >= first) & (tick <= last))
-                if rows.size:
-                    columns = self.read(group, ("tick", *names))
-                    blocks.append({name: column[rows] for name, column in columns.items()})
-        return {
-            n: np.concatenate([b[n] for b in blocks]) if blocks else np.zeros(0) for n in ("tick", *names)
-        }
 
     def each(self, names: Sequence[str]) -> Iterator[Columns]:
         """Yield these columns, one row group at a time."""
@@ -112,9 +100,9 @@ class Blocks:
         return None
 
 
-def _has(group: Group, uid: int) -> bool:
-    """Return whether a group may contain an organism."""
-    return group.uids is None or group.uids[0] <= uid <= group.uids[1]
+def _has(group: Group, uid: int | None) -> bool:
+    """Return whether a group may contain an organism, or any."""
+    return uid is None or group.uids is None or group.uids[0] <= uid <= group.uids[1]
 
 
 class Kept(Blocks):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -83,7 +82,7 @@ class Recording:
     def organisms(self, tick: int, species: str) -> Organisms:
         """Return the living of a species at the end of a tick: from details, else interpolated."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
-        return overlaid(organisms, self.details_at(tick, species))
+        return overlaid(organisms, self.details[species].between(tick, tick, ("uid", *STATE)))
 
     def _read_chapter(self, number: int) -> Chapter:
         """Return the ticks from one snapshot to the next, as far as they were recorded."""
@@ -95,10 +94,6 @@ class Recording:
         since = -(2**62) if before is None else a + 1
         births, deaths = (p.between(since, min(b, self.last), EVENT) for p in (self.births, self.deaths))
         return Chapter(a, b, before, after, births, deaths, self.size, self.torus)
-
-    def details_at(self, tick: int, species: str, names: Sequence[str] = ("uid", *STATE)) -> Columns:
-        """Return columns of the details of a species at a tick, empty if none were recorded."""
-        return self.details[species].between(tick, tick, names)
 
     @cached_property
     def objects(self) -> dict[str, np.ndarray]:
