@@ -56,9 +56,9 @@ class Genealogy:
         """Return the uids of its known parents: none, one or two."""
         return _parents(self.noted.births.find(uid, PARENTS))
 
-    def children(self, uid: int, most: int = CHILDREN) -> list[int]:
-        """Return the uids of an organism's children, at most the last `most`."""
-        return [int(child) for child in self.young(np.array([uid], np.uint64)).uid[-most:]]
+    def children(self, uid: int) -> list[int]:
+        """Return the uids of an organism's children, at most the last CHILDREN."""
+        return self.young(np.array([uid], np.uint64)).uid[-CHILDREN:].tolist()
 
     def generation(self, uid: int) -> int | None:
         """Return the length of an organism's longest line of ancestors, 0 if its parents are unknown, or None

@@ -34,10 +34,10 @@ class Group(NamedTuple):
 class Cache:
     """A cache of columns and open files; the oldest are dropped when there are too many bytes."""
 
-    def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
+    def __init__(self, budget: int = BUDGET) -> None:
         self.budget, self.size = budget, 0
         self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
-        self.file = lru_cache(files)(open_part)  # open parts whose seals were checked
+        self.file = lru_cache(4)(open_part)  # open parts whose seals were checked
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
         """Add a column to the cache."""

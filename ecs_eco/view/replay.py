@@ -177,14 +177,12 @@ class Replay(Watched):
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
         text = f"ticks {stretch.first} to {stretch.last} have been rerun: all details are available there"
-        if stretch.wrong is None:
-            message = said("info", text, "fill")
-        else:
-            differs = (
-                f"but the rerun differs from the recording from tick {stretch.wrong} on; "
+        if stretch.wrong is not None:
+            text += (
+                f"; but the rerun differs from the recording from tick {stretch.wrong} on; "
                 "different versions or another machine may be the cause"
             )
-            message = said("warning", f"{text}; {differs}", "fill")
+        message = said("info" if stretch.wrong is None else "warning", text, "fill")
         try:
             return [message, self.organism(self._rerun.uid), self.marks()]
         except KeyError:

@@ -222,23 +222,19 @@ class Second:
 
     def sentence(self) -> Message:
         """Return population sizes and a sentence on the present differences."""
-        tick = self.of.tick
-        n = self.source.counts()
+        tick, n = self.of.tick, self.source.counts()
         if self.there:
             since = self.start if self.forked else None
             kinds = sorted(self.of.hello()["species"], key=lambda kind: not kind["moves"])
-            told = differences(
-                [kind["name"] for kind in kinds], _side(self.of), _side(self.source), since, tick
-            )
-        elif tick < self.start:
-            told = {"text": f"It parts from the original at tick {self.start:,}.", "clauses": {}}
-        elif self.comes:
-            told = {"text": f"Catching up: tick {self.tick:,} of {tick:,}.", "clauses": {}}
+            names = [kind["name"] for kind in kinds]
+            told = differences(names, _side(self.of), _side(self.source), since, tick)
         else:
-            told = {
-                "text": f"It starts at tick {self.first:,}; earlier ticks are no longer stored.",
-                "clauses": {},
-            }
+            text = f"It starts at tick {self.first:,}; earlier ticks are no longer stored."
+            if tick < self.start:
+                text = f"It parts from the original at tick {self.start:,}."
+            elif self.comes:
+                text = f"Catching up: tick {self.tick:,} of {tick:,}."
+            told = {"text": text, "clauses": {}}
         return {"kind": "beside", "state": {"tick": self.tick, "there": self.there, "n": n, **told}}
 
 
