@@ -90,7 +90,7 @@ def of_living(live: Live, tick: int, change: Message | None) -> Live:
     check(world, change)
     if tick == now:
         meta, arrays = frozen.freeze(world, recording=False)
-        return _made(world, world.config, meta, {name: array.copy() for name, array in arrays.items()})
+        return _made(world, world.config, json.dumps(meta), {n: array.copy() for n, array in arrays.items()})
     points = [] if live.ring.why else [point for point in live.ring.points if point.tick <= tick]
     if not points:
         raise ValueError(
@@ -117,14 +117,14 @@ def check(world: World, change: Message | None) -> None:
         checked(world, change, waiting(world))
 
 
-def _made(world: World, config: WorldConfig, meta: dict[str, Any], arrays: dict[str, Any]) -> Live:
+def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any]) -> Live:
     """Return a second world in a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(
             f"what if: the system {function_name(handed[0])} was passed to this world as "
             "an instance, which cannot serve a second world; pass the class instead"
         )
-    where, meta = f"what if of the world {world.name!r}", json.loads(json.dumps(meta))
+    where, meta = f"what if of the world {world.name!r}", json.loads(state)
     made = frozen.thaw(type(world), meta, world.threads, config, (), where)
     made.reporters = {**world.reporters, **made.reporters}
     frozen.load(made, meta, arrays, where)

@@ -25,7 +25,7 @@ class Point(NamedTuple):
     """A checkpoint in memory, with the viewer's state at that tick."""
 
     tick: int
-    meta: dict[str, Any]
+    meta: str  # JSON
     arrays: dict[str, Any]
     config: Any
     recording: Any
@@ -100,17 +100,12 @@ class Ring:
     def _keep(self) -> None:
         world, recorder = self.world, self.world.recorder
         meta, arrays = frozen.freeze(world, recording=False)
-        meta |= {
-            "intervened": list(meta["intervened"]),
-            "causes": list(meta["causes"]),
-            "ambient": dict(meta["ambient"]),
-        }
         arrays = {name: array.copy() for name, array in arrays.items()}
         recording = None if recorder is None else rewinding.mark(recorder)
         self.points.append(
             Point(
                 world.tick,
-                meta,
+                json.dumps(meta),
                 arrays,
                 world.config,
                 recording,
@@ -128,6 +123,6 @@ class Ring:
             rewinding.go_back(world.recorder, point.recording)
         if world.config is not point.config:
             world.reconfigure(point.config)
-        frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
+        frozen.load(world, json.loads(point.meta), point.arrays, f"tick {point.tick}")
         self.journal.go_back(point.tick, int(world.next_uid), point.journal)
         self.story.go_back(point.story)
