@@ -49,20 +49,12 @@ class Chapter:
         self.size, self.torus = [*size, 0.0][:3], torus
         unknown = np.full(births["uid"].size, np.nan, np.float32)
         born = {**births, "heading": unknown, "happiness": unknown}
-        earlier = (
-            born
-            if before is None
-            else {k: np.concatenate([before[k], born[k]]) for k in ("uid", "species", *STATE)}
-        )
+        names, n = ("uid", "species", *STATE), 0 if before is None else before["uid"].size
+        earlier = born if before is None else {k: np.concatenate([before[k], born[k]]) for k in names}
         order = np.lexsort((earlier["uid"], earlier["species"]))
-        since = np.concatenate(
-            [np.full(0 if before is None else before["uid"].size, first), np.maximum(births["tick"], first)]
-        )
-        self.uid, self.species, self.since = (
-            earlier["uid"][order].astype(np.uint64),
-            earlier["species"][order],
-            since[order],
-        )
+        since = np.concatenate([np.full(n, first), np.maximum(births["tick"], first)])
+        self.uid, self.since = earlier["uid"][order].astype(np.uint64), since[order]
+        self.species = earlier["species"][order]
         self.start = np.stack([earlier[k][order].astype(np.float32) for k in STATE])  # f32[6, n]
         self.goal, self.until = self.start.copy(), np.full(self.uid.size, end)
         self.dies = np.zeros(self.uid.size, np.bool_)
@@ -73,7 +65,6 @@ class Chapter:
         self.dies[ended] = True
         missing = np.isnan(self.start)
         self.start[missing] = self.goal[missing]
-        self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
 
     def _lead(
         self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
@@ -92,9 +83,7 @@ class Chapter:
 
     def alive(self, tick: int, species: int) -> np.ndarray:
         """Return the array indices of the organisms of a species that live at the end of a tick: i64[k]."""
-        if species + 1 >= self.bounds.size:
-            return np.zeros(0, np.int64)
-        a, b = self.bounds[species], self.bounds[species + 1]
+        a, b = np.searchsorted(self.species, (species, species + 1))
         return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
 
     def organisms(self, tick: int, species: int) -> Organisms:

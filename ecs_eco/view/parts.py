@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record.parquet import open_part, read_group, read_metadata
+from ecs_eco.record.parquet import open_part, read_group, read_metadata, to_codes
 
 BUDGET = 192 * 2**20  # bytes of columns that are kept
 Columns = dict[str, np.ndarray]
@@ -162,7 +162,7 @@ class Parts(Blocks):
         if missing:
             table = read_group(group.path, cache.file(group.path, self.sealed), group.number, missing)
             for name in missing:
-                fresh[name] = self._plain(name, table[name].combine_chunks())
+                fresh[name] = self._plain(name, table[name])
                 cache.put((group.path, group.number, name), fresh[name])
         out = {}
         for name in names:
@@ -174,23 +174,14 @@ class Parts(Blocks):
             )
         return out
 
-    def _plain(self, name: str, column: pa.Array | pa.ChunkedArray) -> np.ndarray:
-        if isinstance(column, pa.ChunkedArray):
-            column = pa.concat_arrays(column.chunks)
-        if name in self.words and pa.types.is_dictionary(column.type):
-            known = list(self.words[name])
-            code = np.array(
-                [known.index(word) if word in known else -1 for word in column.dictionary.to_pylist()],
-                np.int16,
-            )
-            return (
-                code[column.indices.to_numpy(zero_copy_only=False)]
-                if code.size
-                else np.zeros(len(column), np.int16)
-            )
+    def _plain(self, name: str, column: pa.ChunkedArray) -> np.ndarray:
+        if name in self.words:
+            words, codes = to_codes(column)
+            known = {word: number for number, word in enumerate(self.words[name])}
+            return np.array([known.get(word, -1) for word in words], np.int16)[codes]
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
-        return column.to_numpy(zero_copy_only=False)
+        return column.to_numpy()
 
 
 FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")
