@@ -232,12 +232,8 @@ class Player(Inbox):
         kind = request.get("kind")
         if kind == "join":
             new = self._views[page] = View()
-            page.send(
-                [
-                    text(message)
-                    for message in (self.source.hello(), *self.source.greeting(), *self._log.came(new))
-                ]
-            )
+            greeting = self.source.hello(), *self.source.greeting(), *self._log.came(new)
+            page.send([text(message) for message in greeting])
             return
         if (view := self._views.get(page)) is None:
             return

@@ -123,26 +123,21 @@ class Recording:
     @cached_property
     def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
         """The lowest uid of each series of uids born in one tick, ascending, and that tick."""
-        uid, tick = [], []
+        uid, tick = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
         for columns in self.births.each(("uid", "tick")):
             order = np.argsort(columns["uid"], kind="stable")
             u, t = columns["uid"][order], columns["tick"][order]
             starts = np.flatnonzero(np.diff(t, prepend=-(2**62)))
             uid.append(u[starts])
             tick.append(t[starts])
-        return (
-            np.concatenate(uid or [np.zeros(0, np.uint64)]),
-            np.concatenate(tick or [np.zeros(0, np.int64)]),
-        )
+        return np.concatenate(uid), np.concatenate(tick)
 
     def born(self, uid: np.ndarray) -> np.ndarray:
         """Return the ticks at which organisms were born: i64[n]."""
         starts, ticks = self._births_by_uid
-        return (
-            ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
-            if ticks.size
-            else np.zeros(uid.size, np.int64)
-        )
+        if not ticks.size:
+            return np.zeros(uid.size, np.int64)
+        return ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
 
     def genomes(self, uid: np.ndarray) -> list[str]:
         """Return the genomes of organisms (uids ascending) as text, "" if there is none."""
