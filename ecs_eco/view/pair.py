@@ -20,7 +20,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.second import Second, beside, fork
-from ecs_eco.view.source import Message, Source, said, short
+from ecs_eco.view.source import Message, Source, is_whole, said, short
 
 SEEDS = 2**53  # numbers in a page are no longer exact from here on
 
@@ -54,8 +54,7 @@ class Picker:
                 f"begin: world = {short(world)}; expected {listed(self.titles)}; "
                 f"did you mean {nearest(str(world), list(self.titles))!r}?"
             )
-        whole = isinstance(seed, int) and not isinstance(seed, bool)
-        if seed is not None and not (whole and 0 <= seed < SEEDS):
+        if seed is not None and not is_whole(seed, 0, SEEDS):
             raise ValueError(
                 f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
                 "or null for the world's own seed"
@@ -218,7 +217,7 @@ class Pair(Source):
         if request.get("close"):
             return self._close("The second world is closed; the original continues.")
         tick, change = request.get("tick"), request.get("what")
-        if tick is not None and (isinstance(tick, bool) or not isinstance(tick, int)):
+        if tick is not None and not is_whole(tick, -(2**63)):
             raise ValueError(f"what if: tick = {str(tick)[:60]}; expected a whole number")
         try:
             made = fork(self.first, tick, change, self.begun)

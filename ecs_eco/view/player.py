@@ -16,7 +16,7 @@ from typing import Any
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.families import asked
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
-from ecs_eco.view.source import Message, Source, said, short, text
+from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 USUAL = 10.0  # ticks per second, called 1×
 FASTEST_FRAMES = 0.05  # [s] between frames
@@ -294,7 +294,7 @@ class Player(Inbox):
 
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
-        if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
+        if not is_whole(ticks, 1, 100_001):
             raise ValueError(f"step: ticks = {short(ticks)}; expected a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks

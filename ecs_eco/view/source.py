@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard
 
 Message = dict[str, Any]
 
@@ -91,10 +91,15 @@ def said(level: str, words: str, field: str | None = None) -> Message:
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 
+def is_whole(value: object, low: int = 0, end: int = 2**63) -> TypeGuard[int]:
+    """Return whether a value of a request is a whole number from `low` to before `end`."""
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value < end
+
+
 def uid_of(request: Message) -> int:
     """Return the uid of a request; raise ValueError if it has none."""
     uid = request.get("uid")
-    if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
+    if not is_whole(uid, 1):
         raise ValueError(f"{request['kind']}: uid = {short(uid)}; expected the uid of an organism")
     return uid
 
