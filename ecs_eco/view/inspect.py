@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -226,24 +226,11 @@ def action(
 ) -> dict[str, Any]:
     """Return the viewer's form of an action: reflex −1, 0 or 1, probability, and whether it was carried out;
     for a continuous action, the numbers that were added, chosen and carried out."""
-    if continuous:
-        return {
-            "group": group,
-            "name": name,
-            "reflex": number(reflex),
-            "probability": None,
-            "chosen": number(chosen),
-            "decision": number(decision),
-            "continuous": True,
-        }
-    return {
-        "group": group,
-        "name": name,
-        "reflex": int(reflex),
-        "probability": number(probability),
-        "chosen": int(chosen),
-        "decision": int(decision),
-    }
+    form: Callable[[Any], Any] = number if continuous else int
+    values = {"reflex": reflex, "chosen": chosen, "decision": decision}
+    out = {"group": group, "name": name, "probability": None if continuous else number(probability)}
+    out |= {key: form(value) for key, value in values.items()}
+    return out | ({"continuous": True} if continuous else {})
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
