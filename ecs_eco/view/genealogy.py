@@ -103,7 +103,7 @@ class Genealogy:
         for group in births.groups if uids.size else ():
             if group.uids is None or group.uids[1] > uids.min():  # children have higher uids
                 born, *both = (column.astype(np.uint64) for column in births.read(group, PARENTS).values())
-                rows = np.flatnonzero(_any_of(both[0], uids) | _any_of(both[1], uids))
+                rows = np.flatnonzero(np.isin(both[0], uids) | np.isin(both[1], uids))
                 uid.append(born[rows])
                 parents.append(np.stack([parent[rows] for parent in both], axis=1))
         every = np.concatenate(uid)
@@ -124,10 +124,6 @@ class Genealogy:
     def go_back(self) -> None:
         """Discard cached results, because births have been undone."""
         self._generations, self._lives = {}, None
-
-
-def _any_of(column: np.ndarray, uids: np.ndarray) -> np.ndarray:
-    return column == uids[0] if uids.size == 1 else np.isin(column, uids)
 
 
 def _joined(parts: list[Columns], name: str) -> np.ndarray:
