@@ -87,8 +87,9 @@ class Second:
         return self.tick == self._target() and self.of.tick >= self.start
 
     def _target(self) -> int:
-        recorded = self.source if isinstance(self.source, Replay) else None
-        return self.of.tick if recorded is None else min(self.of.tick, recorded.recording.last - self.shift)
+        if isinstance(self.source, Replay):
+            return min(self.of.tick, self.source.recording.last - self.shift)
+        return self.of.tick
 
     def follow(self, seconds: float) -> None:
         """Run toward the tick of the first world for at most about `seconds`, or go back to it."""
