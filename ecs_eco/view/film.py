@@ -51,30 +51,26 @@ def write(
     paint: Callable[[int], np.ndarray],
     size: tuple[int, int],
     fps: float,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
     """Write a film of these ticks, painted as u8[height, width, 3]. The file appears when it is complete.
 
     Raises FilmError, OSError.
     """
+
+    def painted() -> Iterator[np.ndarray]:
+        for done, tick in enumerate(ticks, 1):
+            yield paint(tick)
+            progress(done, len(ticks))
+
     program = encoder(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with files.writing(path) as beside:
-        frames = _painted(ticks, paint, progress)
         if program:
-            _pipe(program, beside, path.suffix.lower(), frames, size, fps)
+            _pipe(program, beside, path.suffix.lower(), painted(), size, fps)
         else:
-            _gif(beside, frames, fps)
+            _gif(beside, painted(), fps)
     return path
-
-
-def _painted(
-    ticks: Sequence[int], paint: Callable[[int], np.ndarray], progress: Callable[[int, int], None] | None
-) -> Iterator[np.ndarray]:
-    for i, tick in enumerate(ticks):
-        yield paint(tick)
-        if progress is not None:
-            progress(i + 1, len(ticks))
 
 
 def _pipe(

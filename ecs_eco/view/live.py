@@ -104,7 +104,6 @@ class Live(Watched):
                 world.run(10**12 if self.last is None else max(0, self.last - world.tick))
 
     def hello(self) -> Message:
-        genes = {name: dict.fromkeys(codes) for name, codes in self.genes.items()}
         return super().hello() | {
             "first": 0,
             "last": self.last,
@@ -112,7 +111,7 @@ class Live(Watched):
             "acts": True,
             "rewinds": self.ring.used and not self.ring.why,
             "stays": self.ring.why,
-            **describe(self.world, self.species, self.objects, genes),
+            **describe(self.world, self.species, self.objects, self.genes),
         }
 
     def passed(self) -> None:

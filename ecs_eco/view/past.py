@@ -15,7 +15,6 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, foods_of
 
 LONGEST = 60_000_000  # values of the series above which births, deaths and the story are left out
-SERIES = ("tick", "species", "births")
 STEPS = 100_000  # ticks that a story examines, in addition to those in which a species appears or disappears
 
 
@@ -69,7 +68,8 @@ class Past:
         r = self._recording
         first = np.full(len(r.species), np.inf)
         few = r.births.rows <= LARGEST
-        for c in r.births.each(("tick", "species", "parent")) if few else r.series.each(SERIES):
+        rows, column = (r.births, "parent") if few else (r.series, "births")
+        for c in rows.each(("tick", "species", column)):
             of = c["parent"] > 0 if few else (c["births"] > 0) & (c["tick"] > r.first)
             np.minimum.at(first, c["species"][of], c["tick"][of])
         return first

@@ -111,9 +111,7 @@ class Replay(Watched):
         r = self.recording
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
-            message = describe(
-                r.scene, r.species, self.objects, {name: dict.fromkeys(g) for name, g in self.genes.items()}
-            )
+            message = describe(r.scene, r.species, self.objects, self.genes)
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]

@@ -67,7 +67,7 @@ def compute(
     tick: int,
     end: int,
     recorded: Callable[[int], dict[str, np.ndarray]],
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
     """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns
@@ -89,7 +89,7 @@ def compute(
         repeat_requests(world, manifest)
 
     world.before_tick.append(look)
-    world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
+    world.run(first - at, lambda done, _: progress(done, last + 1 - at))
     blocks: dict[str, list[Columns]] = {}
     recorder = Recorder(
         world,
@@ -101,8 +101,7 @@ def compute(
     world.on_death.append(lambda table, rows: _note_sexes(table, rows, sexes))
     while world.tick <= last and not halt():
         world.run(1)
-        if progress is not None:
-            progress(world.tick - at, last + 1 - at)
+        progress(world.tick - at, last + 1 - at)
     for table in world.tables.values():
         _note_sexes(table, table.rows(), sexes)
     if halt():
