@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.compare import clean
-from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.runs import load_series
 from ecs_eco.analysis.why import Case, explain, sentences
 from ecs_eco.analysis.why.case import in_force
 from ecs_eco.ecosystem import World
@@ -37,7 +38,7 @@ def of_world(world: World, journal: Journal) -> Message:
         "dt": world.dt,
         "species": list(series.species),
     }
-    known = Series(series.ticks, series.species, series.columns, manifest)
+    known = replace(series, manifest=manifest)
     config = in_force(manifest)
     animals = [name for name, values in config["species"].items() if values.get("diet")]
     return _told(Case(known, config, _deaths(journal, animals)), world.tick)
@@ -63,14 +64,11 @@ def _told(case: Case, tick: int) -> Message:
     with np.errstate(all="ignore"):
         findings = explain(case)
     sections: Mapping[str, Any] = sentences(case, findings)
-    turns = clean(findings["parameters"])
-    ticks = case.series.ticks
+    ticks, turns = case.series.ticks, clean(findings["parameters"])
     return {
         "kind": "why",
         "tick": tick,
         "first": int(ticks[0]) if len(ticks) else 0,
         "sections": {head: list(lines) for head, lines in sections.items() if head != "What to change"},
-        "turns": [
-            {"key": t["key"], "value": t["value"], "turn": t["turn"], "effect": t["effect"]} for t in turns
-        ],
+        "turns": [{key: t[key] for key in ("key", "value", "turn", "effect")} for t in turns],
     }

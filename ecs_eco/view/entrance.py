@@ -23,18 +23,20 @@ PAGE = """<!doctype html>
 
 class Entrance:
     """The addresses of a running server. `announce` receives the first one immediately, and a new one each
-    time the last was used or has expired.
+    time the last was used or has expired. With `browser`, open a page too.
 
     Each address admits one page, so an address in the terminal or in the browser's history is useless to
     later readers.
     """
 
-    def __init__(self, server: Server, announce: Callable[[str], None]) -> None:
+    def __init__(self, server: Server, announce: Callable[[str], None], browser: bool = False) -> None:
         self.server, self._announce = server, announce
         self._code = ""
         self._folder: Path | None = None
         server.came = self._came
         self._say()
+        if browser:
+            self.open_browser()
 
     def open_browser(self) -> bool:
         """Open a page in a graphical browser; return whether one is available.

@@ -54,8 +54,7 @@ class Families:
                 slots[int(founders[i])] = free.pop(0)
         self._slots[name] = slots
         value = np.array([_shade(slots.get(root)) for root in founders.tolist()], np.uint8)
-        out: np.ndarray = value[family] if founders.size else np.zeros(0, np.uint8)
-        return out
+        return value[family]
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
         """Return the value of each organism u64[n] for a color by descent, and None for every other color.

@@ -15,11 +15,12 @@ import numpy as np
 from ecs_eco.engine import files
 
 CODECS = {
-    ".mp4": ("libx264", "-preset", "medium", "-crf", "20", "-movflags", "+faststart"),
-    ".mkv": ("libx264", "-preset", "medium", "-crf", "20"),
-    ".mov": ("libx264", "-preset", "medium", "-crf", "20", "-movflags", "+faststart"),
-    ".webm": ("libvpx-vp9", "-crf", "32", "-b:v", "0"),
+    ".mp4": "libx264 -pix_fmt yuv420p -preset medium -crf 20 -movflags +faststart",
+    ".mkv": "libx264 -pix_fmt yuv420p -preset medium -crf 20",
+    ".mov": "libx264 -pix_fmt yuv420p -preset medium -crf 20 -movflags +faststart",
+    ".webm": "libvpx-vp9 -pix_fmt yuv420p -crf 32 -b:v 0",
 }
+"""The arguments of ffmpeg after `-c:v` by the suffix of a film."""
 ENDINGS = (*CODECS, ".gif")
 SECONDS = 60  # length of the longest film by default
 
@@ -50,61 +51,35 @@ def write(
     paint: Callable[[int], np.ndarray],
     size: tuple[int, int],
     fps: float,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
     """Write a film of these ticks, painted as u8[height, width, 3]. The file appears when it is complete.
 
     Raises FilmError, OSError.
     """
+
+    def painted() -> Iterator[np.ndarray]:
+        for done, tick in enumerate(ticks, 1):
+            yield paint(tick)
+            progress(done, len(ticks))
+
     program = encoder(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with files.writing(path) as beside:
-        frames = _painted(ticks, paint, progress)
         if program:
-            _pipe(program, beside, path.suffix.lower(), frames, size, fps)
+            _pipe(program, beside, path.suffix.lower(), painted(), size, fps)
         else:
-            _gif(beside, frames, fps)
+            _gif(beside, painted(), fps)
     return path
-
-
-def _painted(
-    ticks: Sequence[int], paint: Callable[[int], np.ndarray], progress: Callable[[int, int], None] | None
-) -> Iterator[np.ndarray]:
-    for i, tick in enumerate(ticks):
-        yield paint(tick)
-        if progress is not None:
-            progress(i + 1, len(ticks))
 
 
 def _pipe(
     program: str, path: Path, kind: str, frames: Iterator[np.ndarray], size: tuple[int, int], fps: float
 ) -> None:
-    codec, *how = CODECS[kind]
-    command = [
-        program,
-        "-y",
-        "-loglevel",
-        "error",
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{size[0]}x{size[1]}",
-        "-r",
-        f"{fps:g}",
-        "-i",
-        "-",
-        "-an",
-        "-c:v",
-        codec,
-        "-pix_fmt",
-        "yuv420p",
-        *how,
-        "-f",
-        {".mkv": "matroska"}.get(kind, kind[1:]),
-        str(path),
-    ]
+    raw = f"-y -loglevel error -f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {fps:g} -i -"
+    muxer = {".mkv": "matroska"}.get(kind, kind[1:])
+    coded = f"-an -c:v {CODECS[kind]} -f {muxer}"
+    command = [program, *raw.split(), *coded.split(), str(path)]
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log)
         assert process.stdin is not None

@@ -23,14 +23,11 @@ def of_world(recorder: Recorder | None) -> dict[Key, float]:
     if recorder is None:
         return {}
     intake = recorder.intake
-    sums = np.hstack([intake.flows[:, PLACES], intake.total])
-    words = [*FLOWS.values(), *(EATEN + food for food in intake.foods)]
-    out: dict[Key, float] = {}
-    for s, name in enumerate(recorder.names):
-        flowed = dict(zip(words, sums[s].tolist(), strict=True))
-        out |= {("flows", name, what): of for what, of in flowed.items() if of}
-        out |= {("energy", name, what): flowed[what] for what in ENERGY if flowed[what] or s in intake.eaters}
-    return out
+    columns = [*FLOWS, *(EATEN + food for food in intake.foods)]
+    so_far = np.hstack([intake.flows[:, PLACES], intake.total]).T
+    sums = {name: np.stack([0 * of, of]) for name, of in zip(columns, so_far, strict=True)}
+    eaters = {recorder.names[s]: intake.foods for s in intake.eaters}
+    return {key: float(of[-1]) for key, of in of_run(sums, recorder.names, eaters, {}).items()}
 
 
 def of_run(

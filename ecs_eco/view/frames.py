@@ -17,12 +17,11 @@ from ecs_eco.compiled.jit import njit
 
 MAGIC = 0x31434545  # "EEC1"
 HEADER = struct.Struct("<IIIIffI")
-WIDE = 3  # word of the header that is 1 if upper halves of uids follow
 WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 
 
 class Encoder:
-    """A reusable buffer for frames of a world.
+    """Collects the parts of a frame of a world.
 
     `size` [m] is the size of the world, two or three numbers; `kinds` are the species and object types of a
     frame, in order.
@@ -31,20 +30,14 @@ class Encoder:
     def __init__(self, size: Sequence[float], kinds: int) -> None:
         lengths = [*size, 0.0][:3]
         self._share = np.array([65535.0 / s if s > 0 else 0.0 for s in lengths], np.float32)
-        self._head = HEADER.size // 4 + kinds
-        self._counts = np.zeros(kinds, np.uint32)
-        self._words = np.zeros(self._head + WORDS * 1024, np.uint32)
-        self._kind, self._end = 0, self._head
-        self._upper: list[tuple[np.ndarray, np.ndarray]] = []  # uids and live rows of each kind
-        self._wide = False  # whether a uid of this frame needs more than 32 bits
+        self._kinds = kinds
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
         """Begin a frame with its number, tick, surface light (0 to 1) and the sun's elevation [rad]."""
-        head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
-        self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
-        self._counts[:] = 0
-        self._kind, self._end = 0, self._head
-        self._upper, self._wide = [], False
+        self._about = number & 0xFFFFFFFF, tick & 0xFFFFFFFF, light, sun
+        self._parts: list[np.ndarray] = []
+        self._uids: list[tuple[np.ndarray, np.ndarray]] = []  # uids and live rows of each kind
+        self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def add(
         self,
@@ -59,27 +52,21 @@ class Encoder:
         """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only rows with
         `alive` bool[n] are written."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
-        needed = self._end + WORDS * x.size
-        if needed > self._words.size:
-            self._words = np.concatenate(
-                [self._words, np.zeros(max(needed, 2 * self._words.size) - self._words.size, np.uint32)]
-            )
-        end, upper = pack(alive, x, y, z, heading, value, uid, self._share, self._words, self._end)
-        self._upper.append((uid, alive))
+        words = np.empty(WORDS * x.size, np.uint32)
+        end, upper = pack(alive, x, y, z, heading, value, uid, self._share, words, 0)
+        self._parts.append(words[:end])
+        self._uids.append((uid, alive))
         self._wide |= bool(upper)
-        self._counts[self._kind] = (end - self._end) // WORDS
-        self._kind, self._end = self._kind + 1, end
 
     def bytes(self) -> bytes:
-        """Return the frame and release the buffer for the next one."""
-        first = HEADER.size // 4
-        self._words[first : self._head] = self._counts
-        self._words[WIDE] = self._wide
-        words = self._words[: self._end]
-        if self._wide:
-            upper = [(uid[alive] >> np.uint64(32)).astype(np.uint32) for uid, alive in self._upper]
-            words = np.concatenate([words, *upper])
-        return (words if sys.byteorder == "little" else words.byteswap()).tobytes()
+        """Return the frame."""
+        number, tick, light, sun = self._about
+        counts = np.zeros(self._kinds, np.uint32)
+        counts[: len(self._parts)] = [part.size // WORDS for part in self._parts]
+        upper = [(uid[alive] >> np.uint64(32)).astype(np.uint32) for uid, alive in self._uids if self._wide]
+        words = np.concatenate([counts, *self._parts, *upper])
+        head = HEADER.pack(MAGIC, number, tick, self._wide, light, sun, self._kinds)
+        return head + (words if sys.byteorder == "little" else words.byteswap()).tobytes()
 
 
 @njit

@@ -56,9 +56,9 @@ class Genealogy:
         """Return the uids of its known parents: none, one or two."""
         return _parents(self.noted.births.find(uid, PARENTS))
 
-    def children(self, uid: int, most: int = CHILDREN) -> list[int]:
-        """Return the uids of an organism's children, at most the last `most`."""
-        return [int(child) for child in self.young(np.array([uid], np.uint64)).uid[-most:]]
+    def children(self, uid: int) -> list[int]:
+        """Return the uids of an organism's children, at most the last CHILDREN."""
+        return self.young(np.array([uid], np.uint64)).uid[-CHILDREN:].tolist()
 
     def generation(self, uid: int) -> int | None:
         """Return the length of an organism's longest line of ancestors, 0 if its parents are unknown, or None
@@ -103,7 +103,7 @@ class Genealogy:
         for group in births.groups if uids.size else ():
             if group.uids is None or group.uids[1] > uids.min():  # children have higher uids
                 born, *both = (column.astype(np.uint64) for column in births.read(group, PARENTS).values())
-                rows = np.flatnonzero(_any_of(both[0], uids) | _any_of(both[1], uids))
+                rows = np.flatnonzero(np.isin(both[0], uids) | np.isin(both[1], uids))
                 uid.append(born[rows])
                 parents.append(np.stack([parent[rows] for parent in both], axis=1))
         every = np.concatenate(uid)
@@ -124,10 +124,6 @@ class Genealogy:
     def go_back(self) -> None:
         """Discard cached results, because births have been undone."""
         self._generations, self._lives = {}, None
-
-
-def _any_of(column: np.ndarray, uids: np.ndarray) -> np.ndarray:
-    return column == uids[0] if uids.size == 1 else np.isin(column, uids)
 
 
 def _joined(parts: list[Columns], name: str) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,13 @@ from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, S
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
 from ecs_eco.genomes.promoters import copies_in
-from ecs_eco.nervous.thoughts import Minds, minds, thinkers
+from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.space.bodies import extents
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.scene import reach_of
 
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
-KEPT = 64  # organisms
 OF_NOW = ("born", "died", "parents", "children", "generation")  # fields that can change after death
 
 
@@ -121,82 +120,62 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     """Return a genome u8[loci] as text, with the place and value of each gene. Weights of a network are
-    counted, not listed."""
-    if layout.longest is not None:
-        return _with_copies(layout, loci)
+    counted, not listed.
+
+    In a genome of variable length, each copy of a gene has its string, place and value; genes without copies
+    have no letters.
+    """
     decoded, length = layout.decode(loci[None]), layout.length
-    text = layout.alphabet.decode(loci)
-    genes = []
-    for code in layout.genes:
-        value = decoded[code.name][0]
-        gene = {
-            "name": code.name,
-            "trait": code.gene.trait,
-            "from": int(code.first),
-            "to": int(code.stop),
-            "value": _listed(value),
-            "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
-        }
-        if layout.ploidy == 2:
-            gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], code.name)[0]]
-        genes.append(gene)
-    return {
-        "alphabet": layout.alphabet.letters,
-        "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
-        "genes": genes,
-    }
-
-
-def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome of variable length as text, with the string, place and value of each copy of a gene.
-    Genes without copies have no letters."""
-    decoded, genes, seen = layout.decode(loci[None]), [], dict.fromkeys(layout.promoters, 0)
+    letters, text = {"alphabet": layout.alphabet.letters}, layout.text(loci)
+    if layout.longest is None:
+        genes = [_gene(code, code.first, code.stop, decoded[code.name][0]) for code in layout.genes]
+        for gene in genes if layout.ploidy == 2 else ():
+            gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], gene["name"])[0]]
+        strings = [text[s * length : (s + 1) * length] for s in range(layout.ploidy)]
+        return letters | {"strings": strings, "genes": genes}
+    genes, seen = [], dict.fromkeys(layout.promoters, 0)
     for piece in layout.mark(loci):
         if piece.gene:
-            code = layout[piece.gene]
             value = layout.values_of(loci[None], piece.gene)[1][seen[piece.gene]]
             seen[piece.gene] += 1
-            genes.append(
-                {
-                    "name": code.name,
-                    "trait": code.gene.trait,
-                    "string": piece.string,
-                    "from": piece.first,
-                    "to": piece.first + len(piece.letters),
-                    "value": _listed(value),
-                    "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
-                }
-            )
-    genes += [
-        {
-            "name": name,
-            "trait": layout[name].gene.trait,
-            "from": 0,
-            "to": 0,
-            "value": _listed(decoded[name][0]),
-            "text": "absent",
-        }
-        for name, n in seen.items()
-        if not n
+            end = piece.first + len(piece.letters)
+            genes.append(_gene(layout[piece.gene], piece.first, end, value) | {"string": piece.string})
+    absent = [
+        _gene(layout[name], 0, 0, decoded[name][0]) | {"text": "absent"} for name, n in seen.items() if not n
     ]
+    return letters | {"strings": text.split(layout.separator), "genes": genes + absent}
+
+
+def _gene(code: Any, first: int, end: int, value: np.ndarray | float) -> dict[str, Any]:
     return {
-        "alphabet": layout.alphabet.letters,
-        "strings": layout.text(loci).split(layout.separator),
-        "genes": genes,
+        "name": code.name,
+        "trait": code.gene.trait,
+        "from": int(first),
+        "to": int(end),
+        "value": _listed(value),
+        "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text,
     }
 
 
-def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome of variable length as the record describes it: the places of genes, without values."""
-    promoters = {g["name"]: g["promoter"] for g in known["genes"]}
-    spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
-    traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
-    genes = [
-        {"name": name, "trait": traits[name], "string": s, "from": at, "to": at + spans[name], "value": None}
-        for s, string in enumerate(strings)
-        for name, at in copies_in(string, promoters, spans)
-    ]
-    return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
+def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
+    """Return a genome as the record describes it: the places of genes, without values."""
+    genes = known["genes"]
+    if known.get("longest"):
+        promoters = {g["name"]: g["promoter"] for g in genes}
+        spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in genes}
+        strings = text.split(known["separator"])
+        places = [
+            {"name": name, "string": s, "from": at, "to": at + spans[name]}
+            for s, string in enumerate(strings)
+            for name, at in copies_in(string, promoters, spans)
+        ]
+    else:
+        length = len(text) // known["ploidy"]
+        strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
+        places = [{"name": g["name"], "from": g["at"], "to": g["at"] + g["letters"]} for g in genes]
+    traits = {g["name"]: g["trait"] for g in genes}
+    found = [place | {"trait": traits[place["name"]], "value": None} for place in places]
+    return {"alphabet": known["alphabet"], "strings": strings, "genes": found}
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
@@ -219,20 +198,24 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
         if own.happiness is not None
         else (None, None)
     )
-    return described(own.channels, own.actions, minds(table, rows, at), happiness, reward, own.ranges.groups)
+    mind, continuous = minds(table, rows, at), own.ranges.groups
+    actions = (
+        (group, name, *values, group in continuous)
+        for (group, name), *values in zip(
+            own.actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True
+        )
+    )
+    return described(zip(own.channels, mind.x[0], strict=True), actions, happiness, reward)
 
 
 def described(
-    channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any, continuous: Any = ()
+    sensors: Iterable[tuple[str, Any]], actions: Iterable[tuple[Any, ...]], happiness: Any, reward: Any
 ) -> dict[str, Any]:
-    """Return one organism's nervous system (the first of `mind`) in the viewer's form. Actions of the groups
-    `continuous` are numbers."""
-    rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
+    """Return one organism's nervous system in the viewer's form, from the names and readings of its sensors and
+    the arguments of `action`."""
     return {
-        "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
-        "actions": [
-            action(group, name, y, p, z, h, group in continuous) for (group, name), y, p, z, h in rows
-        ],
+        "sensors": [{"name": name, "value": number(value)} for name, value in sensors],
+        "actions": [action(*values) for values in actions],
         "happiness": number(happiness),
         "reward": number(reward),
     }
@@ -243,24 +226,11 @@ def action(
 ) -> dict[str, Any]:
     """Return the viewer's form of an action: reflex −1, 0 or 1, probability, and whether it was carried out;
     for a continuous action, the numbers that were added, chosen and carried out."""
-    if continuous:
-        return {
-            "group": group,
-            "name": name,
-            "reflex": number(reflex),
-            "probability": None,
-            "chosen": number(chosen),
-            "decision": number(decision),
-            "continuous": True,
-        }
-    return {
-        "group": group,
-        "name": name,
-        "reflex": int(reflex),
-        "probability": number(probability),
-        "chosen": int(chosen),
-        "decision": int(decision),
-    }
+    form: Callable[[Any], Any] = number if continuous else int
+    values = {"reflex": reflex, "chosen": chosen, "decision": decision}
+    out = {"group": group, "name": name, "probability": None if continuous else number(probability)}
+    out |= {key: form(value) for key, value in values.items()}
+    return out | ({"continuous": True} if continuous else {})
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
@@ -302,37 +272,3 @@ def number(value: float | None) -> float | None:
         if abs(value) < 1e15
         else float(value)
     )
-
-
-class LastStates:
-    """Notes the state of each dying organism in `watched` (uids), before its row is freed."""
-
-    def __init__(self, world: World, lives: Genealogy, watched: Collection[int]) -> None:
-        self.world, self.lives, self.watched = world, lives, watched
-        self._states: dict[int, dict[str, Any]] = {}  # by uid, the latest death last
-        world.on_death.append(self._has_died)
-
-    def state_of(self, uid: int) -> dict[str, Any]:
-        """Return the message "organism" of an organism; raise KeyError if it never existed.
-
-        For a dead organism that was watched, this is its last state, at tick `as_of`.
-        """
-        state = state_of(self.world, uid, lives=self.lives)
-        last = self._states.get(uid)
-        if state["alive"] or state["died"] is None or last is None:
-            return state
-        note = f"State in its last tick, {last['as_of']:,}."
-        return last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
-
-    def _has_died(self, table: Table, rows: np.ndarray) -> None:
-        if not self.watched:
-            return
-
-        for uid in table.uid[rows].tolist():
-            if uid in self.watched:
-                state, nerves = state_of(self.world, uid), table.species.nerves
-                felt = nerves is not None and nerves.thoughts is not None and state["nerves"] is not None
-                self._states.pop(uid, None)
-                self._states[uid] = state | {"as_of": nerves.thoughts.tick if felt else self.world.tick}
-                while len(self._states) > KEPT:
-                    self._states.pop(next(iter(self._states)))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.parts import Columns, Parts
+from ecs_eco.view.parts import Columns
 
 STATE = ("x", "y", "z", "heading", "energy", "happiness")
 EVENT = ("uid", "species", "x", "y", "z", "energy")
@@ -49,20 +49,12 @@ class Chapter:
         self.size, self.torus = [*size, 0.0][:3], torus
         unknown = np.full(births["uid"].size, np.nan, np.float32)
         born = {**births, "heading": unknown, "happiness": unknown}
-        earlier = (
-            born
-            if before is None
-            else {k: np.concatenate([before[k], born[k]]) for k in ("uid", "species", *STATE)}
-        )
+        names, n = ("uid", "species", *STATE), 0 if before is None else before["uid"].size
+        earlier = born if before is None else {k: np.concatenate([before[k], born[k]]) for k in names}
         order = np.lexsort((earlier["uid"], earlier["species"]))
-        since = np.concatenate(
-            [np.full(0 if before is None else before["uid"].size, first), np.maximum(births["tick"], first)]
-        )
-        self.uid, self.species, self.since = (
-            earlier["uid"][order].astype(np.uint64),
-            earlier["species"][order],
-            since[order],
-        )
+        since = np.concatenate([np.full(n, first), np.maximum(births["tick"], first)])
+        self.uid, self.since = earlier["uid"][order].astype(np.uint64), since[order]
+        self.species = earlier["species"][order]
         self.start = np.stack([earlier[k][order].astype(np.float32) for k in STATE])  # f32[6, n]
         self.goal, self.until = self.start.copy(), np.full(self.uid.size, end)
         self.dies = np.zeros(self.uid.size, np.bool_)
@@ -73,7 +65,6 @@ class Chapter:
         self.dies[ended] = True
         missing = np.isnan(self.start)
         self.start[missing] = self.goal[missing]
-        self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
 
     def _lead(
         self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
@@ -92,9 +83,7 @@ class Chapter:
 
     def alive(self, tick: int, species: int) -> np.ndarray:
         """Return the array indices of the organisms of a species that live at the end of a tick: i64[k]."""
-        if species + 1 >= self.bounds.size:
-            return np.zeros(0, np.int64)
-        a, b = self.bounds[species], self.bounds[species + 1]
+        a, b = np.searchsorted(self.species, (species, species + 1))
         return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
 
     def organisms(self, tick: int, species: int) -> Organisms:
@@ -112,27 +101,3 @@ class Chapter:
         now[3] = np.nan_to_num(now[3])
         x, y, z, heading, energy, happiness = now
         return Organisms(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
-
-
-def chapter(
-    tick: int,
-    first: int,
-    last: int,
-    every: int,
-    snapshots: Parts,
-    births: Parts,
-    deaths: Parts,
-    size: Sequence[float],
-    torus: bool,
-) -> Chapter:
-    """Return the chapter that contains a tick of a run that was recorded from `first` to `last`, with a
-    snapshot every `every` ticks."""
-    a = max(first, tick // every * every)
-    b = min((tick // every + 1) * every, last + 1)
-    state = ("uid", "species", *STATE)
-    before = snapshots.between(a, a, state) if a % every == 0 else None
-    after = snapshots.between(b, b, state) if b <= last else None
-    # without a snapshot, all were born here or were present when the recording began
-    since = -(2**62) if before is None else a + 1
-    births_then, deaths_then = (parts.between(since, min(b, last), EVENT) for parts in (births, deaths))
-    return Chapter(a, b, before, after, births_then, deaths_then, size, torus)

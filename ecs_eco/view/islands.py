@@ -164,28 +164,22 @@ class Map(Inbox):
 
     def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
+        why = ""
         if name not in known:
-            _send(
-                page,
-                said(
-                    "error",
-                    f"open: island = {str(name)[:60]!r}; expected {', '.join(known)}; did you "
-                    f"mean {nearest(str(name), known)!r}?",
-                    "open",
-                ),
+            why = (
+                f"open: island = {str(name)[:60]!r}; expected {', '.join(known)}; "
+                f"did you mean {nearest(str(name), known)!r}?"
             )
         elif not self.message["tick"]:
-            _send(page, said("error", f"{name} has not reached its first barrier yet", "open"))
+            why = f"{name} has not reached its first barrier yet"
+
+        def tell(address: str | None, why: str) -> None:
+            opened = {"kind": "opened", "island": name, "address": address}
+            _send(page, said("error", why, "open") if address is None else opened)
+
+        if why:
+            tell(None, why)
         else:
-
-            def tell(address: str | None, why: str) -> None:
-                _send(
-                    page,
-                    said("error", why, "open")
-                    if address is None
-                    else {"kind": "opened", "island": name, "address": address},
-                )
-
             self.islands.ask(str(name), int(self.message["tick"]), tell)
 
 
@@ -196,9 +190,7 @@ def watch_islands(
     use. Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
     """
     shown = Map(folder)
-    with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce)) as entrance:
-        if browser:
-            entrance.open_browser()
+    with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce, browser)):
         shown.run()
 
 

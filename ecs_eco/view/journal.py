@@ -75,19 +75,16 @@ class Journal:
         self.born, self.bred, self._died = (array.copy() for array in mark)
 
     def _note_the_living(self) -> None:
-        tables = [(self._place[name], table, table.rows()) for name, table in self.world.tables.items()]
-        uid, tick, species = (
-            np.concatenate(column)
-            for column in (
-                [np.zeros(0, np.uint64), *(table.uid[rows] for _, table, rows in tables)],
-                [np.zeros(0, np.int64), *(table.born[rows] for _, table, rows in tables)],
-                [np.zeros(0, np.int16), *(np.full(rows.size, s, np.int16) for s, _, rows in tables)],
-            )
-        )
-        order, nobody = np.argsort(uid), np.zeros(uid.size, np.uint64)
-        if uid.size:
+        living = [
+            (table.uid[rows], table.born[rows], np.full(rows.size, self._place[name], np.int16))
+            for name, table in self.world.tables.items()
+            if (rows := table.rows()).size
+        ]
+        if living:
+            uid, tick, species = (np.concatenate(column) for column in zip(*living, strict=True))
+            order, none = np.argsort(uid), np.zeros(uid.size, np.uint64)
             columns = {"tick": tick[order], "species": species[order], "uid": uid[order]}
-            self._kept["births"].add(columns | {"parent": nobody, "parent2": nobody})
+            self._kept["births"].add(columns | {"parent": none, "parent2": none})
 
     def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         s = self._place[table.name]

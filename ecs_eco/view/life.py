@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.view.genealogy import Genealogy
-from ecs_eco.view.inspect import SEXES, action, copies_found, marked, nothing_of, number
-from ecs_eco.view.parts import Columns
+from ecs_eco.view.inspect import SEXES, described, marked, nothing_of, number, recorded_genome
+from ecs_eco.view.parts import Blocks, Columns
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
 
@@ -44,16 +44,18 @@ class Lives:
         this is its last known state, at tick `as_of`.
         """
         life = self.life(uid)
-        out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
-        out |= {
-            "age": number(
-                max(0, min(tick, tick if life.died is None else life.died) - life.born) * self.recording.dt
-            )
-        }
-        if (died := self.died(uid, tick)) is not None:
-            return out | self._last(life, uid, died)
-        detail = self._detail(life, uid, tick)
-        return out | (self._nearest(life, tick, bool(out["alive"])) if detail is None else detail)
+        died = self.died(uid, tick)
+        alive = life.born <= tick and died is None
+        age = max(0, (tick if died is None else died) - life.born) * self.recording.dt
+        out = life.message | {"alive": alive, "age": number(age)}
+        if died is not None:
+            out |= self._last(life, uid, died)
+        else:
+            out |= self._detail(life, uid, tick) or self._nearest(life, tick, alive)
+        if not self._config[life.species].get("happiness"):
+            out["trace"] = out["trace"] | {"happiness": [None] * len(out["trace"]["tick"])}
+            out["nerves"] = out["nerves"] and out["nerves"] | {"happiness": None, "reward": None}
+        return out
 
     def died(self, uid: int, tick: int) -> int | None:
         """Return the tick of its death, or None if it was not dead by the end of this tick."""
@@ -78,20 +80,9 @@ class Lives:
             }
         )
         died = None if death is None else int(death["tick"])
-        seen = self._seen(uid, max(born, r.first), r.last if died is None else died)
+        names = ("uid", "x", "y", "z", "heading", "energy", "happiness")
+        seen = r.snapshots.between(max(born, r.first), r.last if died is None else died, names, uid)
         return Life(message, species, born, died, birth, seen)
-
-    def _seen(self, uid: int, first: int, last: int) -> Columns:
-        names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
-        blocks: list[Columns] = []
-        for group in self.recording.snapshots.groups:
-            if group.ticks[0] <= last and group.ticks[1] >= first:
-                at = self.recording.snapshots.read(group, ("uid",))["uid"] == uid
-                if at.any():
-                    blocks.append(
-                        {n: column[at] for n, column in self.recording.snapshots.read(group, names).items()}
-                    )
-        return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
     def _genome(self, species: str, text: object) -> dict[str, Any] | None:
         r = self.recording
@@ -104,56 +95,21 @@ class Lives:
         ):
             return marked(heredity.layout, heredity.layout.rows([text])[0])
         known = r.manifest.get("genomes", {}).get(species)
-        if known is None:
-            return None
-        if known.get("longest"):
-            return copies_found(known, text)
-        length = len(text) // known["ploidy"]
-        genes = [
-            {
-                "name": g["name"],
-                "trait": g["trait"],
-                "from": g["at"],
-                "to": g["at"] + g["letters"],
-                "value": None,
-            }
-            for g in known["genes"]
-        ]
-        strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
-        return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
+        return None if known is None else recorded_genome(known, text)
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         """Return the state at a tick from details, recorded or rerun; None if there are none."""
-        detail = self._found(life, uid, tick)
-        if detail is not None and not self._config[life.species].get("happiness"):
-            detail["trace"]["happiness"] = [None] * len(detail["trace"]["tick"])
-            detail["nerves"] = detail.get("nerves") and detail["nerves"] | {"happiness": None, "reward": None}
-        return detail
-
-    def _found(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         for stretch in reversed(self.stretches):
             if stretch.first <= tick <= stretch.last:
-                columns = stretch.details.get(life.species)
                 note = f"Rerun from a checkpoint, ticks {stretch.first} to {stretch.last}."
-                row = None if columns is None else _row(columns, uid, tick)
-                if row is not None and columns is not None:
+                details = stretch.details.get(life.species)
+                if details is not None and (state := _at(details, uid, tick)) is not None:
                     sex = stretch.sexes.get(uid)
-                    trace = _trace(columns, uid, tick)
-                    return _full(row, trace, note) | ({} if sex is None else {"sex": SEXES[sex]})
-                state = _row(stretch.states, uid, tick)
-                if state is not None:
+                    return state | {"note": note} | ({} if sex is None else {"sex": SEXES[sex]})
+                if (state := _at(stretch.states, uid, tick)) is not None:
                     senses = self._config[life.species].get("actions")
-                    note += " It has not sensed anything yet." if senses else ""
-                    return _state(state, _trace(stretch.states, uid, tick)) | {"detail": "full", "note": note}
-        parts = self.recording.details[life.species]
-        if not parts.rows:
-            return None
-        names = [n for group in parts.groups[:1] for n in group.names]
-        columns = parts.between(tick, tick, names)
-        if (row := _row(columns, uid, tick)) is None:
-            return None
-        trace = _trace(parts.between(tick - TRACED, tick, ("uid", "happiness", "energy")), uid, tick)
-        return _full(row, trace, "")
+                    return state | {"note": note + (" It has not sensed anything yet." if senses else "")}
+        return _at(self.recording.details[life.species], uid, tick)
 
     def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
         """Return the last state of a dead organism: in its last tick if details exist, otherwise in its last
@@ -162,7 +118,7 @@ class Lives:
             if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
                 note = f"State in its last tick, {tick:,}. {detail['note']}".rstrip()
                 return detail | {"as_of": tick, "note": note}
-        trace = self._trace(life, died)
+        trace = _trace(life.seen, died)
         fill = "“Fill in” reruns its last ticks."
         if not life.seen["tick"].size:
             return {
@@ -178,14 +134,6 @@ class Lives:
             "note": f"State at tick {as_of:,}, in its last snapshot{self._without(life)}. {fill}",
         }
 
-    def _trace(self, life: Life, tick: int) -> dict[str, list[Any]]:
-        """Return its trace up to a tick, from snapshots."""
-        so_far = life.seen["tick"] <= tick
-        trace = {n: [number(v) for v in life.seen[n][so_far]] for n in ("happiness", "energy")}
-        if not self._config[life.species].get("happiness"):
-            trace["happiness"] = [None] * len(trace["energy"])
-        return {"tick": [int(t) for t in life.seen["tick"][so_far]], **trace}
-
     def _without(self, life: Life) -> str:
         """Return a phrase for what snapshots lack."""
         thinks = self._config[life.species].get("actions")
@@ -194,7 +142,7 @@ class Lives:
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
         """Return the state in the nearest snapshot, or at birth."""
         seen, every = life.seen, self.recording.every
-        out: dict[str, Any] = {"trace": self._trace(life, tick)}
+        out: dict[str, Any] = {"trace": _trace(life.seen, tick)}
         if not alive:
             return out | {"detail": "record", "note": "Not born yet."}
         fill = "“Fill in” reruns the ticks around this one."
@@ -216,51 +164,40 @@ class Lives:
         )
 
 
-def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
-    at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] == tick))
-    return {n: column[at[0]] for n, column in columns.items()} if at.size else None
+def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
+    """Return the state of an organism at a tick from details, or from snapshots of every tick, in the form of
+    the message; None if there is none."""
+    names = [name for group in blocks.groups[:1] for name in group.names]
+    columns = blocks.between(tick, tick, names, uid)
+    if not columns["tick"].size:
+        return None
+    row = {name: column[0] for name, column in columns.items()}
+    trace = _trace(blocks.between(tick - TRACED, tick, ("happiness", "energy"), uid), tick)
+    nerves = {"nerves": _nerves(row)} if "reward" in row else {}
+    return _state(row, trace) | nerves | {"detail": "full", "note": ""}
 
 
-def _trace(columns: Columns, uid: int, tick: int) -> dict[str, list[Any]]:
-    at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] <= tick))
-    return {
-        "tick": columns["tick"][at].tolist(),
-        **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")},
-    }
+def _trace(columns: Columns, tick: int) -> dict[str, list[Any]]:
+    """Return the trace of an organism up to a tick."""
+    rows = columns["tick"] <= tick
+    values = {name: [number(value) for value in columns[name][rows]] for name in ("happiness", "energy")}
+    return {"tick": [int(at) for at in columns["tick"][rows]], **values}
 
 
 def _state(row: dict[str, Any], trace: dict[str, list[Any]]) -> dict[str, Any]:
-    place = [number(row[axis]) for axis in "xyz"]
-    return {
-        "place": place,
-        "heading": number(row["heading"]),
-        "energy": number(row["energy"]),
-        "trace": trace,
-    }
+    state = {"place": [number(row[axis]) for axis in "xyz"], "trace": trace}
+    return state | {name: number(row[name]) for name in ("heading", "energy")}
 
 
-def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[str, Any]:
-    """Return a row of details in the form of the message."""
-    actions = [name.removeprefix("decision: ") for name in row if name.startswith("decision: ")]
-    nerves = {
-        "sensors": [
-            {"name": n.removeprefix("sensor: "), "value": number(v)}
-            for n, v in row.items()
-            if n.startswith("sensor: ")
-        ],
-        "actions": [
-            action(
-                a.partition(".")[0],
-                a.partition(".")[2],
-                row[f"reflex: {a}"],
-                row.get(f"probability: {a}"),
-                row[f"chosen: {a}"],
-                row[f"decision: {a}"],
-                isinstance(row[f"decision: {a}"], float | np.floating),
-            )
-            for a in actions
-        ],
-        "happiness": number(row["happiness"]),
-        "reward": number(row["reward"]),
+def _nerves(row: dict[str, Any]) -> dict[str, Any]:
+    """Return the nervous system in a row of details."""
+    kinds: dict[str, dict[str, Any]] = {
+        kind: {name.removeprefix(kind): value for name, value in row.items() if name.startswith(kind)}
+        for kind in ("sensor: ", "reflex: ", "probability: ", "chosen: ", "decision: ")
     }
-    return _state(row, trace) | {"nerves": nerves, "detail": "full", "note": note}
+    sensors, reflex, probability, chosen, decision = kinds.values()
+    actions = (
+        (*a.split(".", 1), reflex[a], probability.get(a), chosen[a], done, isinstance(done, np.floating))
+        for a, done in decision.items()
+    )
+    return described(sensors.items(), actions, row["happiness"], row["reward"])

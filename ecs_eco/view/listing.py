@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view.source import Message, short
+from ecs_eco.view.source import Message, is_whole, short
 
 STATES = ("energy", "happiness", "age")
 ROWS, POINTS = 100, 500  # rows of a table; points per species
@@ -37,7 +37,7 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
     order = order[~unknown][::-1] if request.get("down") else order[~unknown]
     order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
     first = request.get("from", 0)
-    if isinstance(first, bool) or not isinstance(first, int) or first < 0:
+    if not is_whole(first):
         raise ValueError(f"table: from = {short(first)}; expected a whole number from 0")
     shown = order[first : first + ROWS]
     return {

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable
 
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Velocity
+from ecs_eco.config import WorldConfig
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
 from ecs_eco.ecosystem import World
@@ -19,26 +19,29 @@ from ecs_eco.view.account import REMEMBERED, of_world
 from ecs_eco.view.curves import Curves
 from ecs_eco.view.families import Families
 from ecs_eco.view.genealogy import Genealogy
-from ecs_eco.view.inspect import LastStates
+from ecs_eco.view.inspect import OF_NOW, state_of
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
 from ecs_eco.view.source import Message, said
-from ecs_eco.view.tally import Tally
+from ecs_eco.view.story import EVERY, Story, foods_of
+from ecs_eco.view.tally import point
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
 TRACED = 600  # points of the happiness trace of one organism
 FOLLOWED = 16  # organisms whose traces are kept
+KEPT = 64  # organisms whose last states are kept
 
 
 class Live(Watched):
-    """A living world to be watched, run in this thread; see `ecs_eco.view.source.Source`.
+    """A living world to be watched, run in this thread.
 
     `last` is the tick at which the run ends, None for never. Watching changes nothing: pages act on the world
     only through interventions, at the start of the next tick.
     """
 
     mode, ahead = "live", 1
+    story: Story
 
     def __init__(self, world: World, last: int | None = None) -> None:
         self.world, self.last = world, last
@@ -47,30 +50,37 @@ class Live(Watched):
         self.genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
-        self.tally = Tally(world, self.journal, {name: list(codes) for name, codes in self.genes.items()})
-        self.foods, self.story = self.tally.foods, self.tally.story
+        self.foods = foods_of(None if world.config is None else world.config.model_dump(include={"species"}))
+        self.story = Story(self.species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
         super().__init__(world.space.size)
-        self.ring = Ring(world, self.journal, self.tally)
+        self.ring = Ring(world, self.journal, self.story)
         self._told = -1, 0  # the latest story entry that was sent: its tick, number of entries
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self.last_states = LastStates(world, self.genealogy, self._traces.keys())
+        self.last_states: dict[int, Message] = {}  # of the dead by uid, the latest death last
+        world.on_death.append(self._has_died)
         self._announced = len(world.intervened), uses_of(world)
 
     @property
     def tick(self) -> int:
-        """The next tick."""
         return self.world.tick
 
     @property
+    def earliest(self) -> int:
+        first = self.ring.first
+        return self.tick if self.ring.why or first is None else first
+
+    @property
+    def config(self) -> WorldConfig | None:
+        return self.world.config
+
+    @property
     def done(self) -> bool:
-        """True if the world has reached its end."""
         return self.last is not None and self.world.tick >= self.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run the world. Call `turn()` before every tick and after the last, until it returns False."""
         world = self.world
         go, served = True, False
         self.ring.used = True
@@ -94,8 +104,6 @@ class Live(Watched):
                 world.run(10**12 if self.last is None else max(0, self.last - world.tick))
 
     def hello(self) -> Message:
-        """Return the data about the world that a page needs."""
-        genes = {name: dict.fromkeys(codes) for name, codes in self.genes.items()}
         return super().hello() | {
             "first": 0,
             "last": self.last,
@@ -103,15 +111,17 @@ class Live(Watched):
             "acts": True,
             "rewinds": self.ring.used and not self.ring.why,
             "stays": self.ring.why,
-            **describe(self.world, self.species, self.objects, genes),
+            **describe(self.world, self.species, self.objects, self.genes),
         }
 
     def passed(self) -> None:
-        """Update the story after a tick."""
-        self.tally.passed()
+        k, over = len(self.species), self.world.tick - 1  # as in the records: the last completed tick
+        n = np.array([self.world.tables[name].n for name in self.species], np.int64)
+        if over % EVERY == 0 or self.story.changes(n):
+            births, bred = self.journal.born[:k], self.journal.bred[:k]
+            self.story.note(max(0, over), n, births, lambda: self.journal.died[:k], bred)
 
     def news(self) -> list[Message]:
-        """Return the marks again after an intervention, and the story if it has new entries."""
         done, entries = (len(self.world.intervened), uses_of(self.world)), self.story.entries
         marks = [] if self._announced == done else [self.marks()]
         told = (entries[-1]["tick"], len(entries)) if entries else (-1, 0)
@@ -120,7 +130,6 @@ class Live(Watched):
         return [*marks, *story]
 
     def marks(self) -> Message:
-        """Return the interventions so far, and the land."""
         done = [
             {"tick": tick, "text": in_words(intervention)}
             for tick, intervention in self.world.intervened[-1000:]
@@ -135,16 +144,13 @@ class Live(Watched):
         }
 
     def counts(self) -> dict[str, int]:
-        """Return the number of organisms or objects of each kind."""
         return {name: int(self.world.tables[name].n) for name in (*self.species, *self.objects)}
 
     @property
     def scene(self) -> World:
-        """The world."""
         return self.world
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species, or the objects of a type, by the rows of their table."""
         table = self.world.tables[name]
         high, p = table.high, table[Position]
         budget = getattr(table.species.section, "metabolism", None) if Metabolism in table else None
@@ -174,18 +180,30 @@ class Live(Watched):
         return column
 
     def sample(self) -> None:
-        """Add a point to the curves."""
-        self.curves.add(self.tally.point())
+        self.curves.add(point(self.world, self.journal, self.genes))
 
     def series(self, after: int) -> Message | None:
-        """Return the points after a tick."""
         return self.curves.after(after)
 
     def state(self, uid: int) -> Message:
-        """Return one organism, living or dead; raise KeyError for an unknown one."""
-        state = self.last_states.state_of(uid)
+        state = state_of(self.world, uid, lives=self.genealogy)
+        last = self.last_states.get(uid)
+        if not state["alive"] and state["died"] is not None and last is not None:
+            note = f"State in its last tick, {last['as_of']:,}."
+            state = last | {name: state[name] for name in OF_NOW} | {"alive": False, "note": note}
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
         return state | {"trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
+
+    def _has_died(self, table: Table, rows: np.ndarray) -> None:
+        """Note the state of each dying organism that is followed, before its row is freed."""
+        for uid in table.uid[rows].tolist() if self._traces else ():
+            if uid in self._traces:
+                state, nerves = state_of(self.world, uid), table.species.nerves
+                felt = nerves is not None and nerves.thoughts is not None and state["nerves"] is not None
+                self.last_states.pop(uid, None)
+                self.last_states[uid] = state | {"as_of": nerves.thoughts.tick if felt else self.tick}
+                while len(self.last_states) > KEPT:
+                    self.last_states.pop(next(iter(self.last_states)))
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Add a point to an organism's trace and return the trace. Only the traces of the last few selected
@@ -195,7 +213,7 @@ class Live(Watched):
         while len(self._traces) > FOLLOWED:
             self._traces.pop(next(iter(self._traces)))
         if energy is not None and (not points or points[-1][0] < self.tick):
-            points.append((self.tick, _number(happiness), _number(energy)))
+            points.append((self.tick, happiness, energy))
         names = ("tick", "happiness", "energy")
         return {
             name: list(values)
@@ -203,7 +221,6 @@ class Live(Watched):
         }
 
     def answer(self, request: Message) -> list[Message]:
-        """Answer `act`, `seek`, `why` or `params`."""
         kind = request["kind"]
         if kind == "act":
             return [self._act(request.get("what"))]
@@ -240,7 +257,3 @@ class Live(Watched):
             field = ".".join(map(str, problems[0].key)) if problems else "act"
             return said("error", str(error), field)
         return said("info", f"tick {self.tick}: {in_words(request)}")
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -47,15 +47,6 @@ DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # of the sea without ligh
 DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])
 LEAST = {"moves": 5.5, "stays": 1.5}  # [px] in a picture 720 px high; smaller bodies are drawn at this size
 LEVELS = 128  # of light by depth
-
-
-class Place(NamedTuple):
-    """The place of an element in a picture, as fractions of the picture's width and height."""
-
-    left: float
-    bottom: float
-    width: float
-    height: float
 
 
 class Painter:
@@ -173,15 +164,13 @@ class Painter:
         if beside:
             x, top, each = (left + w + 0.5) / wide, 1 - 0.7 / high, (high - 1.25) / high / max(k, 2)
             places = [
-                Place(x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high)
+                (x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high)
                 for i in range(k)
             ]
         else:
             each = (wide - 0.5) / wide / max(k, 2)
             places = [
-                Place(
-                    0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide, 0.3 * high / high - 0.75 / high
-                )
+                (0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide, 0.3 * high / high - 0.75 / high)
                 for i in range(k)
             ]
         curves = self.replay.recording.curves
@@ -216,30 +205,23 @@ class Painter:
             ax.set_yticks([h - t for t in at], [f"{t:g}" for t in at])
         elif (terrain := getattr(self.replay.recording.scene, "terrain", None)) is not None:
             draw_relief(ax, Relief.of(terrain), self.extent)
-        for name, places in self.replay.recording.objects.items():
+        for name, lying in self.replay.recording.objects.items():
             kind = next(kind for kind in self.replay.hello()["objects"] if kind["name"] == name)
+            centres, (heading, *sides) = lying[:, [0, 2 if self.volume else 1]], lying[:, 3:].T
             if kind.get("shape"):
-                heading, *sides = self.replay.recording.poses(name).T
-                centres = places[:, [0, 2 if self.volume else 1]]
-                ax.add_collection(
-                    self._shapes(
-                        outlines(kind["shape"], centres, heading, sides, self.volume),
-                        self.hues[name],
-                        linewidth=0,
-                        alpha=0.8,
-                    )
-                )
+                corners = outlines(kind["shape"], centres, heading, sides, self.volume)
+                ax.add_collection(self._shapes(corners, self.hues[name], linewidth=0, alpha=0.8))
                 continue
-            radius = kind["radius"]
-            size = max(radius * self.scale, LEAST["moves"])
-            self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
+            size = max(kind["radius"] * self.scale, LEAST["moves"])
+            self._discs(ax, centres[:, 0], centres[:, 1], size, self.hues[name], 0.6)
 
     def _strip(
-        self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray, labelled: bool
+        self, kind: dict[str, Any], place: tuple[float, ...], ticks: np.ndarray, n: np.ndarray, labelled: bool
     ) -> None:
         """Draw a species' numbers over time, past ones strong, later ones pale; mark and name above."""
         name, hue = kind["name"], self.hues[kind["name"]]
-        ax = self.figure.add_axes(place[:4])
+        left, bottom, width, height = place
+        ax = self.figure.add_axes((left, bottom, width, height))
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)
         self.pasts.append((ax.plot([], [], color=hue, lw=1.6)[0], ticks, n))
         ax.set(xlim=(ticks[0], max(ticks[-1], ticks[0] + 1)), ylim=(0, max(n.max(initial=0) * 1.08, 1)))
@@ -258,17 +240,17 @@ class Painter:
         else:
             ax.tick_params(labelbottom=False)
         self.cursors.append(ax.axvline(ticks[0], color=INK, lw=0.9))
-        y = place.bottom + place.height + 0.17 / (self.size[1] / self.unit / 100)
+        y = bottom + height + 0.17 / (self.size[1] / self.unit / 100)
         wide, high = self.size[0] / self.unit, self.size[1] / self.unit  # in units of a picture 720 px high
-        sign = self.figure.add_axes((place.left, y - 8 / high, 16 / wide, 16 / high))
+        sign = self.figure.add_axes((left, y - 8 / high, 16 / wide, 16 / high))
         sign.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3))
         sign.axis("off")
         around = np.linspace(0, 2 * np.pi, 32)
         shape = DART.T if kind["moves"] else 0.6 * np.array([np.cos(around), np.sin(around)])
         sign.fill(*shape, facecolor=hue, **self.rims[name])
-        self.figure.text(place.left + 22 / wide, y, name, size=10.5, color=INK, va="center")
+        self.figure.text(left + 22 / wide, y, name, size=10.5, color=INK, va="center")
         self.counts.append(
-            self.figure.text(place.left + place.width, y, "", size=10.5, color=INK, va="center", ha="right")
+            self.figure.text(left + width, y, "", size=10.5, color=INK, va="center", ha="right")
         )
 
     def _moving(self) -> list[Any]:
@@ -348,20 +330,14 @@ class Painter:
             return
         size = max(kind["radius"] * self.scale, LEAST["moves"]) / self.scale
         cos, sin = np.cos(organisms.heading), np.sin(organisms.heading)
+        ahead, aside = (cos, sin), (-sin, cos)
         if self.volume:  # seen from the side: bodies that point toward or away from the viewer look shorter
-            sin = np.zeros_like(sin)
-            cos = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos)
-            turned = np.stack(
-                [DART[None, :, 0] * cos[:, None], np.broadcast_to(DART[None, :, 1], (cos.size, 4))], axis=2
-            )
-        else:
-            turned = np.stack(
-                [
-                    DART[None, :, 0] * cos[:, None] - DART[None, :, 1] * sin[:, None],
-                    DART[None, :, 0] * sin[:, None] + DART[None, :, 1] * cos[:, None],
-                ],
-                axis=2,
-            )
+            ahead = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos), 0 * cos
+            aside = 0 * cos, np.ones_like(cos)
+        x, y = (
+            np.stack(axis, axis=1)[:, None] * DART[None, :, i, None] for i, axis in enumerate((ahead, aside))
+        )
+        turned = x + y
         body.set_verts(places[:, None] + size * turned)
 
     def _light(self, tick: int, light: float) -> None:

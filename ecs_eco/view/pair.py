@@ -12,13 +12,15 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ecs_eco.config.knobs import offered
 from ecs_eco.config.shipped import titles
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError, listed, nearest
 from ecs_eco.view.branch import Start
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
-from ecs_eco.view.second import Second, beside, choices, fork, forks
-from ecs_eco.view.source import Message, Source, said, short
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.second import Second, beside, fork
+from ecs_eco.view.source import Message, Source, is_whole, said, short
 
 SEEDS = 2**53  # numbers in a page are no longer exact from here on
 
@@ -52,8 +54,7 @@ class Picker:
                 f"begin: world = {short(world)}; expected {listed(self.titles)}; "
                 f"did you mean {nearest(str(world), list(self.titles))!r}?"
             )
-        whole = isinstance(seed, int) and not isinstance(seed, bool)
-        if seed is not None and not (whole and 0 <= seed < SEEDS):
+        if seed is not None and not is_whole(seed, 0, SEEDS):
             raise ValueError(
                 f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
                 "or null for the world's own seed"
@@ -74,7 +75,7 @@ class Picker:
         return made
 
 
-def reason(first: Source, second: Source | None) -> str:
+def reason(first: Live | Replay, second: Live | Replay | None) -> str:
     """Return the reason why the displayed world cannot be replaced."""
     if second is not None:
         return "Two worlds are shown side by side."
@@ -88,8 +89,9 @@ ALONE = 0.2  # [s] the same, while the first world is paused
 WORDS = 0.25  # [s] between two sentences
 
 
-class Pair:
-    """A source, and optionally a second one next to it; see `ecs_eco.view.source.Source`.
+class Pair(Source):
+    """A source, and optionally a second one next to it. Frames are of both worlds, one after the other, or of
+    the first while the second has no state of this tick.
 
     `start` is the command that started a living world, for the command that reproduces its branches; `picker`
     offers the worlds that may replace it. Call `attend(player)` before `run`.
@@ -97,8 +99,8 @@ class Pair:
 
     def __init__(
         self,
-        first: Source,
-        second: Source | None = None,
+        first: Live | Replay,
+        second: Live | Replay | None = None,
         names: tuple[str, str] = ("", ""),
         start: Start | None = None,
         picker: Picker | None = None,
@@ -117,41 +119,32 @@ class Pair:
 
     @property
     def tick(self) -> int:
-        """The displayed tick."""
         return self.first.tick
 
     @property
     def done(self) -> bool:
-        """True if this is the last tick."""
         return self.first.done
 
     def counts(self) -> dict[str, int]:
-        """Return the population sizes in the first world."""
         return self.first.counts()
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
-        """Return deaths in the first world."""
         return self.first.fates(after)
 
     def field(self, name: str) -> Message:
-        """Return the map of a field of the first world."""
         return self.first.field(name)
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the color scales, which both worlds share."""
         return self.first.scales(colour)
 
     def series(self, after: int) -> Message | None:
-        """Return points of the first world; those of the second come with `news`."""
         return self.first.series(after)
 
     def organism(self, uid: int) -> Message:
-        """Return an organism of the first world; if a second world is shown, with the name of its world."""
         state = self.first.organism(uid)
         return state if self.second is None else self.second.labelled(state, second=False)
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run both worlds."""
 
         def both() -> bool:
             go = turn()
@@ -163,17 +156,14 @@ class Pair:
         self.first.run(both)
 
     def hello(self) -> Message:
-        """Return the first message, including whether it can be branched and which worlds may replace it."""
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
-        return self.first.hello() | {"forks": forks(self.first), "begins": begins}
+        return self.first.hello() | {"forks": self.first.config is not None, "begins": begins}
 
     def greeting(self) -> list[Message]:
-        """Return the messages that a new page needs about both worlds."""
         own = [self._marked(message) for message in self.first.greeting()]
         return own if self.second is None else [*own, *self.second.greeting(), self._sentence()]
 
     def news(self) -> list[Message]:
-        """Return new messages of both worlds, and let the second catch up while it lags."""
         if self._behind():
             self._come_up(ALONE)
         out = [self._marked(message) for message in self.first.news()]
@@ -187,27 +177,22 @@ class Pair:
         return out
 
     def passed(self) -> None:
-        """Update both worlds after a tick."""
         self.first.passed()
         if self.second is not None:
             self._come_up()
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frames of both worlds, one after the other; only the first while the second has
-        no state of this tick."""
         frame = self.first.frame(number, colour)
         if self.second is None or not self.second.there:
             return frame
         return frame + self.second.frame(number, colour)
 
     def sample(self) -> None:
-        """Add a point to the curves of both worlds."""
         self.first.sample()
         if self.second is not None:
             self.second.sample()
 
     def handle(self, request: Message) -> list[Message]:
-        """Create or close a branch; pass all other requests to the first world, and let the second follow."""
         if request["kind"] == "whatif":
             return self._whatif(request)
         if request["kind"] == "begin":
@@ -215,7 +200,8 @@ class Pair:
                 raise ValueError(f"begin: {self._why}")
             return [self.picker.ask(request)]
         if request["kind"] == "params":
-            return [choices(self.first)]
+            first = self.first.earliest if isinstance(self.first, Live) else self.tick
+            return [{"kind": "params", **offered(self.first.config), "forks": [first, self.tick]}]
         if self.second is not None and request["kind"] in ("fill", "tree") and request.get("second"):
             return self.second.tell(request)
         if self.second is None or not isinstance(self.first, Live):
@@ -231,7 +217,7 @@ class Pair:
         if request.get("close"):
             return self._close("The second world is closed; the original continues.")
         tick, change = request.get("tick"), request.get("what")
-        if tick is not None and (isinstance(tick, bool) or not isinstance(tick, int)):
+        if tick is not None and not is_whole(tick, -(2**63)):
             raise ValueError(f"what if: tick = {str(tick)[:60]}; expected a whole number")
         try:
             made = fork(self.first, tick, change, self.begun)
@@ -279,8 +265,6 @@ class Pair:
         was = second.there
         try:
             second.follow(seconds)
-        except KeyboardInterrupt:
-            raise
         except Exception as error:
             self._close("")
             self._told.append(said("error", f"the second world stopped: {error}", "whatif"))

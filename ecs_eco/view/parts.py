@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record.parquet import open_part, read_group, read_metadata
+from ecs_eco.record.parquet import open_part, read_group, read_metadata, to_codes
 
 BUDGET = 192 * 2**20  # bytes of columns that are kept
 Columns = dict[str, np.ndarray]
@@ -34,10 +34,10 @@ class Group(NamedTuple):
 class Cache:
     """A cache of columns and open files; the oldest are dropped when there are too many bytes."""
 
-    def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
+    def __init__(self, budget: int = BUDGET) -> None:
         self.budget, self.size = budget, 0
         self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
-        self.file = lru_cache(files)(open_part)  # open parts whose seals were checked
+        self.file = lru_cache(4)(open_part)  # open parts whose seals were checked
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
         """Add a column to the cache."""
@@ -67,16 +67,18 @@ class Blocks:
         spans = [group.ticks for group in self.groups if group.rows]
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
-    def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
-        """Return these columns of all rows from tick `first` to tick `last`, in recorded order."""
+    def between(self, first: int, last: int, names: Sequence[str], uid: int | None = None) -> Columns:
+        """Return these columns of all rows from tick `first` to tick `last`, or of an organism's rows, in
+        recorded order."""
         blocks: list[Columns] = []
         for group in self.groups:
-            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:
-                columns = self.read(group, ("tick", *names))
-                if group.ticks[0] < first or group.ticks[1] > last:
-                    chosen = np.flatnonzero((columns["tick"] >= first) & (columns["tick"] <= last))
-                    columns = {name: column[chosen] for name, column in columns.items()}
-                blocks.append(columns)
+            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first and _has(group, uid):
+                keys = self.read(group, ("tick",) if uid is None else ("tick", "uid"))
+                chosen = (keys["tick"] >= first) & (keys["tick"] <= last)
+                chosen = chosen if uid is None else chosen & (keys["uid"] == uid)
+                if uid is None or chosen.any():
+                    columns = self.read(group, ("tick", *names))
+                    blocks.append({name: column[chosen] for name, column in columns.items()})
         if not blocks:
             return {
                 name: np.zeros(0, np.float32 if name in FLOATS else np.int64) for name in ("tick", *names)
@@ -91,15 +93,16 @@ class Blocks:
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
         """Return an organism's first row at or after a tick as a dict, None if there is none."""
         for group in self.groups:
-            if (
-                group.rows
-                and group.ticks[1] >= first
-                and (group.uids is None or group.uids[0] <= uid <= group.uids[1])
-            ):
+            if group.rows and group.ticks[1] >= first and _has(group, uid):
                 at = np.flatnonzero(self.read(group, ("uid",))["uid"] == uid)
                 if at.size:
                     return {name: column[at[0]] for name, column in self.read(group, names).items()}
         return None
+
+
+def _has(group: Group, uid: int | None) -> bool:
+    """Return whether a group may contain an organism, or any."""
+    return uid is None or group.uids is None or group.uids[0] <= uid <= group.uids[1]
 
 
 class Kept(Blocks):
@@ -159,7 +162,7 @@ class Parts(Blocks):
         if missing:
             table = read_group(group.path, cache.file(group.path, self.sealed), group.number, missing)
             for name in missing:
-                fresh[name] = self._plain(name, table[name].combine_chunks())
+                fresh[name] = self._plain(name, table[name])
                 cache.put((group.path, group.number, name), fresh[name])
         out = {}
         for name in names:
@@ -171,23 +174,14 @@ class Parts(Blocks):
             )
         return out
 
-    def _plain(self, name: str, column: pa.Array | pa.ChunkedArray) -> np.ndarray:
-        if isinstance(column, pa.ChunkedArray):
-            column = pa.concat_arrays(column.chunks)
-        if name in self.words and pa.types.is_dictionary(column.type):
-            known = list(self.words[name])
-            code = np.array(
-                [known.index(word) if word in known else -1 for word in column.dictionary.to_pylist()],
-                np.int16,
-            )
-            return (
-                code[column.indices.to_numpy(zero_copy_only=False)]
-                if code.size
-                else np.zeros(len(column), np.int16)
-            )
+    def _plain(self, name: str, column: pa.ChunkedArray) -> np.ndarray:
+        if name in self.words:
+            words, codes = to_codes(column)
+            known = {word: number for number, word in enumerate(self.words[name])}
+            return np.array([known.get(word, -1) for word in words], np.int16)[codes]
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
-        return column.to_numpy(zero_copy_only=False)
+        return column.to_numpy()
 
 
 FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")

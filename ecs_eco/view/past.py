@@ -15,7 +15,6 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, foods_of
 
 LONGEST = 60_000_000  # values of the series above which births, deaths and the story are left out
-SERIES = ("tick", "species", "births")
 STEPS = 100_000  # ticks that a story examines, in addition to those in which a species appears or disappears
 
 
@@ -40,14 +39,10 @@ class Past:
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
             return None
-        n, births = np.zeros((ticks, s), np.int64), np.zeros((ticks, s), np.int64)
-        deaths = np.zeros((ticks, s, len(causes)), np.int64)
-        for c in r.series.each(("tick", "species", "n", "births", *(DIED + cause for cause in causes))):
-            at = c["tick"] - r.first, c["species"]
-            n[at], births[at] = c["n"], c["births"]
-            for k, cause in enumerate(causes):
-                deaths[(*at, k)] = c[DIED + cause]
-        return n, births.cumsum(axis=0), deaths.cumsum(axis=0)
+        columns = ("n", "births", *(DIED + cause for cause in causes))
+        n, births, *deaths = (r.column(name).astype(np.int64) for name in columns)
+        died = np.stack(deaths, axis=2) if causes else np.zeros((ticks, s, 0), np.int64)
+        return n, births.cumsum(axis=0), died.cumsum(axis=0)
 
     @cached_property
     def entries(self) -> list[dict[str, Any]]:
@@ -73,7 +68,8 @@ class Past:
         r = self._recording
         first = np.full(len(r.species), np.inf)
         few = r.births.rows <= LARGEST
-        for c in r.births.each(("tick", "species", "parent")) if few else r.series.each(SERIES):
+        rows, column = (r.births, "parent") if few else (r.series, "births")
+        for c in rows.each(("tick", "species", column)):
             of = c["parent"] > 0 if few else (c["births"] > 0) & (c["tick"] > r.first)
             np.minimum.at(first, c["species"][of], c["tick"][of])
         return first
@@ -88,7 +84,7 @@ class Past:
         for reporter, said in r.curves["reports"].items():
             out |= {("reports", reporter, of): values for of, values in said.items()}
         if self._counts is not None and "depth_mean" in self._columns:
-            for name, deep in zip(r.species, self._column("depth_mean")[ticks - r.first].T, strict=True):
+            for name, deep in zip(r.species, r.column("depth_mean")[ticks - r.first].T, strict=True):
                 if config[name].get("locomotion"):
                     out["reports", DEPTH, name] = np.where(out["n", name] > 0, -deep, np.nan)
         return out
@@ -105,7 +101,7 @@ class Past:
             causes = [(c, deaths[at, s, k]) for k, c in enumerate(self.causes) if deaths[-1, s, k]]
             out |= died(name, causes, births[at, s])
         names = [name for name in self._columns if name in flows.FLOWS or name.startswith(EATEN)]
-        columns = {name: self._column(name).cumsum(axis=0)[at] for name in names}
+        columns = {name: r.column(name).cumsum(axis=0)[at] for name in names}
         by = "eaten by "
         meals = {
             (food, cause.removeprefix(by)): deaths[at, s, k]
@@ -114,10 +110,3 @@ class Past:
             if cause.startswith(by)
         }
         return out | flows.of_run(columns, r.species, self.foods, meals)
-
-    def _column(self, name: str) -> np.ndarray:
-        """Return a column of the series, 0 where nothing was recorded: f64[ticks, species]."""
-        out = np.zeros((self._recording.last + 1 - self._recording.first, len(self._recording.species)))
-        for c in self._recording.series.each(("tick", "species", name)):
-            out[c["tick"] - self._recording.first, c["species"]] = c[name]
-        return out

@@ -16,7 +16,7 @@ from typing import Any
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.families import asked
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
-from ecs_eco.view.source import Message, Source, said, short, text
+from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 USUAL = 10.0  # ticks per second, called 1×
 FASTEST_FRAMES = 0.05  # [s] between frames
@@ -232,12 +232,8 @@ class Player(Inbox):
         kind = request.get("kind")
         if kind == "join":
             new = self._views[page] = View()
-            page.send(
-                [
-                    text(message)
-                    for message in (self.source.hello(), *self.source.greeting(), *self._log.came(new))
-                ]
-            )
+            greeting = self.source.hello(), *self.source.greeting(), *self._log.came(new)
+            page.send([text(message) for message in greeting])
             return
         if (view := self._views.get(page)) is None:
             return
@@ -256,8 +252,9 @@ class Player(Inbox):
                 )
         except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-            page.send([text(said("error", words, str(kind)[:40]))])
-            self._log.refused(self.source.tick, view, request, words)
+            refusal = said("error", words, str(kind)[:40])
+            page.send([text(refusal)])
+            self._log.answered(self.source.tick, view, request, [refusal])
 
     def _ask(self, page: Page, view: View, request: Message) -> None:
         before = self.source.tick
@@ -297,7 +294,7 @@ class Player(Inbox):
 
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
-        if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
+        if not is_whole(ticks, 1, 100_001):
             raise ValueError(f"step: ticks = {short(ticks)}; expected a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks

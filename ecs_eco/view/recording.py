@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
-from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
+from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
 from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes
 
@@ -83,38 +82,23 @@ class Recording:
     def organisms(self, tick: int, species: str) -> Organisms:
         """Return the living of a species at the end of a tick: from details, else interpolated."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
-        return overlaid(organisms, self.details_at(tick, species))
+        return overlaid(organisms, self.details[species].between(tick, tick, ("uid", *STATE)))
 
     def _read_chapter(self, number: int) -> Chapter:
-        return chapter(
-            number * self.every,
-            self.first,
-            self.last,
-            self.every,
-            self.snapshots,
-            self.births,
-            self.deaths,
-            self.size,
-            self.torus,
-        )
-
-    def details_at(self, tick: int, species: str, names: Sequence[str] = ("uid", *STATE)) -> Columns:
-        """Return columns of the details of a species at a tick, empty if none were recorded."""
-        return self.details[species].between(tick, tick, names)
-
-    @property
-    def objects(self) -> dict[str, np.ndarray]:
-        """Places f32[n, 3] [m] of permanent objects by type, from the first checkpoint that still exists."""
-        return {name: columns[:, :3] for name, columns in self._lying.items()}
-
-    def poses(self, name: str) -> np.ndarray:
-        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
-        sizes are 0 for spheres."""
-        return self._lying[name][:, 3:]
+        """Return the ticks from one snapshot to the next, as far as they were recorded."""
+        begin, end = number * self.every, (number + 1) * self.every
+        a, b, state = max(self.first, begin), min(end, self.last + 1), ("uid", "species", *STATE)
+        before = self.snapshots.between(a, a, state) if a == begin else None
+        after = self.snapshots.between(b, b, state) if b <= self.last else None
+        # without a snapshot, all were born here or were present when the recording began
+        since = -(2**62) if before is None else a + 1
+        births, deaths = (p.between(since, min(b, self.last), EVENT) for p in (self.births, self.deaths))
+        return Chapter(a, b, before, after, births, deaths, self.size, self.torus)
 
     @cached_property
-    def _lying(self) -> dict[str, np.ndarray]:
-        """Place, heading and size f32[n, 7] of permanent objects, by type."""
+    def objects(self) -> dict[str, np.ndarray]:
+        """Place [m], heading [rad], length, width and height [m] of permanent objects by type, f32[n, 7], from
+        the first checkpoint that still exists; sizes are 0 for spheres."""
         config = self.manifest["config"]
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}
@@ -139,26 +123,21 @@ class Recording:
     @cached_property
     def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
         """The lowest uid of each series of uids born in one tick, ascending, and that tick."""
-        uid, tick = [], []
+        uid, tick = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
         for columns in self.births.each(("uid", "tick")):
             order = np.argsort(columns["uid"], kind="stable")
             u, t = columns["uid"][order], columns["tick"][order]
             starts = np.flatnonzero(np.diff(t, prepend=-(2**62)))
             uid.append(u[starts])
             tick.append(t[starts])
-        return (
-            np.concatenate(uid or [np.zeros(0, np.uint64)]),
-            np.concatenate(tick or [np.zeros(0, np.int64)]),
-        )
+        return np.concatenate(uid), np.concatenate(tick)
 
     def born(self, uid: np.ndarray) -> np.ndarray:
         """Return the ticks at which organisms were born: i64[n]."""
         starts, ticks = self._births_by_uid
-        return (
-            ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
-            if ticks.size
-            else np.zeros(uid.size, np.int64)
-        )
+        if not ticks.size:
+            return np.zeros(uid.size, np.int64)
+        return ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
 
     def genomes(self, uid: np.ndarray) -> list[str]:
         """Return the genomes of organisms (uids ascending) as text, "" if there is none."""
@@ -176,33 +155,40 @@ class Recording:
                     out[int(np.searchsorted(uid, columns["uid"][i]))] = columns["genome"][i] or ""
         return out
 
+    def column(self, name: str, step: int = 1, missing: float = 0.0) -> np.ndarray:
+        """Return a column of the series at every `step`-th tick, `missing` where nothing was recorded:
+        f64[ticks, species]."""
+        out = np.full((len(range(self.first, self.last + 1, step)), len(self.species)), missing)
+        for c in self.series.each(("tick", "species", name)):
+            since = c["tick"] - self.first
+            chosen = since % step == 0
+            out[since[chosen] // step, c["species"][chosen]] = c[name][chosen]
+        return out
+
     @cached_property
     def curves(self) -> dict[str, Any]:
         """`tick` and, by species, `n` and `happiness`, at most POINTS of each, and `reports` by reporter;
         `births` and `deaths` in BINS over all ticks."""
-        step = max(1, -(-(self.last + 1 - self.first) // POINTS))
-        width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
-        bins = -(-(self.last + 1 - self.first) // width)
-        out: dict[str, Any] = {"tick": np.arange(self.first, self.last + 1, step)}
-        out |= {
-            kind: {name: np.zeros(out["tick"].size) for name in self.species} for kind in ("n", "happiness")
+        ticks = self.last + 1 - self.first
+        step, width = (max(1, -(-ticks // most)) for most in (POINTS, BINS))
+
+        def of_each(name: str, missing: float = 0.0) -> dict[str, np.ndarray]:
+            return dict(zip(self.species, self.column(name, step, missing).T, strict=True))
+
+        out: dict[str, Any] = {
+            "tick": np.arange(self.first, self.last + 1, step),
+            "n": of_each("n"),
+            "happiness": of_each("happiness_mean"),
+            "reports": {
+                name: by_species(of_each(name, np.nan))
+                for name in self.manifest["config"].get("reporters") or ()
+            },
         }
-        out |= {kind: np.zeros(bins, np.int64) for kind in ("births", "deaths")}
-        reporters = tuple(self.manifest["config"].get("reporters") or ())
-        out["reports"] = {
-            name: {s: np.full(out["tick"].size, np.nan) for s in self.species} for name in reporters
-        }
-        for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths", *reporters)):
-            since = c["tick"] - self.first
-            for kind in ("births", "deaths"):
-                out[kind] += np.bincount(since // width, c[kind], bins).astype(np.int64)
-            for i, name in enumerate(self.species):
-                chosen = (c["species"] == i) & (since % step == 0)
-                out["n"][name][since[chosen] // step] = c["n"][chosen]
-                out["happiness"][name][since[chosen] // step] = c["happiness_mean"][chosen]
-                for reporter in reporters:
-                    out["reports"][reporter][name][since[chosen] // step] = c[reporter][chosen]
-        out["reports"] = {name: by_species(said) for name, said in out["reports"].items()}
+        for kind in ("births", "deaths"):
+            bins = np.zeros(-(-ticks // width))
+            for c in self.series.each(("tick", kind)):
+                bins += np.bincount((c["tick"] - self.first) // width, c[kind], bins.size)
+            out[kind] = bins.astype(np.int64)
         return out
 
     def numbers(self, tick: int) -> dict[str, int]:
@@ -277,15 +263,12 @@ class GeneValues:
     def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
         """Return a gene's values in organisms (uids ascending): f32[n]."""
         kept, decoded = self._kept.get(name, (np.zeros(0, np.uint64), {}))
-        if not np.isin(uid, kept).all():
-            fresh = uid[~np.isin(uid, kept)]
-            values = self._decoded(name, fresh)
-            old = np.isin(kept, uid)
+        fresh = uid[~np.isin(uid, kept)]
+        if fresh.size:
+            values, old = self._decoded(name, fresh), np.isin(kept, uid)
             order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
             decoded = {
-                g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[
-                    order
-                ]
+                g: np.concatenate([decoded.get(g, np.zeros(0, np.float32))[old], values[g]])[order]
                 for g in values
             }
             kept = np.concatenate([kept[old], fresh])[order]

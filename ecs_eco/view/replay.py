@@ -1,4 +1,4 @@
-"""A recorded run as a source for the viewer; see `ecs_eco.view.source.Source`."""
+"""A recorded run as a source for the viewer."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
+from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view.account import of_run
 from ecs_eco.view.curves import series
@@ -19,7 +20,7 @@ from ecs_eco.view.parts import Cache
 from ecs_eco.view.past import Past
 from ecs_eco.view.recording import COMPARED, GeneValues, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch, note, stretches
-from ecs_eco.view.scene import describe, drawn, eyes_of, size_in, sized, sky
+from ecs_eco.view.scene import describe, drawn, eyes_of, plain_kind, sized, sky
 from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
@@ -72,16 +73,21 @@ class Replay(Watched):
 
     @property
     def tick(self) -> int:
-        """The displayed tick; pages show the state at its end."""
         return self._tick
 
     @property
+    def earliest(self) -> int:
+        return self.recording.first
+
+    @property
+    def config(self) -> WorldConfig | None:
+        return None if self.recording.scene is None else self.recording.scene.config
+
+    @property
     def done(self) -> bool:
-        """True if this is the last tick."""
         return self._tick >= self.recording.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Show one tick after another."""
         try:
             while turn():
                 self._tick = min(self._tick + 1, self.recording.last)
@@ -89,7 +95,6 @@ class Replay(Watched):
             self._rerun.halt()
 
     def hello(self) -> Message:
-        """Return the data about the run that a page needs."""
         if self._hello is None:
             r = self.recording
             self._hello = super().hello() | {
@@ -106,9 +111,7 @@ class Replay(Watched):
         r = self.recording
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
-            message = describe(
-                r.scene, r.species, self.objects, {name: dict.fromkeys(g) for name, g in self.genes.items()}
-            )
+            message = describe(r.scene, r.species, self.objects, self.genes)
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
@@ -117,32 +120,15 @@ class Replay(Watched):
                 kind["learns"] = decides and bool(learns)
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
-            return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID), "fields": fields}
+            return message | {"objects": sized(message["objects"], r.objects, OBJECT_UID), "fields": fields}
         kinds = [
-            {
-                "name": n,
-                "color": colors.get(n, "#888888"),
-                **size_in(config["species"][n]["body"]),
-                "moves": bool(config["species"][n].get("locomotion")),
-                "sessile": not config["species"][n].get("locomotion"),
-                "genes": [],
-                "learns": False,
-                "sees": eyes_of(config["species"][n].get("sensors")),
-            }
+            plain_kind(n, config["species"][n], colors.get(n))
+            | {"sees": eyes_of(config["species"][n].get("sensors"))}
             for n in r.species
         ]
         things = [
-            {
-                "name": n,
-                "color": config["objects"][n].get("color", "#888888"),
-                **size_in(config["objects"][n]["body"]),
-                "moves": False,
-                "sessile": True,
-                "genes": [],
-                "learns": False,
-                "inanimate": True,
-                "solid": config["objects"][n]["body"]["solid"],
-            }
+            plain_kind(n, config["objects"][n], config["objects"][n].get("color"))
+            | {"inanimate": True, "solid": config["objects"][n]["body"]["solid"]}
             for n in self.objects
         ]
         world = r.manifest["world"]
@@ -156,19 +142,17 @@ class Replay(Watched):
             "day": None,
             "usual_speed": 10.0,
             "species": kinds,
-            "objects": sized(things, r.poses, OBJECT_UID),
+            "objects": sized(things, r.objects, OBJECT_UID),
             "terrain": None,
         }
 
     def greeting(self) -> list[Message]:
-        """Return births and deaths along the timeline, interventions, and the story."""
         both = super().greeting()
         if self.recording.scene is not None:
             return both
         return [*both, said("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def marks(self) -> Message:
-        """Return births and deaths along the timeline, interventions, stretches, and the land."""
         r = self.recording
         return {
             "kind": "marks",
@@ -179,7 +163,6 @@ class Replay(Watched):
         } | drawn(self._land)
 
     def news(self) -> list[Message]:
-        """Return the marks if the land changed, and the result of a `fill` when it is ready."""
         before, self._land = self._land, self.recording.land(self._tick)
         return [*([] if self._land == before else [self.marks()]), *self._filled()]
 
@@ -192,21 +175,18 @@ class Replay(Watched):
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
         text = f"ticks {stretch.first} to {stretch.last} have been rerun: all details are available there"
-        if stretch.wrong is None:
-            message = said("info", text, "fill")
-        else:
-            differs = (
-                f"but the rerun differs from the recording from tick {stretch.wrong} on; "
+        if stretch.wrong is not None:
+            text += (
+                f"; but the rerun differs from the recording from tick {stretch.wrong} on; "
                 "different versions or another machine may be the cause"
             )
-            message = said("warning", f"{text}; {differs}", "fill")
+        message = said("info" if stretch.wrong is None else "warning", text, "fill")
         try:
             return [message, self.organism(self._rerun.uid), self.marks()]
         except KeyError:
             return [message, self.marks()]
 
     def counts(self) -> dict[str, int]:
-        """Return the number of organisms or objects of each kind."""
         return self.recording.numbers(self._tick) | {
             name: len(places) for name, places in self.recording.objects.items()
         }
@@ -221,7 +201,6 @@ class Replay(Watched):
         return organisms
 
     def crowd(self, name: str) -> Crowd:
-        """Return the living of a species at this tick, ordered by uid, or the permanent objects of a type."""
         if name in self.objects:
             return self._lying(name)
         o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])
@@ -243,22 +222,20 @@ class Replay(Watched):
 
     def _lying(self, name: str) -> Crowd:
         before = self.objects[: self.objects.index(name)]
-        places, heading = self.recording.objects[name], self.recording.poses(name)[:, 0]
         first = OBJECT_UID + sum(len(self.recording.objects[other]) for other in before)
-        uid = np.arange(first, first + len(places), dtype=np.uint64)
-        x, y, z, heading = (np.ascontiguousarray(axis) for axis in (*places.T, heading))
+        lying = self.recording.objects[name]
+        uid = np.arange(first, first + len(lying), dtype=np.uint64)
+        x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
         return Crowd(uid, x, y, z, heading)
 
     @property
     def scene(self) -> World | None:
-        """A world without organisms, at this tick; None if it cannot be built here."""
         scene: World | None = self.recording.scene
         if scene is not None:
             scene.tick = self._tick
         return scene
 
     def series(self, after: int) -> Message | None:
-        """Return the points after a tick, including future ones; −1 returns all points."""
         if self._curves is None:
             self._curves = self._all()
         return self._curves if self._curves["tick"][-1] > after else None
@@ -279,11 +256,9 @@ class Replay(Watched):
         return sky(self.recording.scene)[0]
 
     def state(self, uid: int) -> Message:
-        """Return the state of one organism at this tick; raise KeyError if it was never born."""
         return self.lives.organism(uid, self._tick)
 
     def answer(self, request: Message) -> list[Message]:
-        """Answer `seek`, `fill` or `why`; refuse interventions."""
         kind = request["kind"]
         if kind == "seek":
             return self._seek(request.get("tick"))

@@ -21,7 +21,8 @@ from ecs_eco.record.details import KIND
 from ecs_eco.record.recorder import Recorder
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.requests import repeat_requests
-from ecs_eco.view.parts import Columns
+from ecs_eco.view.interpolate import STATE
+from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording
 
 ROWS = 2_000_000  # largest number of organisms times ticks in a stretch
@@ -42,21 +43,22 @@ class Stretch:
         sexes: dict[int, int],
         wrong: int | None,
     ) -> None:
-        joined = {
-            kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]}
-            for kind, pieces in blocks.items()
-        }
         self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
-        self.details = {
-            kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)
-        }
-        self.states = joined.get("snapshots", {})
+        self.states = _kept(blocks.get("snapshots", ()))
+        self.details = {k.removeprefix(KIND): _kept(rows) for k, rows in blocks.items() if k.startswith(KIND)}
 
     def at(self, tick: int, species: int) -> Columns:
         """Return the state of all organisms of a species (by its number) at a tick: uid, x, y, z, heading,
         energy, happiness."""
-        chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
-        return {name: column[chosen] for name, column in self.states.items()}
+        columns = self.states.between(tick, tick, ("species", "uid", *STATE))
+        return {name: column[columns["species"] == species] for name, column in columns.items()}
+
+
+def _kept(blocks: Sequence[Columns]) -> Kept:
+    out = Kept(0, 2**62)
+    for columns in blocks:
+        out.add(columns)
+    return out
 
 
 def compute(
@@ -65,7 +67,7 @@ def compute(
     tick: int,
     end: int,
     recorded: Callable[[int], dict[str, np.ndarray]],
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
     """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns
@@ -87,7 +89,7 @@ def compute(
         repeat_requests(world, manifest)
 
     world.before_tick.append(look)
-    world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
+    world.run(first - at, lambda done, _: progress(done, last + 1 - at))
     blocks: dict[str, list[Columns]] = {}
     recorder = Recorder(
         world,
@@ -99,8 +101,7 @@ def compute(
     world.on_death.append(lambda table, rows: _note_sexes(table, rows, sexes))
     while world.tick <= last and not halt():
         world.run(1)
-        if progress is not None:
-            progress(world.tick - at, last + 1 - at)
+        progress(world.tick - at, last + 1 - at)
     for table in world.tables.values():
         _note_sexes(table, table.rows(), sexes)
     if halt():
@@ -210,34 +211,16 @@ def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, 
     number of focal organisms, and the first tick at which a filled one differs from the record."""
     record = str(recording.manifest.get("record") or "")
     kind, _, most = record.partition("=")
-    out: list[dict[str, Any]] = []
+    known: dict[tuple[int, int], list[str]] = {}
     for name in recording.species:
-        for first, last in spans(recording, name):
-            same = next((s for s in out if (s["first"], s["last"]) == (first, last)), None)
-            if same is not None:
-                same["species"].append(name)
-            else:
-                out.append(
-                    {
-                        "kind": "full" if kind == "full" else "focal",
-                        "first": first,
-                        "last": last,
-                        "species": [name],
-                        "n": int(most) if most.isdecimal() else None,
-                        "wrong": None,
-                    }
-                )
-    return out + [
-        {
-            "kind": "filled",
-            "first": s.first,
-            "last": s.last,
-            "species": sorted(s.details),
-            "n": None,
-            "wrong": s.wrong,
-        }
-        for s in again
+        for span in spans(recording, name):
+            known.setdefault(span, []).append(name)
+    n = int(most) if most.isdecimal() else None
+    told: list[tuple[Any, ...]] = [
+        ("full" if kind == "full" else "focal", *span, species, n, None) for span, species in known.items()
     ]
+    told += [("filled", s.first, s.last, sorted(s.details), None, s.wrong) for s in again]
+    return [dict(zip(("kind", "first", "last", "species", "n", "wrong"), one, strict=True)) for one in told]
 
 
 def spans(recording: Recording, species: str) -> list[tuple[int, int]]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +14,7 @@ from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.record import freeze as frozen
 from ecs_eco.record import parts
 from ecs_eco.view.journal import Journal
-from ecs_eco.view.tally import Tally
+from ecs_eco.view.story import Story
 
 MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest is dropped
 SHARE = 1 / 120  # of the world's run time, for making checkpoints
@@ -27,12 +25,12 @@ class Point(NamedTuple):
     """A checkpoint in memory, with the viewer's state at that tick."""
 
     tick: int
-    meta: dict[str, Any]
+    meta: str  # JSON
     arrays: dict[str, Any]
     config: Any
     recording: Any
     journal: tuple[np.ndarray, ...]
-    tally: dict[str, Any]
+    story: tuple[Any, ...]
     size: int  # [bytes]
 
 
@@ -43,8 +41,8 @@ class Ring:
     `why` is the reason why this world cannot go back, or "". Runs recorded in files cannot.
     """
 
-    def __init__(self, world: World, journal: Journal, tally: Tally) -> None:
-        self.world, self.journal, self.tally = world, journal, tally
+    def __init__(self, world: World, journal: Journal, story: Story) -> None:
+        self.world, self.journal, self.story = world, journal, story
         self.points: deque[Point] = deque()
         self.acts: list[tuple[int, Any]] = []  # (tick, intervention), in order
         self.used = False  # whether checkpoints are made
@@ -87,42 +85,32 @@ class Ring:
         while self.points[-1].tick > tick:
             self.points.pop()
         self.acts = [act for act in self.acts if act[0] < tick]
-        with self._again():
+        self.busy = True
+        try:
             self._load(self.points[-1])
             for when, what in [act for act in self.acts if act[0] >= self.world.tick]:
                 self.world.run(when - self.world.tick)
                 self.world.intervene(what)
             self.world.run(tick - self.world.tick)
-        self._since = time.thread_time()
-        return tick
-
-    @contextmanager
-    def _again(self) -> Iterator[None]:
-        self.busy = True
-        try:
-            yield
         finally:
             self.busy = False
+        self._since = time.thread_time()
+        return tick
 
     def _keep(self) -> None:
         world, recorder = self.world, self.world.recorder
         meta, arrays = frozen.freeze(world, recording=False)
-        meta |= {
-            "intervened": list(meta["intervened"]),
-            "causes": list(meta["causes"]),
-            "ambient": dict(meta["ambient"]),
-        }
         arrays = {name: array.copy() for name, array in arrays.items()}
         recording = None if recorder is None else parts.mark(recorder)
         self.points.append(
             Point(
                 world.tick,
-                meta,
+                json.dumps(meta),
                 arrays,
                 world.config,
                 recording,
                 self.journal.mark(),
-                self.tally.mark(),
+                self.story.mark(),
                 sum(array.nbytes for array in arrays.values()),
             )
         )
@@ -135,6 +123,6 @@ class Ring:
             parts.go_back(world.recorder, point.recording)
         if world.config is not point.config:
             world.reconfigure(point.config)
-        frozen.load(world, json.loads(json.dumps(point.meta)), point.arrays, f"tick {point.tick}")
+        frozen.load(world, json.loads(point.meta), point.arrays, f"tick {point.tick}")
         self.journal.go_back(point.tick, int(world.next_uid), point.journal)
-        self.tally.go_back(point.tally)
+        self.story.go_back(point.story)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -254,20 +254,19 @@ def shape_of(body: Body) -> dict[str, Any]:
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 
 
-def size_in(body: dict[str, Any]) -> dict[str, Any]:
-    """Return radius, shape and size [m] of bodies from their section of a manifest."""
-    known = Body.model_validate(body)
-    return {"radius": known.radius} | shape_of(known)
+def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[str, Any]:
+    """Return the data about a species or an object type that its section of a manifest contains."""
+    body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
+    out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
+    return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}
 
 
-def sized(
-    kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray], first: int
-) -> list[dict[str, Any]]:
+def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first: int) -> list[dict[str, Any]]:
     """Return object types with the sizes [m] of individual capsules and boxes by uid, counted from `first`.
-    `poses` gives heading and size f32[n, 4] of the objects of a type."""
+    `objects` has place, heading and size f32[n, 7] of the objects of a type."""
     out = []
     for kind in kinds:
-        size = poses(kind["name"])[:, 1:].round(4).tolist()
+        size = objects[kind["name"]][:, 4:].round(4).tolist()
         uids = [str(first + i) for i in range(len(size))]
         first += len(size)
         out.append(kind | ({"sizes": dict(zip(uids, size, strict=True))} if kind.get("shape") else {}))

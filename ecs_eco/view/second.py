@@ -2,73 +2,66 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 
-from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe
-from ecs_eco.runs.requests import waiting
-from ecs_eco.view import branch as branches
-from ecs_eco.view.branch import Branch, Start, as_done_to, by_hand, kept, of_living, of_recorded
+from ecs_eco.ecosystem import World
+from ecs_eco.runs.requests import repeat_requests, waiting
+from ecs_eco.view import branch
 from ecs_eco.view.families import asked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.source import Message
 from ecs_eco.view.versus import Side, differences, side
-from ecs_eco.view.watched import Watched
 
-
-class Shown:
-    """A recorded run that follows a clock."""
-
-    def __init__(self, replay: Replay) -> None:
-        self.replay, self.refused, self.common = replay, list[str](), 0
-        self.start = self.first = replay.recording.first
-
-    @property
-    def tick(self) -> int:
-        """The displayed tick."""
-        return self.replay.tick
-
-    def follow(self, tick: int, seconds: float, sampled: Callable[[int], bool]) -> bool:
-        """Show a tick, or the last one."""
-        self.back(tick)
-        return True
-
-    def back(self, tick: int) -> None:
-        """Show a tick."""
-        self.replay.handle({"kind": "seek", "tick": tick})
-
-    def sample(self) -> None:
-        """Do nothing: the series were recorded."""
+Ask = Callable[[World], None]
 
 
 class Second:
-    """A source next to the `first` one. `told` is the data about it that pages need: names, tick and change
-    of the branch, and the command that reproduces it. All ticks count on the first world's clock."""
+    """A source next to the source `of`. `told` is the data about it that pages need: names, tick and change
+    of the branch, and the command that reproduces it.
 
-    def __init__(self, first: Source, source: Source, follower: Branch | Shown, told: Message) -> None:
-        self.of, self.source, self.follower, self.told = first, source, follower, told
+    Its own clock begins at `begins`; `start`, `first` and `tick` count on the clock of `of`. Before each tick
+    of a living world, `ask` requests the interventions of the other world; `refused` collects the errors of
+    those that this world rejects. `change` is the intervention that makes the difference, or None. Organisms
+    with uids below `common` were born before the worlds parted.
+    """
+
+    def __init__(
+        self,
+        of: Live | Replay,
+        source: Live | Replay,
+        begins: int,
+        told: Message,
+        ask: Ask | None = None,
+        change: Message | None = None,
+    ) -> None:
+        self.of, self.source, self.begins, self.told = of, source, begins, told
         # a living world's tick is the next one, a recording's the last one
-        self.shift = _ahead(source) - _ahead(first)
+        self.shift = source.ahead - of.ahead
+        self.refused, self.common, self._ask, self._change = list[str](), 0, ask, change
         self._sent, self._fated = -1, -1
-        if isinstance(first, Watched) and isinstance(source, Watched):
-            source.ranges = first.ranges  # a color has the same meaning in both
+        source.ranges = of.ranges  # a color has the same meaning in both
+        if isinstance(source, Live):
+            self.common, source.ring.used = int(source.world.next_uid), True
+            source.world.before_tick.append(self._before)
 
     @property
     def start(self) -> int:
-        """Its first tick on the first world's clock."""
-        return self.follower.start - self.shift
+        """Its first tick."""
+        return self.begins - self.shift
 
     @property
     def first(self) -> int:
-        """The earliest tick on that clock to which it can go back."""
-        return self.follower.first - self.shift
+        """The earliest tick to which it can go back."""
+        return max(self.begins, self.source.earliest) - self.shift
 
     @property
     def tick(self) -> int:
-        """Its present tick on that clock."""
-        return self.follower.tick - self.shift
+        """Its present tick."""
+        return self.source.tick - self.shift
 
     @property
     def forked(self) -> bool:
@@ -86,36 +79,73 @@ class Second:
     def comes(self) -> bool:
         """True if it is not at the tick of the first world, but can get there."""
         target = self._target()
-        back = self.follower.first <= target < self.follower.tick
-        return self.of.tick >= self.start and (self.follower.tick < target or back)
+        return target >= self.start and (self.tick < target or self.first <= target < self.tick)
 
     @property
     def there(self) -> bool:
         """True if it has a state at the present tick of the first world."""
-        return self.follower.tick == self._target() and self.of.tick >= self.start
+        return self.tick == self._target() and self.of.tick >= self.start
 
     def _target(self) -> int:
-        tick = self.of.tick + self.shift
-        return min(tick, self.source.recording.last) if isinstance(self.source, Replay) else tick
+        if isinstance(self.source, Replay):
+            return min(self.of.tick, self.source.recording.last - self.shift)
+        return self.of.tick
 
     def follow(self, seconds: float) -> None:
         """Run toward the tick of the first world for at most about `seconds`, or go back to it."""
-        if self.comes and self.follower.tick > self._target():
+        if self.comes and self.tick > self._target():
             self.back()
         elif self.comes:
-            self.follower.follow(self._target(), seconds, self._sampled)
+            self.run_to(self._target(), seconds)
+
+    def run_to(self, tick: int, seconds: float) -> bool:
+        """Run or show the ticks up to a later one, for at most about `seconds`; return whether it got there."""
+        if isinstance(self.source, Replay):
+            self._seek(tick)
+            return True
+        until = time.monotonic() + seconds
+        while self.tick < tick:
+            if self._sampled(self.tick):
+                self._sample()
+            self.source.world.run(1)
+            if time.monotonic() > until:
+                break
+        return self.tick >= tick
 
     def back(self) -> None:
         """Go back to the tick of the first world, as far as possible."""
-        self.follower.back(max(self._target(), self.follower.start))
-        self._sent = min(self._sent, self.follower.tick - 1)
-        self._fated = -1
+        self.back_to(self._target())
+
+    def back_to(self, tick: int) -> None:
+        """Go back to a tick, but not before the start; raise ValueError if this is impossible."""
+        if self.tick > max(tick, self.start):
+            self._seek(max(tick, self.start))
+        self._sent, self._fated = min(self._sent, self.source.tick - 1), -1
+
+    def _seek(self, tick: int) -> None:
+        self.source.handle({"kind": "seek", "tick": tick + self.shift})
+
+    def _before(self) -> None:
+        """Prepare the next tick of a living world."""
+        assert isinstance(self.source, Live)
+        world, ring = self.source.world, self.source.ring
+        if not ring.busy:
+            ring.look()
+        self.source.passed()
+        if world.tick <= self.begins:
+            self.common = int(world.next_uid)
+        try:
+            if self._ask is not None:
+                self._ask(world)
+        except (ValueError, RuntimeError) as error:
+            self.refused.append(str(error))
+        if self._change is not None and world.tick == self.begins:
+            world.intervene(self._change)
 
     def _sampled(self, tick: int) -> bool:
-        """Return whether the first world's curves have a point at this tick of the second."""
-        if isinstance(self.of, Live):
-            return tick in self.of.curves.ticks
-        return isinstance(self.of, Replay) and tick - self.shift in self.of.recording.curves["tick"]
+        """Return whether the first world's curves have a point at this tick."""
+        of = self.of
+        return tick in (of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"])
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return its frame."""
@@ -126,7 +156,14 @@ class Second:
     def sample(self) -> None:
         """Add a point to its curves if the two worlds are at the same tick."""
         if self.there:
-            self.follower.sample()
+            self._sample()
+
+    def _sample(self) -> None:
+        """Add a point to the curves of a living world: at most one per tick, and none before the start."""
+        if isinstance(self.source, Live) and self.tick >= self.start:
+            ticks = self.source.curves.ticks
+            if not ticks or ticks[-1] < self.source.tick:
+                self.source.sample()
 
     def greeting(self) -> list[Message]:
         """Return the messages that a new page needs."""
@@ -144,9 +181,9 @@ class Second:
         points = self._points(self._sent)
         if points:
             self._sent = points[0]["series"]["tick"][-1] + self.shift
-        if self.there and self._fated != self.follower.tick:
-            fates = self.source.fates(self._fated if self._fated < self.follower.tick else -1)
-            self._fated = self.follower.tick
+        if self.there and self._fated != self.source.tick:
+            fates = self.source.fates(self._fated if self._fated < self.source.tick else -1)
+            self._fated = self.source.tick
             out += [{"kind": "beside", "fates": fates}] if fates else []
         return [*out, *points]
 
@@ -177,53 +214,44 @@ class Second:
 
     def shares(self, uid: int) -> bool:
         """Return whether an organism was born before the worlds parted."""
-        return self.forked and uid < self.follower.common
+        return self.forked and uid < self.common
 
     def refusals(self) -> list[str]:
         """Return the interventions of the first world that it has refused since the last call."""
-        out, self.follower.refused = self.follower.refused, []
+        out, self.refused = self.refused, []
         return out
 
     def sentence(self) -> Message:
         """Return population sizes and a sentence on the present differences."""
-        tick = self.of.tick
-        n = self.source.counts()
+        tick, n = self.of.tick, self.source.counts()
         if self.there:
             since = self.start if self.forked else None
             kinds = sorted(self.of.hello()["species"], key=lambda kind: not kind["moves"])
-            told = differences(
-                [kind["name"] for kind in kinds], _side(self.of), _side(self.source), since, tick
-            )
-        elif tick < self.start:
-            told = {"text": f"It parts from the original at tick {self.start:,}.", "clauses": {}}
-        elif self.comes:
-            told = {"text": f"Catching up: tick {self.tick:,} of {tick:,}.", "clauses": {}}
+            names = [kind["name"] for kind in kinds]
+            told = differences(names, _side(self.of), _side(self.source), since, tick)
         else:
-            told = {
-                "text": f"It starts at tick {self.first:,}; earlier ticks are no longer stored.",
-                "clauses": {},
-            }
+            text = f"It starts at tick {self.first:,}; earlier ticks are no longer stored."
+            if tick < self.start:
+                text = f"It parts from the original at tick {self.start:,}."
+            elif self.comes:
+                text = f"Catching up: tick {self.tick:,} of {tick:,}."
+            told = {"text": text, "clauses": {}}
         return {"kind": "beside", "state": {"tick": self.tick, "there": self.there, "n": n, **told}}
 
 
-def beside(first: Source, second: Source, names: tuple[str, str]) -> Second:
+def beside(first: Live | Replay, second: Live | Replay, names: tuple[str, str]) -> Second:
     """Return another world next to the first. If both are living, interventions apply to both."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
-    if isinstance(second, Live):
-        ask = partial(as_done_to, first) if isinstance(first, Live) else lambda _: None
-        return Second(first, second, Branch(second, second.tick, None, ask), told)
-    assert isinstance(second, Replay)
-    return Second(first, second, Shown(second), told)
+    if isinstance(second, Replay):
+        return Second(first, second, second.recording.first, told)
+    ask = partial(branch.as_done_to, first) if isinstance(first, Live) else None
+    return Second(first, second, second.tick, told, ask)
 
 
-def _ahead(source: Source) -> int:
-    return source.ahead if isinstance(source, Watched) else 0
-
-
-def _side(source: Source) -> Side:
-    entries = source.story.entries if isinstance(source, Watched) else []
+def _side(source: Live | Replay) -> Side:
     kinds = {kind["name"] for kind in source.hello()["species"]}
-    return side({name: n for name, n in source.counts().items() if name in kinds}, entries, source.tick)
+    counts = {name: n for name, n in source.counts().items() if name in kinds}
+    return side(counts, source.story.entries, source.tick)
 
 
 def _wrapped(message: Message) -> Message:
@@ -233,7 +261,9 @@ def _wrapped(message: Message) -> Message:
 NAMES = ("original", "what if")
 
 
-def fork(first: Source, tick: int | None, change: Message | None, start: Start | None = None) -> Second:
+def fork(
+    first: Live | Replay, tick: int | None, change: Message | None, start: branch.Start | None = None
+) -> Second:
     """Return a branch of the displayed world, from a tick (None: the displayed one) and with a change, an
     intervention in the form of a world file (None: no change).
 
@@ -241,43 +271,25 @@ def fork(first: Source, tick: int | None, change: Message | None, start: Start |
     that is no longer stored and for a change that does not fit, CheckpointError or RecordingError for a world
     that cannot be copied or run here.
     """
-    change = change or None
+    change, tick = change or None, first.tick if tick is None else tick
+    ask: Ask
     if isinstance(first, Live):
-        branch = of_living(first, first.tick if tick is None else tick, change)
-        done = by_hand(first.world, 0, branch.start)
-        done += waiting(first.world) if branch.start == first.tick else []
-        again = branches.of_world(start, done, branch.start, change)
-    elif isinstance(first, Replay):
-        if tick is not None and tick != first.tick:
+        begins, live = tick, branch.of_living(first, tick, change)
+        done = branch.by_hand(first.world, 0, tick)
+        done += waiting(first.world) if tick == first.tick else []
+        again = branch.of_world(start, done, tick, change)
+        ask = partial(branch.as_done_to, first)
+    else:
+        if tick != first.tick:
             raise ValueError(
                 f"what if: tick = {tick}; expected {first.tick:,}, the displayed tick "
                 f"of this recorded run: go to tick {tick} first"
             )
-        branch = of_recorded(first, change)
-        code = bool(first.recording.manifest["config"].get("code"))
-        again = branches.of_run(str(first.recording.path), code, branch.start, change)
-    else:
-        raise ValueError("what if: this page shows nothing that can be branched")
+        begins, live = tick + 1, branch.of_recorded(first, change)
+        manifest = first.recording.manifest
+        code = bool(manifest["config"].get("code"))
+        again = branch.of_run(str(first.recording.path), code, begins, change)
+        ask = partial(repeat_requests, manifest=manifest)
     words = "nothing changed" if change is None else describe(change)
-    told = {"at": branch.start - 1 + _ahead(first), "change": words, "names": list(NAMES), "recipe": again}
-    return Second(first, branch.live, branch, told)
-
-
-def forks(first: Source) -> bool:
-    """Return whether the displayed world can be branched. A world built in Python cannot, nor can a recorded
-    run whose world cannot be built here."""
-    if isinstance(first, Live):
-        return first.world.config is not None
-    return isinstance(first, Replay) and first.recording.scene is not None
-
-
-def choices(first: Source) -> Message:
-    """Return the message "params": values that a change may set, and the first and last tick of a branch."""
-    if isinstance(first, Live):
-        config, ticks = first.world.config, (kept(first), first.tick)
-    elif isinstance(first, Replay):
-        scene = first.recording.scene
-        config, ticks = None if scene is None else scene.config, (first.tick, first.tick)
-    else:
-        return {"kind": "params", **offered(None)}
-    return {"kind": "params", **offered(config), "forks": list(ticks)}
+    told = {"at": begins - 1 + first.ahead, "change": words, "names": list(NAMES), "recipe": again}
+    return Second(first, live, begins, told, ask, change)

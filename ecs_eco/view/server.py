@@ -7,7 +7,6 @@ import json
 import mimetypes
 import socket
 import threading
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -47,8 +46,8 @@ class Client:
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket, self.loop = socket, asyncio.get_running_loop()
-        self._waiting: deque[str | bytes] = deque()
-        self._some, self.behind = asyncio.Event(), asyncio.Event()
+        self._waiting: asyncio.Queue[str | bytes] = asyncio.Queue()
+        self.behind = asyncio.Event()
 
     def send(self, messages: list[str | bytes]) -> None:
         """Queue messages and return immediately."""
@@ -56,24 +55,20 @@ class Client:
             self.loop.call_soon_threadsafe(self._take, messages)
 
     def _take(self, messages: list[str | bytes]) -> None:
-        if len(self._waiting) + len(messages) > WAITING:
+        if self._waiting.qsize() + len(messages) > WAITING:
             self.behind.set()
             return
-        self._waiting.extend(messages)
-        self._some.set()
+        for message in messages:
+            self._waiting.put_nowait(message)
 
     async def pour(self) -> None:
         """Send queued messages as fast as the page reads."""
         while True:
-            await self._some.wait()
-            self._some.clear()
-            while self._waiting:
-                message = self._waiting.popleft()
-                await (
-                    self.socket.send_text(message)
-                    if isinstance(message, str)
-                    else self.socket.send_bytes(message)
-                )
+            message = await self._waiting.get()
+            if isinstance(message, str):
+                await self.socket.send_text(message)
+            else:
+                await self.socket.send_bytes(message)
 
 
 class Strangers(dict[object, asyncio.Transport]):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
-from ecs_eco.view.source import Known, Message, Source, said, short, text
+from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 FIELDS = 0.5  # [s] between two maps of a field
 
@@ -105,7 +105,7 @@ class Inbox:
 def choose(source: Source, view: View, request: Message) -> None:
     """Select an organism by its uid, None for none; with `second`, an organism of the second world."""
     uid, second = request.get("uid"), request.get("second", False)
-    if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
+    if uid is not None and not is_whole(uid, 1):
         raise ValueError(f"select: uid = {short(uid)}; expected the uid of an organism, or null")
     if not isinstance(second, bool):
         raise ValueError(f"select: second = {short(second)}; expected true or false")
@@ -133,7 +133,8 @@ def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> Non
         view.selected = None
 
 
-def _second(source: Source) -> Known | None:
+def _second(source: Source) -> Any:
+    """Return the second world next to a source, or None."""
     return getattr(source, "second", None)
 
 
@@ -164,10 +165,6 @@ class Log:
         if request.get("kind") in DOES:
             for answer in answers:
                 self._note(tick, answer, {"page": view.number, **_of(request)})
-
-    def refused(self, tick: int, view: View, request: Message, words: str) -> None:
-        """Log that a page's request was refused."""
-        self.answered(tick, view, request, [said("error", words)])
 
     def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
         """Log messages to all pages; return them as a list."""

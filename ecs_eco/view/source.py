@@ -4,29 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard
 
 Message = dict[str, Any]
-
-
-class Known(Protocol):
-    """A world that can report on single organisms."""
-
-    def organism(self, uid: int) -> Message:
-        """Return everything known about one organism now: {"kind": "organism", …}; raise KeyError if it never
-        existed."""
 
 
 class Source(Protocol):
     """A source for the viewer.
 
     All methods are called in the thread that created it. Messages are described in docs/how-to/watching.md.
-    `tick` is the displayed tick, `done` whether it is the last.
     """
 
     @property
     def tick(self) -> int:
-        """The displayed tick."""
+        """The displayed tick: of a living world the next one, of a recorded run the one whose end is shown."""
 
     @property
     def done(self) -> bool:
@@ -57,7 +48,11 @@ class Source(Protocol):
         """Return the number of each species and object type, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello."""
+        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello.
+
+        Values 1 to 255 span the range in `scales`; 0 means that the organism has no value or that it is
+        unknown.
+        """
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
         """Return the deaths of animals after a tick, at most of the last five ticks: tick, number of the
@@ -96,10 +91,15 @@ def said(level: str, words: str, field: str | None = None) -> Message:
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 
+def is_whole(value: object, low: int = 0, end: int = 2**63) -> TypeGuard[int]:
+    """Return whether a value of a request is a whole number from `low` to before `end`."""
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value < end
+
+
 def uid_of(request: Message) -> int:
     """Return the uid of a request; raise ValueError if it has none."""
     uid = request.get("uid")
-    if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
+    if not is_whole(uid, 1):
         raise ValueError(f"{request['kind']}: uid = {short(uid)}; expected the uid of an organism")
     return uid
 

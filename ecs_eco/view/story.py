@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,6 @@ NAMED = 0.15  # smallest share of deaths for which a cause is named
 SOON = 5  # ticks from the beginning in which first births, mostly of plants, are not reported
 KEPT = 500  # entries
 EVERY = 5  # ticks between two checks of the numbers; appearances and extinctions are noticed at once
-STATE = ("entries", "_low", "_high", "_began", "_peak", "_way", "_gone", "_bred")
 
 
 class Turn(NamedTuple):
@@ -25,6 +25,25 @@ class Turn(NamedTuple):
     births: int
     deaths: np.ndarray  # by cause
     others: np.ndarray  # the numbers of all species
+
+
+@dataclass
+class Course:
+    """The course of a species: its last low and high, and whether it is gone and has bred."""
+
+    low: Turn
+    high: Turn
+    gone: bool
+    bred: bool
+    peak: Turn | None = None  # the high before the last crash
+    way: int = 0  # of the last entry: +1 a boom, −1 a crash
+
+    def turn(self, n: int) -> int:
+        """Return +1 if a number is a boom since the last low, −1 if it is a crash since the last high, else
+        0."""
+        if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
+            return 1
+        return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
 
 
 class Story:
@@ -38,94 +57,75 @@ class Story:
     ) -> None:
         self.species, self.foods, self.cause = list(species), foods, cause
         self.entries: list[dict[str, Any]] = []
-        self._low: list[Turn | None] = [None] * len(self.species)
-        self._high: list[Turn | None] = [None] * len(self.species)
+        self._courses: list[Course] = []
         self._began = -1
-        self._peak: list[Turn | None] = [None] * len(self.species)  # the high before the last crash
-        self._way = [0] * len(self.species)  # of the last entry: +1 a boom, −1 a crash
-        self._gone, self._bred = [False] * len(self.species), [False] * len(self.species)
 
-    def mark(self) -> dict[str, Any]:
+    def mark(self) -> tuple[Any, ...]:
         """Return the entries so far, and the state from which the next ones follow."""
-        return {name: copy(getattr(self, name)) for name in STATE}
+        return [*self.entries], [*map(copy, self._courses)], self._began
 
-    def go_back(self, mark: dict[str, Any]) -> None:
+    def go_back(self, mark: tuple[Any, ...]) -> None:
         """Return to a mark."""
-        for name in STATE:
-            setattr(self, name, copy(mark[name]))
+        entries, courses, self._began = mark
+        self.entries, self._courses = [*entries], [*map(copy, courses)]
+
+    def changes(self, n: np.ndarray) -> bool:
+        """Return whether a species has appeared or died out since the last `note`, or none was made."""
+        return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(
         self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
     ) -> None:
         """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning; `deaths()`
         i64[s, causes], called if needed; `bred` bool[s], true once a species has had young of parents."""
-        for s, count in enumerate(n.tolist()):
-            low, high = self._low[s], self._high[s]
-            if low is not None and low.n < count < (high or low).n and not bred[s] > self._bred[s]:
-                if self._ordinary(s, count, low, high or low):
-                    continue
-            self._follow(s, Turn(tick, count, int(births[s]), deaths()[s].copy(), n.copy()), bool(bred[s]))
 
-    def _ordinary(self, s: int, n: int, low: Turn, high: Turn) -> bool:
-        """Return whether a number is neither a boom nor a crash since its last low and high."""
-        rises = n >= LEAST and n >= FACTOR * low.n and self._way[s] <= 0
-        falls = high.n >= LEAST and n * FACTOR <= high.n and self._way[s] >= 0
-        return not rises and not falls
+        def turn(s: int) -> Turn:
+            return Turn(tick, int(n[s]), int(births[s]), deaths()[s].copy(), n.copy())
+
+        if self._began < 0:
+            self._began, first = tick, [turn(s) for s in range(len(self.species))]
+            self._courses = [Course(now, now, not now.n, bool(bred[s])) for s, now in enumerate(first)]
+            return
+        for s, (course, count) in enumerate(zip(self._courses, n.tolist(), strict=True)):
+            between = course.low.n < count < course.high.n and not bred[s] > course.bred
+            if not between or course.turn(count):
+                self._follow(s, turn(s), bool(bred[s]))
 
     def _follow(self, s: int, now: Turn, bred: bool) -> None:
-        self._began = now.tick if self._began < 0 else self._began
-        if bred and not self._bred[s]:
-            self._bred[s] = True
+        course, name = self._courses[s], self.species[s]
+        if bred and not course.bred:
+            course.bred = True
             if now.tick - self._began > SOON:
-                self._tell(now, s, "birth", f"First {self.species[s]} born of parents", "")
-        low, high = self._low[s], self._high[s]
-        if low is None or high is None:
-            self._low[s] = self._high[s] = now
-            self._gone[s] = now.n == 0
-            return
+                self._tell(now, s, "birth", f"First {name} born of parents", "")
         if now.n == 0:
-            if not self._gone[s]:
-                self._gone[s] = True
-                peak = self._peak[s] or high
-                self._tell(now, s, "extinct", f"{self.species[s]} died out", self._fall(s, peak, now), peak.n)
-            self._low[s] = self._high[s] = now
-            return
-        if self._gone[s]:
-            self._gone[s], self._way[s], self._low[s], self._high[s] = False, 0, now, now
-            self._tell(now, s, "return", f"{self.species[s]} have returned: {now.n:,}", "")
-            return
-        self._swing(s, now, low, high)
+            if not course.gone:
+                course.gone, peak = True, course.peak or course.high
+                self._tell(now, s, "extinct", f"{name} died out", self._fall(s, peak, now), peak.n)
+            course.low = course.high = now
+        elif course.gone:
+            course.gone, course.way, course.low, course.high = False, 0, now, now
+            self._tell(now, s, "return", f"{name} have returned: {now.n:,}", "")
+        else:
+            self._swing(s, now)
 
-    def _swing(self, s: int, now: Turn, low: Turn, high: Turn) -> None:
+    def _swing(self, s: int, now: Turn) -> None:
         """Add a boom or a crash; remember a new high or low."""
-        if now.n >= max(LEAST, FACTOR * low.n) and self._way[s] <= 0:
-            times = now.n / max(low.n, 1)
-            self._tell(
-                now,
-                s,
-                "boom",
-                f"{self.species[s]} boom: {times:.2g} × tick {low.tick:,}",
-                self._rise(s, low, now),
-                low.n,
-            )
-            self._way[s], self._high[s], self._peak[s] = 1, now, None
-        elif high.n >= LEAST and now.n * FACTOR <= high.n and self._way[s] >= 0:
-            share = now.n / high.n
-            self._tell(
-                now,
-                s,
-                "crash",
-                f"{self.species[s]} crash: {share:.0%} of tick {high.tick:,} left",
-                self._fall(s, high, now),
-                high.n,
-            )
-            self._way[s], self._low[s], self._peak[s] = -1, now, high
-        if now.n >= self._high[s].n:  # type: ignore[union-attr]
-            self._high[s] = now
-            self._low[s] = now if self._way[s] > 0 else self._low[s]
-        if now.n <= self._low[s].n:  # type: ignore[union-attr]
-            self._low[s] = now
-            self._high[s] = now if self._way[s] < 0 else self._high[s]
+        course, name = self._courses[s], self.species[s]
+        low, high, way = course.low, course.high, course.turn(now.n)
+        if way > 0:
+            text = f"{name} boom: {now.n / max(low.n, 1):.2g} × tick {low.tick:,}"
+            self._tell(now, s, "boom", text, self._rise(s, low, now), low.n)
+            course.way, course.high, course.peak = 1, now, None
+        elif way < 0:
+            text = f"{name} crash: {now.n / high.n:.0%} of tick {high.tick:,} left"
+            self._tell(now, s, "crash", text, self._fall(s, high, now), high.n)
+            course.way, course.low, course.peak = -1, now, high
+        if now.n >= course.high.n:
+            course.high = now
+            course.low = now if course.way > 0 else course.low
+        if now.n <= course.low.n:
+            course.low = now
+            course.high = now if course.way < 0 else course.high
 
     def _tell(self, now: Turn, s: int, kind: str, text: str, cause: str, before: int | None = None) -> None:
         was = {} if before is None else {"before": before}

@@ -41,20 +41,15 @@ def differences(
     same = ["the same numbers in both"] if shared and not parted else []
     rest = [f"{len(parted) - len(clauses)} more differ"] if len(parted) > len(clauses) else []
     words = "; ".join([*clauses.values(), *same, *rest, *alone])
-    return {"text": f"{_when(since, tick)}: {words}.", "clauses": clauses}
+    past = None if since is None else tick - since
+    when = f"At tick {tick:,}" if past is None else f"After {past:,} tick{'' if past == 1 else 's'}"
+    return {"text": f"{when}: {words}.", "clauses": clauses}
 
 
 def _alone(which: str, mine: Side, theirs: Side) -> list[str]:
     """Return a clause on the species that only one of the two worlds has."""
     own = [f"{n:,} {name}" for name, n in mine.n.items() if name not in theirs.n]
     return [f"only the {which} has {', '.join(own)}"] if own else []
-
-
-def _when(since: int | None, tick: int) -> str:
-    if since is None:
-        return f"At tick {tick:,}"
-    past = tick - since
-    return f"After {past:,} tick{'' if past == 1 else 's'}"
 
 
 def _weight(one: Side, other: Side, name: str) -> float:

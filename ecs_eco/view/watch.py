@@ -15,14 +15,14 @@ from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import USUAL, Player
+from ecs_eco.view.replay import Replay
 from ecs_eco.view.server import Server
-from ecs_eco.view.source import Source
 
 Announce = Callable[[str], None]
 
 
 def watch(
-    source: Source,
+    source: Live | Replay | Pair,
     announce: Announce = print,
     *,
     port: int = 0,
@@ -36,9 +36,7 @@ def watch(
     Raises OSError if the port is taken.
     """
     player = served(source, speed, playing)
-    with Server(player, port) as server, closing(Entrance(server, announce)) as entrance:
-        if browser:
-            entrance.open_browser()
+    with Server(player, port) as server, closing(Entrance(server, announce, browser)):
         try:
             player.source.run(player.turn)
             while (after := _begun(player)) is not None:
@@ -52,7 +50,7 @@ def watch(
             raise
 
 
-def served(source: Source, *how: Any, **more: Any) -> Player:
+def served(source: Live | Replay | Pair, *how: Any, **more: Any) -> Player:
     """Return a player of a source that lets pages create branches; arguments as for `Player`."""
     pair = source if isinstance(source, Pair) else Pair(source)
     if pair.picker is not None:
@@ -73,8 +71,9 @@ def _begun(player: Player) -> Player | None:
     return served(made, player.speed)
 
 
-class Window:
-    """A view of a world that other code runs: `open` it before the first tick, then `close` it.
+class Window(ExitStack):
+    """A view of a world that other code runs: `open` it before the first tick; `close` shows the end of the
+    world.
 
     The world waits between ticks while a page has paused it, and runs at full speed unless a page slows it.
     """
@@ -82,30 +81,18 @@ class Window:
     def __init__(
         self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False
     ) -> None:
+        super().__init__()
         self.ticks, self.announce, self.port, self.browser = ticks, announce, port, browser
         self.player: Player | None = None
-        self._ends = ExitStack()
 
     def open(self, world: World) -> None:
         """Start to serve this world; raise OSError if the port is taken."""
         player = self.player = served(Live(world, self.ticks), None, halted=lambda: world.stopping)
-        server = self._ends.enter_context(Server(player, self.port))
-        self._ends.callback(time.sleep, 0.2)  # time for the server's thread to send the last messages
-        self._ends.callback(player.show)
-        self._ends.enter_context(listening(world.before_tick, player.turn))
-        entrance = self._ends.enter_context(closing(Entrance(server, self.announce)))
-        if self.browser:
-            entrance.open_browser()
-
-    def close(self) -> None:
-        """Show the end of the world, and stop serving it."""
-        self._ends.close()
-
-    def __enter__(self) -> Window:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        server = self.enter_context(Server(player, self.port))
+        self.callback(time.sleep, 0.2)  # time for the server's thread to send the last messages
+        self.callback(player.show)
+        self.enter_context(listening(world.before_tick, player.turn))
+        self.enter_context(closing(Entrance(server, self.announce, self.browser)))
 
 
 SLICE = 0.04  # [s] for ticks before control returns to the notebook

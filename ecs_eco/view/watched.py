@@ -8,18 +8,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view import listing
 from ecs_eco.view.families import Families, asked, tree
-from ecs_eco.view.fates import Fate, latest
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.past import Past
 from ecs_eco.view.scene import map_of, sky
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.source import Message
+from ecs_eco.view.source import Message, Source
 from ecs_eco.view.story import Story
 
+TICKS = 5  # for which a death is marked
+MOST = 100  # deaths in a message, the latest ones
 NARROWER = 0.02  # fraction per frame by which the range of a color contracts toward the present values
 Genes = dict[str, dict[str, Any]]
 """The genes of each species that have colors, by name: codes of `ecs_eco.genomes`."""
@@ -47,8 +49,8 @@ class Crowd(NamedTuple):
         return np.arange(self.uid.size) if self.alive is None else np.flatnonzero(self.alive)
 
 
-class Watched:
-    """A world as pages see it; see `ecs_eco.view.source.Source`.
+class Watched(Source):
+    """A world as pages see it.
 
     `species` are the displayed species, `animals` the numbers of those that move, `objects` the types of
     objects, `genes` the genes that have colors, and `foods` what each species eats.
@@ -71,11 +73,16 @@ class Watched:
         self.frame(0, "happiness")  # compiles kernels before the first page connects
         self.ranges.clear()
 
-    # --- methods that living worlds and recorded runs implement ---------------------------------------------
+    # --- methods that living worlds and recorded runs implement, besides some of `Source` --------------------
 
     @property
-    def tick(self) -> int:
-        """The tick of the clock."""
+    def earliest(self) -> int:
+        """The earliest tick to which it can go back."""
+        raise NotImplementedError
+
+    @property
+    def config(self) -> WorldConfig | None:
+        """The configuration of its world; None for a world that was built in Python or cannot be built here."""
         raise NotImplementedError
 
     @property
@@ -98,7 +105,6 @@ class Watched:
     # --- methods that build on them -------------------------------------------------------------------------
 
     def hello(self) -> Message:
-        """Return the part of hello that follows from the genes and foods."""
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
         colours = ["species", "energy", "happiness", "age", "family", *genes]
         return {"kind": "hello", "mode": self.mode, "foods": self.foods, "colours": colours}
@@ -108,13 +114,10 @@ class Watched:
         return (1.0, math.pi / 2) if self.scene is None else sky(self.scene)
 
     def field(self, name: str) -> Message:
-        """Return the map of a field."""
         assert self.scene is not None
         return map_of(self.scene, name)
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick. Values 1 to 255 span the range in `scales`; 0 means that the
-        organism has no value or that it is unknown."""
         self._encoder.begin(number, self.tick, *self.sky())
         for name in (*self.species, *self.objects):
             c = self.crowd(name)
@@ -152,16 +155,20 @@ class Watched:
         )
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the low and high values of a color, by kind."""
         return {
             name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
             for (c, name), (low, high) in self.ranges.items()
             if c == colour
         }
 
-    def fates(self, after: int) -> list[Fate]:
-        """Return the deaths of animals after a tick of the clock."""
-        return latest(self.genealogy.noted.deaths, self.animals, after - self.ahead, self.tick - self.ahead)
+    def fates(self, after: int) -> list[tuple[float, ...]]:
+        tick, names = self.tick - self.ahead, ("tick", "species", "uid", "x", "y", "z", "killer")
+        columns = self.genealogy.noted.deaths.between(max(after - self.ahead, tick - TICKS) + 1, tick, names)
+        # plants are left out because they die too often to be marked
+        rows = np.flatnonzero(np.isin(columns["species"], self.animals))[-MOST:]
+        fates = {name: column[rows] for name, column in columns.items()}
+        fates |= {axis: fates[axis].astype(np.float64).round(2) for axis in "xyz"}
+        return list(zip(*(fates[name].tolist() for name in names), strict=True))
 
     def listed(self, name: str) -> listing.Columns:
         """Return the columns of a species, in the order of uids."""
@@ -177,14 +184,12 @@ class Watched:
         )
 
     def organism(self, uid: int) -> Message:
-        """Return one organism, living or dead, at the displayed tick; raise KeyError if it never existed."""
         state = self.state(uid)
         name = state["species"]
         eaters = [eater for eater, eaten in self.foods.items() if name in eaten]
         return state | {"kind": "organism", "sentence": sentence(state, self.foods.get(name, []), eaters)}
 
     def greeting(self) -> list[Message]:
-        """Return further messages that a new page needs: the marks along the timeline, and the story."""
         return [self.marks(), {"kind": "story", "entries": self.story.entries}]
 
     def marks(self) -> Message:
@@ -198,7 +203,6 @@ class Watched:
         """Add a point to the curves; a recorded run has its curves already."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out a request of a page; refusals are `said`."""
         kind = request["kind"]
         if kind in ("table", "scatter"):
             return [getattr(listing, kind)(self.listed, self.species, request)]

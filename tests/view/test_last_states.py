@@ -113,4 +113,4 @@ def test_watching_who_dies_changes_nothing():
                 world.intervene({"kind": "cull", "species": "deer", "share": 0.5})
             world.run(1)
     assert worlds[0].digest() == worlds[1].digest()
-    assert live.last_states._states
+    assert live.last_states

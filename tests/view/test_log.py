@@ -6,6 +6,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
 from ecs_eco.view.player import Player
 from ecs_eco.view.shown import KEPT, LONGEST, Log, View
+from ecs_eco.view.source import said
 from tests.view.parks import small
 
 BASAL = {"kind": "set", "set": {"species.deer.metabolism.basal": 0.01}}
@@ -95,7 +96,7 @@ def test_the_log_is_bounded_and_its_entries_short():
     log = Log({}, True)
     log.came(view)
     for i in range(KEPT + 5):
-        log.refused(i, view, {"kind": "act", "what": None}, "no " * LONGEST)
+        log.answered(i, view, {"kind": "act", "what": None}, [said("error", "no " * LONGEST)])
     assert len(log.entries) == KEPT
     assert log.entries[0]["tick"] == 5
     assert len(log.entries[0]["text"]) == LONGEST
@@ -105,6 +106,6 @@ def test_a_recorded_run_has_no_log():
     view = View()
     log = Log({}, False)
     assert log.came(view) == []
-    log.refused(1, view, {"kind": "seek"}, "no")
+    log.answered(1, view, {"kind": "seek"}, [said("error", "no")])
     assert not log.entries
     assert view.number == 1

@@ -121,7 +121,7 @@ def test_a_change_that_does_not_fit_is_refused_in_the_dialog_and_a_kept_tick_is_
     page.locator("#pairAgain").click()
     command = page.locator("#again .recipe").first.inner_text()
     assert command.startswith("ecs-eco run predator-prey --seed 3 --policies random --set")
-    assert 'interventions=[{at = 12, kind = "set"' in command
+    assert 'interventions=[{ at = 12, kind = "set"' in command
     page.locator("#again").get_by_role("button", name="Close").click()
 
 

@@ -133,7 +133,7 @@ def test_two_worlds_that_never_were_one_have_nobody_in_common():
 def test_descendants_of_one_that_the_second_world_does_not_have_are_not_coloured_there():
     pair, _ = forked(MORE)
     mine, both = pair.first.world.next_uid - 1, 310
-    pair.second.follower.common = mine
+    pair.second.common = mine
     assert pair.second.frame(1, f"{KIN}{mine}") == pair.second.frame(1, "species")
     assert pair.second.frame(1, f"{KIN}{both}") != pair.second.frame(1, "species")
 

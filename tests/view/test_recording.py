@@ -73,7 +73,7 @@ def test_places_are_those_of_the_snapshots_and_near_in_between(recording, run):
 def test_those_in_the_focal_sample_are_exact_at_every_tick(recording, run):
     seen = 0
     for tick in range(TICKS):
-        detail = recording.details_at(tick, "ram")
+        detail = recording.details["ram"].between(tick, tick, ("uid",))
         crowd, (uid, x, _) = recording.organisms(tick, "ram"), run[1][tick]["ram"]
         mine = np.isin(uid, detail["uid"])
         seen += mine.sum()

@@ -301,7 +301,7 @@ def test_a_page_that_stops_reading_waits_with_one_frame_and_the_world_goes_on(se
         assert served.player.source.tick > tick + 50
         awaits = sorted(view.awaits for view in served.player._views.values() if view.awaits is not None)
         assert awaits[0] <= made  # the stalled one's, from before
-        assert max(len(client._waiting) for client in served.server.clients) <= 4
+        assert max(client._waiting.qsize() for client in served.server.clients) <= 4
 
 
 @pytest.mark.slow
@@ -328,7 +328,7 @@ def test_a_page_that_asks_and_never_reads_is_let_go(served):
 
     def gone():
         raw.sendall(50 * frame)
-        most.append(len(client._waiting))
+        most.append(client._waiting.qsize())
         return client not in server.clients
 
     until(gone)

@@ -75,9 +75,9 @@ def test_of_a_recorded_run_too_with_the_headings_of_objects(folder):
     kinds = _kinds(replay.hello())
     assert (kinds["eel"]["shape"], kinds["log"]["size"]) == ("capsule", [6, 1, 1])
     assert list(kinds["fence"]["sizes"].values()) == [pytest.approx([16, 1, 2]), pytest.approx([10, 1, 2])]
-    assert replay.recording.poses("fence")[:, 0] == pytest.approx([0, math.pi / 2])
-    assert replay.recording.poses("log")[0] == pytest.approx([0.5, 6, 1, 1])
-    assert replay.recording.poses("stone").tolist() == [[0, 0, 0, 0]]
+    assert replay.recording.objects["fence"][:, 3] == pytest.approx([0, math.pi / 2])
+    assert replay.recording.objects["log"][0, 3:] == pytest.approx([0.5, 6, 1, 1])
+    assert replay.recording.objects["stone"][:, 3:].tolist() == [[0, 0, 0, 0]]
     replay.frame(1, "species")
 
 

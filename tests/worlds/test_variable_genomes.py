@@ -12,7 +12,7 @@ from ecs_eco.components import Body, Genome, Reflexes
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.testing import check_world
-from ecs_eco.view.inspect import copies_found, state_of
+from ecs_eco.view.inspect import recorded_genome, state_of
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from tests.worlds.herd import HERD, herd
@@ -132,7 +132,7 @@ def test_a_record_has_the_strings_and_who_carries_what(tmp_path):
     carried = lineage.frequencies("goat", "green", 20)
     assert carried.values == ("0", "-1")
     alive = (lineage.born <= 0) & (lineage.species == "goat")
-    founders = [copies_found(kept, text) for text in lineage.genome[alive]]
+    founders = [recorded_genome(kept, text) for text in lineage.genome[alive]]
     says = [
         any(g["name"] == "green" and f["strings"][g["string"]][g["to"] - 1] == "T" for g in f["genes"])
         for f in founders
