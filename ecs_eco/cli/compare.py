@@ -15,25 +15,14 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from ecs_eco.cli.folders import POLICIES, known_policies, results
-from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World
-from ecs_eco.cli.terminal import (
-    FAILED,
-    INTERRUPTED,
-    complain,
-    exits,
-    path_of,
-    printable,
-    progress,
-    say,
-    whole,
-)
+from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World, new_folder, number
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_training
 from ecs_eco.lab.comparison import Comparison, Key, Planned, missing, run_jobs
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
 from ecs_eco.lab.runs import run_arm
 from ecs_eco.lab.trained import train_or_find
-from ecs_eco.lab.treatments import refusal
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 
@@ -53,29 +42,18 @@ def compare(
             "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),
     ] = None,
-    seeds: Annotated[
-        int,
-        typer.Option(parser=whole(1, 10_000), metavar="N", help="Number of runs per arm, with seeds from 1."),
-    ] = 8,
+    seeds: Annotated[int, number("Number of runs per arm, with seeds from 1.", most=10_000)] = 8,
     ticks: Ticks = None,
     set_: Set = None,
     workers: Workers = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the results: new, empty, or begun by this command. Default: in runs/.",
-        ),
+        new_folder("Folder for the results: new, empty, or begun by this command. Default: in runs/."),
     ] = None,
     quiet: Quiet = False,
     training_seeds: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(1, 10_000),
-            metavar="N",
-            help="Train policies with training seeds 1 to N, and run each with every world seed.",
-        ),
+        number("Train policies with training seeds 1 to N, and run each with every world seed.", most=10_000),
     ] = None,
     retrain: Annotated[
         bool,
@@ -96,12 +74,8 @@ def compare(
     if policies != "trained":
         known_policies(policies, arms[0].config)
         if training_seeds is not None:
-            raise refusal(
-                "policies are trained for this comparison",
-                policies,
-                "--policies, or --training-seeds",
-                source="--policies",
-            )
+            fault = "policies are trained for this comparison"
+            refuse("--policies", fault, policies, "--policies, or --training-seeds")
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)

@@ -111,6 +111,19 @@ class ConfigError(ValueError):
         return "\n".join([self.title or how_many(n), *shown, *rest])
 
 
+def refusal(
+    key: tuple[str | int, ...],
+    what: str,
+    value: object = MISSING,
+    allowed: str = "",
+    near: str = "",
+    source: str = "",
+    line: int | None = None,
+) -> ConfigError:
+    """Return the error of a single problem."""
+    return ConfigError([Problem(key, what, value, allowed, near, source, line)])
+
+
 def shortened(text: str, width: int = 60) -> str:
     """Return the text, cut if it is longer than `width` characters."""
     return text if len(text) <= width else text[: width - 1] + "…"

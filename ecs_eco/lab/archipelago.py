@@ -12,7 +12,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import ConfigError, Halted, Problem, RecordingError
+from ecs_eco.engine.errors import Halted, RecordingError, refusal
 from ecs_eco.lab import island
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.work import completed
@@ -119,14 +119,10 @@ class Archipelago:
         """
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
-            raise ConfigError(
-                [
-                    Problem(
-                        ("archipelago",),
-                        "is missing: this world has no islands",
-                        allowed="a table with islands, migration_interval and migration_probability",
-                    )
-                ]
+            raise refusal(
+                ("archipelago",),
+                "is missing: this world has no islands",
+                allowed="a table with islands, migration_interval and migration_probability",
             )
         manifest = {
             "world": config.name,

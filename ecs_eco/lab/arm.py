@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Self
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.lab.treatments import NotApplicable, Policies, Treatment, find, refusal, species_with_policy
+from ecs_eco.engine.errors import refusal
+from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
 
 # bytes; file names in these folders come on top, and file systems allow 255 per name
 LONGEST_NAME = 100
@@ -56,7 +57,7 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
         if any(other.name == arm.name for other in arms):
-            raise refusal("named twice", name, "each treatment once")
+            raise refusal((), "named twice", name, "each treatment once", source=OPTION)
         arms.append(arm)
     return arms
 
@@ -69,7 +70,7 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
         else:
             config = treatment.apply_to(config)
     except NotApplicable as error:
-        raise refusal(error.what, treatment.name, error.allowed) from None
+        raise refusal((), error.what, treatment.name, error.allowed, source=OPTION) from None
     return arm_of(config, treatment)
 
 
@@ -94,19 +95,21 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
             fault = "changes only learning, and nothing learns here"
-            raise refusal(fault, treatment.name, "--retrain --training-seeds N with it")
+            raise refusal((), fault, treatment.name, "--retrain --training-seeds N with it", source=OPTION)
     if retrain and training_seeds is None:
-        raise refusal("nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
+        raise refusal((), "nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
     if training_seeds is None:
         return
     if not species_with_policy(arms[0].config):
         allowed = 'a world with policy.kind = "shared"'
-        raise refusal("no species has a policy to train", training_seeds, allowed, source="--training-seeds")
+        raise refusal(
+            (), "no species has a policy to train", training_seeds, allowed, source="--training-seeds"
+        )
     changed = [treatment for _, treatment in treated if treatment.changes_config]
     if retrain and not changed:
         allowed = "--retrain with a --treatment that changes one, such as KEY=VALUE"
-        raise refusal("no treatment changes a value", "", allowed, source="--retrain")
+        raise refusal((), "no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
             fault = "changes only the training, but all arms run with the same policies"
-            raise refusal(fault, treatment.name, "--retrain with it")
+            raise refusal((), fault, treatment.name, "--retrain with it", source=OPTION)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import listed, nearest, refusal
 
 if TYPE_CHECKING:
     from ecs_eco.config import WorldConfig
@@ -24,7 +24,7 @@ TICKS = 40  # of a run that compiles the kernels of a world, including the first
 def check_engine(on: str, source: str = "--on") -> None:
     """Raise ConfigError if there is no such engine."""
     if on not in ENGINES:
-        raise ConfigError([Problem((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), source)])
+        raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), source)
 
 
 def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
@@ -39,7 +39,7 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
             "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command with "
             "--on local inside your own job"
         )
-        raise ConfigError([Problem((), "takes whole sweeps only", on, allowed, source=source)])
+        raise refusal((), "takes whole sweeps only", on, allowed, source=source)
     if on == RAY:
         from ecs_eco.lab.ray_executor import RayExecutor
 

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
+from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import NotApplicable, species_with_policy
@@ -99,7 +99,7 @@ class Sweep:
         """Return the folder of a job. Raises ConfigError for an unknown number."""
         if not 0 <= number < len(self.content["jobs"]):
             allowed = f"a number from 0 to {len(self.content['jobs']) - 1}"
-            raise ConfigError([Problem((), "no such job", number, allowed, source="NUMBER")])
+            raise refusal((), "no such job", number, allowed, source="NUMBER")
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
-from ecs_eco.engine.errors import ConfigError, Problem, nearest
+from ecs_eco.engine.errors import nearest, refusal
 
 LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
 ANOSMIC = 1e30  # half-saturation at which a nose reads 0
@@ -209,19 +209,14 @@ def find(name: str, config: WorldConfig) -> Treatment:
     if one is not None:
         known = species_with_policy(config)
         allowed = ", ".join(known) or "none"
-        raise refusal("no such species with a policy", species, allowed, nearest(species, known))
+        raise refusal((), "no such species with a policy", species, allowed, nearest(species, known), OPTION)
     allowed = (
         f"{', '.join(names(config))}, one of the first two for a single species (random-policy:NAME), "
         "or a value: key=value"
     )
-    raise refusal("no such treatment", name, allowed, nearest(name, names(config)))
+    raise refusal((), "no such treatment", name, allowed, nearest(name, names(config)), OPTION)
 
 
 def species_with_policy(config: WorldConfig) -> list[str]:
     """Return the names of the species that have a policy network."""
     return [name for name, species in config.species.items() if species.policy.thinks]
-
-
-def refusal(fault: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:
-    """Return the error for an invalid option of a comparison."""
-    return ConfigError([Problem((), fault, value, allowed, near, source)])

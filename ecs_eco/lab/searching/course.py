@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
+from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.journal import begin
 from ecs_eco.lab.searching.optimise import Optimiser, merit
@@ -92,7 +92,7 @@ class Search:
     def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
         if number == 0 and ("failed" in result or "refused" in result):
             fault = f"cannot be evaluated: {result.get('failed') or result['refused']}"
-            raise ConfigError([Problem((), fault, source="the world as written")])
+            raise refusal((), fault, source="the world as written")
         entry = self.journal.add(
             "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
         )

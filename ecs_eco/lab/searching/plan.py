@@ -11,7 +11,7 @@ import numpy as np
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import key_of, real_key
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem, refusal
 from ecs_eco.lab.searching.fit import Fit, fit_of
 from ecs_eco.lab.searching.journal import Journal
 
@@ -91,9 +91,7 @@ def plan_of(config: WorldConfig) -> Plan:
             "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
             "or --range KEY=LOW:HIGH"
         )
-        raise ConfigError(
-            [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
-        )
+        raise refusal(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)
     config._code.require(config._source)
     problems = []
     if search.policies in TRAINED and not any(s.policy.thinks for s in config.species.values()):
@@ -186,7 +184,7 @@ class Budget:
     def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
         if minutes is None and trials is None and cpu is None:
             allowed = "a budget in minutes, or a number of trials"
-            raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
+            raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
         self.seconds = None if minutes is None else minutes * 60
         self.trials, self.cpu, self.workers = trials, cpu, workers
         self._begun = time.monotonic()
