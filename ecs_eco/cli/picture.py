@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from ecs_eco.analysis.nervous_figure import draw_nervous_system, draw_nervous_systems, save
-from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World
-from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say, whole
+from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World, number
+from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.engine.errors import RecordingError
@@ -60,16 +60,10 @@ def picture(
     out: Annotated[
         Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
     ] = None,
-    tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last tick.")
-    ] = None,
+    tick: Annotated[int | None, number("The tick. Default: the last tick.", least=0, metavar="T")] = None,
     organism: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(1, 2**63 - 1),
-            metavar="UID",
-            help="Draw the nervous system of this organism at that tick.",
-        ),
+        number("Draw the nervous system of this organism at that tick.", most=2**63 - 1, metavar="UID"),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -102,17 +96,10 @@ def video(
         ),
     ] = None,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
-    from_: Annotated[
-        int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")
-    ] = None,
-    to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
+    from_: Annotated[int | None, number("First tick.", "--from", least=0, metavar="T")] = None,
+    to: Annotated[int | None, number("Last tick.", least=0, metavar="T")] = None,
     step: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole(1),
-            metavar="N",
-            help="Ticks between frames. Default: for a video of at most a minute.",
-        ),
+        int | None, number("Ticks between frames. Default: for a video of at most a minute.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,

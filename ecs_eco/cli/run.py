@@ -35,19 +35,10 @@ from ecs_eco.cli.options import (
     Watch,
     Workers,
     World,
+    new_folder,
+    number,
 )
-from ecs_eco.cli.terminal import (
-    FAILED,
-    complain,
-    exits,
-    numbers,
-    path_of,
-    progress,
-    refuse,
-    say,
-    stopped,
-    whole,
-)
+from ecs_eco.cli.terminal import FAILED, complain, exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
@@ -75,12 +66,8 @@ def run(
     learn: Learn = None,
     policies: Policies = "trained",
     report: Report = True,
-    checkpoint_every: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
-    ] = None,
-    keep: Annotated[
-        int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")
-    ] = 3,
+    checkpoint_every: Annotated[int | None, number("Ticks between checkpoints.")] = None,
+    keep: Annotated[int, number("Number of checkpoints to keep.", metavar="K")] = 3,
     record: Annotated[
         str | None,
         typer.Option(
@@ -132,11 +119,7 @@ def repeat(
     folder: Run,
     out: Annotated[
         Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the repetition: new or empty. Default: none; the repetition is not recorded.",
-        ),
+        new_folder("Folder for the repetition: new or empty. Default: none; the repetition is not recorded."),
     ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
@@ -164,15 +147,11 @@ def resume(
     folder: Run,
     until: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run."
-        ),
+        number("Continue to this tick. Default: the planned end of the run.", least=0, metavar="T"),
     ] = None,
     from_tick: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(0), metavar="T", help="Fork: continue from this tick, in a separate folder (--out)."
-        ),
+        number("Fork: continue from this tick, in a separate folder (--out).", least=0, metavar="T"),
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -180,9 +159,7 @@ def resume(
             "--set", metavar="KEY=VALUE", help="Fork: change a value from this tick on. Repeatable."
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")
-    ] = None,
+    out: Annotated[Path | None, new_folder("Folder of the fork: new or empty.")] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,

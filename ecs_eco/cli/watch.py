@@ -12,8 +12,8 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.folders import POLICIES, known_policies
-from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust
-from ecs_eco.cli.terminal import exits, refuse, say, whole
+from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust, number
+from ecs_eco.cli.terminal import exits, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import load
@@ -44,9 +44,7 @@ def watch(
             metavar="[WORLD|DIR]", help="Another world or folder, shown side by side on the same page."
         ),
     ] = None,
-    ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
-    ] = None,
+    ticks: Annotated[int | None, number("Last tick. Default: no end.")] = None,
     seed: Seed = None,
     set_: Set = None,
     threads: Threads = 1,
