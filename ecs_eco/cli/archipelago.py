@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import INTERRUPTED, Progress, complain, progress, refuse, say
+from ecs_eco.cli.options import How
+from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig
 from ecs_eco.lab.archipelago import Archipelago
-from ecs_eco.record.claim import Claim
-
-UNIT = "ticks of islands"
 
 
 def run_islands(
@@ -20,59 +19,30 @@ def run_islands(
     seed: int,
     ticks: int,
     out: Path | None,
-    quiet: bool,
-    threads: int,
-    learn: bool | None,
     policies: str,
-    report: bool,
-    record: str | None,
-    workers: int | None,
-    on: str,
-    command: str,
+    learn: bool | None,
+    how: How,
+    **more: Any,
 ) -> None:
     """Run a world with [archipelago] into a folder, with a run folder for each island in it."""
-    with results(out, f"{config.name}-{seed}") as claim, progress(config.name, quiet, UNIT) as bar:
-        made = Archipelago.from_config(
-            config, seed, ticks, claim, policies, learn, record=record, command=command
-        )
-        _go(made, None, workers, on, bar, threads, report, claim)
+    with results(out, f"{config.name}-{seed}") as claim:
+        made = Archipelago.from_config(config, seed, ticks, claim, policies, learn, **more)
+        _go(made, config.name, how, claim=claim)
 
 
-def resume_islands(
-    folder: Path,
-    until: int | None,
-    forks: bool,
-    quiet: bool,
-    threads: int,
-    report: bool,
-    workers: int | None,
-    on: str,
-) -> None:
+def resume_islands(folder: Path, until: int | None, forks: bool, how: How) -> None:
     """Resume an archipelago from its last barrier."""
     if forks:
-        refuse(
-            "DIR",
-            "is an archipelago, which cannot be forked as a whole",
-            str(folder),
-            "one of its islands, which then continues alone: DIR/islands/NAME",
-        )
-    made = Archipelago(folder)
-    with progress(folder.name, quiet, UNIT) as bar:
-        _go(made, until, workers, on, bar, threads, report, None)
+        fault = "is an archipelago, which cannot be forked as a whole"
+        allowed = "one of its islands, which then continues alone: DIR/islands/NAME"
+        refuse("DIR", fault, str(folder), allowed)
+    _go(Archipelago(folder), folder.name, how, until=until)
 
 
-def _go(
-    made: Archipelago,
-    until: int | None,
-    workers: int | None,
-    on: str,
-    bar: Progress,
-    threads: int,
-    report: bool,
-    claim: Claim | None,
-) -> None:
+def _go(made: Archipelago, name: str, how: How, **more: Any) -> None:
     try:
-        manifest = made.run(until, workers, on, progress=bar, threads=threads, report=report, claim=claim)
+        with progress(name, how.quiet, "ticks of islands") as bar:
+            manifest = made.run(workers=how.workers, on=how.on, progress=bar, **how.common, **more)
     except KeyboardInterrupt:
         complain(
             f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; continue with: "

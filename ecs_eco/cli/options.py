@@ -1,5 +1,6 @@
 """Arguments and options of several commands, with their help texts."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -84,3 +85,20 @@ Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures
 Of = Annotated[str | None, typer.Option(metavar="NAME", help="Only this species.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]
+
+
+@dataclass(frozen=True)
+class How:
+    """The options of a run that do not affect its results."""
+
+    quiet: bool
+    threads: int
+    report: bool
+    shown: tuple[int, bool] | None  # port of a viewer, and whether to open the browser
+    workers: int | None
+    on: str
+
+    @property
+    def common(self) -> dict[str, Any]:
+        """The arguments that all functions of `ecs_eco.runs.run` take."""
+        return {"threads": self.threads, "report": self.report}

@@ -6,6 +6,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +19,7 @@ from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.options import (
     Bands,
     Divided,
+    How,
     Learn,
     NoBrowser,
     On,
@@ -86,32 +88,18 @@ def run(
 ) -> None:
     """Run a world and record it in a folder; `resume` continues it."""
     allow(trust, world, set_)
-    lead = partial(
-        _run,
-        world,
-        set_ or [],
-        ticks,
-        seed,
-        out,
-        quiet,
-        threads,
-        learn,
-        policies,
-        report,
-        checkpoint_every,
-        keep,
-        record,
-    )
+    changes = set_ or []
+    how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
+    lead = partial(_run, world, changes, ticks, seed, out, learn, policies, checkpoint_every, keep, record)
     if not (bands or divided):
-        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
-    from ecs_eco.cli.bands import run_in_bands
+        return lead(how)
 
     def build() -> Ecosystem:
         return Ecosystem.from_config(
-            load(world, set_ or []), seed=seed, policies=policies, threads=threads, learn=learn, record=False
+            load(world, changes), seed=seed, policies=policies, threads=threads, learn=learn, record=False
         )
 
-    run_in_bands(lead, build, ticks, watch, divided)
+    _in_bands(lead, how, build, ticks, divided)
 
 
 @exits
@@ -175,24 +163,41 @@ def resume(
     """Resume a run from its last checkpoint, or fork it with changed values."""
     allow(trust, folder)
     changes = set_ or []
-    lead = partial(_resume, folder, until, from_tick, changes, out, quiet, threads, report)
+    how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
+    lead = partial(_resume, folder, until, from_tick, changes, out)
     if not (bands or divided):
-        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
-    from ecs_eco.cli.bands import run_in_bands
-
+        return lead(how)
     if from_tick is not None or changes or out is not None:
-        refuse(
-            "--bands",
-            "can only resume a run; a fork begins in one process",
-            "",
-            "resume without --from-tick, --set and --out",
-        )
+        allowed = "resume without --from-tick, --set and --out"
+        refuse("--bands", "can only resume a run; a fork begins in one process", "", allowed)
     manifest = read_manifest(folder)
 
     def build() -> Ecosystem:
         return world_at(folder, manifest, None, threads, lambda text: None, trust=False)
 
-    run_in_bands(lead, build, manifest["ticks"] if until is None else until, watch, divided)
+    _in_bands(lead, how, build, manifest["ticks"] if until is None else until, divided)
+
+
+def _in_bands(
+    lead: Callable[..., None], how: How, build: Callable[[], Ecosystem], ticks: int | None, divided: bool
+) -> None:
+    """Run a world in all processes that mpiexec started: process 0 leads, records and prints statistics of
+    the exchange; the other processes build it. With `divided`, each process holds a part of it."""
+    from ecs_eco.bands.run import together
+
+    if how.shown is not None:
+        fault = "is not possible with --bands: actions on a page reach only one process"
+        refuse("--watch", fault, "", "one of the two options; or watch the folder afterwards")
+    led = together(partial(lead, replace(how, workers=None, on=LOCAL)), build, ticks, state=divided)
+    if led is None:
+        return
+    bands = led[1]
+    many, held = (bands.processes, "each with its own part of") if divided else (bands.size, "each with")
+    say(
+        f"  {many} processes, {held} the {'' if divided else 'whole '}world; process 0 received "
+        f"{bands.traffic.received / 1e6:.1f} MB, and spent {bands.traffic.seconds:.1f} s exchanging and "
+        "waiting"
+    )
 
 
 def _run(
@@ -201,64 +206,44 @@ def _run(
     ticks: int | None,
     seed: int | None,
     out: Path | None,
-    quiet: bool,
-    threads: int,
     learn: bool | None,
     policies: str,
-    report: bool,
     checkpoint_every: int | None,
     keep: int,
     record: str | None,
+    how: How,
     prepare: Prepare | None = None,
-    *,
-    shown: tuple[int, bool] | None = None,
-    workers: int | None = None,
-    on: str = LOCAL,
 ) -> None:
-    """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
+    """Run a world into a folder."""
     config = load(world, changes)
     for note in config._renamed:
         complain(f"Note: {note}")
-    islands = _has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on)
+    islands = _has_islands(config, world, how, checkpoint_every)
     if islands:
-        check_engine(on)
+        check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     if islands:
         from ecs_eco.cli.archipelago import run_islands
 
-        return run_islands(
-            config, seed, ticks, out, quiet, threads, learn, policies, report, record, workers, on, command
-        )
+        return run_islands(config, seed, ticks, out, policies, learn, how, record=record, command=command)
     how_many(record)
     with (
         nullcontext() if prepare else two_processes(known_to_list(config.name)) as kernels,
         results(out, f"{config.name}-{seed}") as claim,
-        progress(config.name, quiet) as bar,
-        _viewer(config.title or config.name, ticks, shown) as viewer,
+        progress(config.name, how.quiet) as bar,
+        _viewer(config.title or config.name, ticks, how) as viewer,
     ):
         out = claim.path
+        more = how.common | _given(
+            prepare=prepare if viewer is None else viewer.open,
+            record=record,
+            checkpoint_every=checkpoint_every,
+            keep=checkpoint_every and keep,
+        )
         try:
-            more = _given(
-                prepare=prepare if viewer is None else viewer.open,
-                record=record,
-                checkpoint_every=checkpoint_every,
-                keep=checkpoint_every and keep,
-            )
-            result = run_to_folder(
-                config,
-                seed,
-                ticks,
-                claim,
-                policies,
-                learn,
-                bar,
-                threads=threads,
-                report=report,
-                command=command,
-                **more,
-            )
+            result = run_to_folder(config, seed, ticks, claim, policies, learn, bar, command=command, **more)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(
@@ -278,21 +263,15 @@ def _resume(
     from_tick: int | None,
     changes: list[str],
     out: Path | None,
-    quiet: bool,
-    threads: int,
-    report: bool,
+    how: How,
     prepare: Prepare | None = None,
-    *,
-    shown: tuple[int, bool] | None = None,
-    workers: int | None = None,
-    on: str = LOCAL,
 ) -> None:
-    """Resume a run in its folder, or fork it into another; `shown` is as for `_run`."""
+    """Resume a run in its folder, or fork it into another."""
     forks = from_tick is not None or bool(changes) or out is not None
     if is_archipelago(folder):
         from ecs_eco.cli.archipelago import resume_islands
 
-        return resume_islands(folder, until, forks, quiet, threads, report, workers, on)
+        return resume_islands(folder, until, forks, how)
     if forks and out is None:
         fault = "is missing: a fork is recorded in a separate folder"
         refuse("--out", fault, "", "a folder, new or empty")
@@ -300,11 +279,12 @@ def _resume(
     title = manifest["config"].get("title") or folder.name
     with (
         nullcontext() if out is None else results(out, folder.name) as claim,
-        _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer,
-        progress(folder.name, quiet) as bar,
+        _viewer(title, manifest["ticks"] if until is None else until, how) as viewer,
+        progress(folder.name, how.quiet) as bar,
     ):
-        more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
-        more |= _given(prepare=prepare if viewer is None else viewer.open)
+        more = (
+            how.common | {"complain": complain} | _given(prepare=prepare if viewer is None else viewer.open)
+        )
         try:
             if claim is not None:
                 command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
@@ -343,30 +323,29 @@ def command_of(
     return command + ("" if record is None else f" --record {record}")
 
 
-def _has_islands(config: WorldConfig, world: str, alive: bool, workers: int | None, on: str) -> bool:
-    """Return whether a world runs as an archipelago; refuse options that do not apply. `alive`: whether
-    the run is to be watched or has its own interval of checkpoints."""
+def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: int | None) -> bool:
+    """Return whether a world runs as an archipelago; refuse options that do not apply."""
     islands = config.archipelago is not None and config.archipelago.here is None
-    if islands and alive:
+    if islands and (how.shown is not None or checkpoint_every is not None):
         refuse(
             "WORLD",
             "has islands, which write checkpoints at barriers and can be watched only once recorded",
             world,
             "no --watch and no --checkpoint-every",
         )
-    if not islands and (workers is not None or on != LOCAL):
-        source, value = ("--on", on) if workers is None else ("--workers", workers)
+    if not islands and (how.workers is not None or how.on != LOCAL):
+        source, value = ("--on", how.on) if how.workers is None else ("--workers", how.workers)
         refuse(source, "is for islands, but this world has no [archipelago]", value, "none")
     return islands
 
 
-def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractContextManager[Any]:
+def _viewer(title: str, ticks: int, how: How) -> AbstractContextManager[Any]:
     """Return the viewer of a run, or a null context."""
-    if shown is None:
+    if how.shown is None:
         return nullcontext()
     from ecs_eco.cli.watch import window
 
-    return window(ticks, title, *shown)
+    return window(ticks, title, *how.shown)
 
 
 def _populations(out: Path) -> str:
