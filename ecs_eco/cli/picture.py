@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -43,15 +45,11 @@ def draw(
 ) -> None:
     """Draw the nervous systems of a world's species."""
     config = load(world, set_ or [])
-    path = _file(
-        out or Path(f"{config.name}-{species or 'nerves'}.png"), DRAWINGS, "--out", "unsupported format"
-    )
-
+    name = f"{config.name}-{species or 'nerves'}.png"
+    path = _file(out or Path(name), DRAWINGS, "--out", "unsupported format")
     figure = draw_nervous_systems(config, [species] if species else [])
-    try:
+    with _writing(path, "--out"):
         say(f"Drawn in {save(figure, path)}")
-    except OSError as error:
-        _unwritable(path, error, "--out")
 
 
 @exits
@@ -71,17 +69,15 @@ def picture(
 ) -> None:
     """Draw a tick of a recorded run."""
     allow(trust, folder)
-    replay = _replay(folder)
+    recorded(folder)
+    replay = Replay(folder)
     tick = _tick(replay, tick, "--tick", replay.recording.last)
     if organism is not None:
         _draw_nerves(replay, folder, out, tick, organism, quiet)
         return
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{tick}.png"), (".png",))
-
-    try:
+    with _writing(path):
         say(f"Drawn in {Painter(replay, _size(size)).save(tick, path)}")
-    except OSError as error:
-        _unwritable(path, error)
 
 
 @exits
@@ -105,7 +101,8 @@ def video(
     quiet: Quiet = False,
 ) -> None:
     """Make a video of a recorded run."""
-    replay = _replay(folder)
+    recorded(folder)
+    replay = Replay(folder)
     path = _file(out or Path(f"{replay.recording.manifest['world']}.mp4"), film.ENDINGS)
     try:
         film.encoder(path)
@@ -121,15 +118,12 @@ def video(
     pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
 
     painter = Painter(replay, pixels)
-    with progress(path.name, quiet, "frames") as bar:
+    with progress(path.name, quiet, "frames") as bar, _writing(path):
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            refuse(
-                "OUT", str(error), str(path), "an ffmpeg that supports this format, or a name ending in .gif"
-            )
-        except OSError as error:
-            _unwritable(path, error)
+            allowed = "an ffmpeg that supports this format, or a name ending in .gif"
+            refuse("OUT", str(error), str(path), allowed)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 
 
@@ -163,10 +157,8 @@ def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid:
     figure = draw_nervous_system(
         config_of(replay.recording.manifest, path=folder), species, drawable(state["nerves"])
     )
-    try:
+    with _writing(path):
         say(f"Drawn in {save(figure, path)}")
-    except OSError as error:
-        _unwritable(path, error)
 
 
 def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
@@ -181,12 +173,6 @@ def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
         )
     replay.stretches.append(stretch)
     return dict(replay.organism(uid))
-
-
-def _replay(folder: Path) -> Replay:
-    recorded(folder)
-
-    return Replay(folder)
 
 
 def _tick(replay: Replay, tick: int | None, option: str, default: int) -> int:
@@ -214,5 +200,12 @@ def _file(
     return path
 
 
-def _unwritable(path: Path, error: OSError, source: str = "OUT") -> None:
-    refuse(source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be created")
+@contextmanager
+def _writing(path: Path, source: str = "OUT") -> Iterator[None]:
+    """Refuse a file that cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        refuse(
+            source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be created"
+        )
