@@ -19,10 +19,11 @@ from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers,
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_training
-from ecs_eco.lab.comparison import Comparison, Key, Planned, missing, run_jobs
+from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
 from ecs_eco.lab.runs import run_arm
 from ecs_eco.lab.trained import train_or_find
+from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 

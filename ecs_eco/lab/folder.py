@@ -170,17 +170,12 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
     return Sweep(folder, container.read(folder, Manifest))
 
 
-def has_sweep(folder: Path) -> bool:
-    """Return whether a sweep was begun in a folder."""
-    return container.has(folder, Manifest)
-
-
 def begin(folder: Path, design: Design) -> Sweep:
     """Write the sweep of a design into a folder, or find it there; return it.
 
     Raises ForeignFile if the folder contains the sweep of another plan.
     """
-    if has_sweep(folder):
+    if container.has(folder, Manifest):
         check_plan(folder, design)
         return read_sweep(folder)
     folder.mkdir(parents=True, exist_ok=True)
