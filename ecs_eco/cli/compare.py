@@ -14,11 +14,11 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
-from ecs_eco.cli.folders import POLICIES, known_policies, results
+from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World, new_folder, number
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
-from ecs_eco.lab.arm import arms_of, check_training
+from ecs_eco.lab.arm import arms_of, check_policies, check_training
 from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
 from ecs_eco.lab.runs import run_arm
@@ -26,6 +26,7 @@ from ecs_eco.lab.trained import train_or_find
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
+from ecs_eco.worlds.policies import POLICIES
 
 
 @exits
@@ -73,7 +74,7 @@ def compare(
     check_engine(on)
     arms = arms_of(world, set_ or [], treatment or ["random-policy"])
     if policies != "trained":
-        known_policies(policies, arms[0].config)
+        check_policies(policies, arms[0].config)
         if training_seeds is not None:
             fault = "policies are trained for this comparison"
             refuse("--policies", fault, policies, "--policies, or --training-seeds")
@@ -87,8 +88,8 @@ def compare(
         with engine(on, workers) as pool:
             comparison.begin()
             prepare(pool, comparison.folder, arms[0].config)
-            _train(comparison, pool, quiet)
-            _run(comparison, pool, quiet)
+            _do(train_or_find, missing(comparison.trainings), comparison, pool, quiet, "training", "policies")
+            _do(run_arm, missing(comparison.runs), comparison, pool, quiet, "comparing", "runs")
         _report(comparison)
 
 
@@ -109,28 +110,6 @@ def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
     return results(out, f"{comparison.arms[0].config.name}-compare", begun)
 
 
-def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Do the missing trainings; end the command if a training failed."""
-    left = missing(comparison.trainings)
-    trained = _do(train_or_find, left, comparison, pool, quiet, "training", "policies")
-    if trained < len(left):
-        folder = comparison.folder / "policies"
-        complain(f"Not all policies could be trained; the finished policies are in {folder}.")
-        raise typer.Exit(FAILED)
-
-
-def _run(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Do the missing runs; end the command if a run failed."""
-    n = len(comparison.runs)
-    left = missing(comparison.runs)
-    if len(left) < n and not quiet:
-        complain(f"{n - len(left)} of {n} runs are already done.")
-    done = _do(run_arm, left, comparison, pool, quiet, "comparing", "runs")
-    if done < len(left):
-        complain(f"{len(left) - done} of {n} runs failed; the other recordings are in {comparison.folder}.")
-        raise typer.Exit(FAILED)
-
-
 def _do(
     work: Callable[..., object],
     jobs: Mapping[Key, Sequence[Any]],
@@ -139,11 +118,14 @@ def _do(
     quiet: bool,
     word: str,
     unit: str,
-) -> int:
-    """Do the jobs with a progress bar, and print the reasons for failures; return how many succeeded.
+) -> None:
+    """Do the jobs that are not done, trainings or runs, with a progress bar; print the reasons for failures.
 
-    Ctrl-C ends the command.
+    Ctrl-C ends the command, and so do failures at the end.
     """
+    n = len(comparison.runs)
+    if unit == "runs" and len(jobs) < n and not quiet:
+        complain(f"{n - len(jobs)} of {n} runs are already done.")
 
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):
@@ -156,13 +138,21 @@ def _do(
 
     with progress(word, quiet, unit) as bar:
         try:
-            return len(run_jobs(work, jobs, pool, bar, failed))
+            done = len(run_jobs(work, jobs, pool, bar, failed))
         except KeyboardInterrupt:
             complain(
                 f"Stopped after {bar.done} of {len(jobs)} {unit}; finished recordings are in "
                 f"{comparison.folder}. Continue with the same command and --out {comparison.folder}."
             )
             raise typer.Exit(INTERRUPTED) from None
+    if done < len(jobs):
+        complain(
+            f"{len(jobs) - done} of {n} runs failed; the other recordings are in {comparison.folder}."
+            if unit == "runs"
+            else "Not all policies could be trained; the finished policies are in "
+            f"{comparison.folder / 'policies'}."
+        )
+        raise typer.Exit(FAILED)
 
 
 def _report(comparison: Comparison) -> None:

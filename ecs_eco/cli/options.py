@@ -97,8 +97,3 @@ class How:
     shown: tuple[int, bool] | None  # port of a viewer, and whether to open the browser
     workers: int | None
     on: str
-
-    @property
-    def common(self) -> dict[str, Any]:
-        """The arguments that all functions of `ecs_eco.runs.run` take."""
-        return {"threads": self.threads, "report": self.report}

@@ -9,13 +9,13 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.cli.folders import known_policies, results
+from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import (
     Bands,
     Divided,
@@ -40,11 +40,12 @@ from ecs_eco.cli.options import (
     new_folder,
     number,
 )
-from ecs_eco.cli.terminal import FAILED, complain, exits, numbers, progress, refuse, say, stopped
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.ecosystem import World as Ecosystem
+from ecs_eco.lab.arm import check_policies
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
@@ -52,6 +53,9 @@ from ecs_eco.runs.repeat import repeat as repeat_run
 from ecs_eco.runs.run import fork, read_manifest, run_to_folder, world_at
 from ecs_eco.runs.run import resume as resume_run
 from ecs_eco.worlds.first_start import known_to_list, two_processes
+
+if TYPE_CHECKING:
+    from ecs_eco.lab.archipelago import Archipelago
 
 Prepare = Callable[[Ecosystem], None]  # called with a world before its first tick
 
@@ -222,12 +226,16 @@ def _run(
     if islands:
         check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
-    known_policies(policies, config)
+    check_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     if islands:
-        from ecs_eco.cli.archipelago import run_islands
+        from ecs_eco.lab.archipelago import Archipelago
 
-        return run_islands(config, seed, ticks, out, policies, learn, how, record=record, command=command)
+        with results(out, f"{config.name}-{seed}") as claim:
+            made = Archipelago.from_config(
+                config, seed, ticks, claim, policies, learn, record=record, command=command
+            )
+            return _run_islands(made, config.name, how, claim=claim)
     how_many(record)
     with (
         nullcontext() if prepare else two_processes(known_to_list(config.name)) as kernels,
@@ -236,7 +244,9 @@ def _run(
         _viewer(config.title or config.name, ticks, how) as viewer,
     ):
         out = claim.path
-        more = how.common | _given(
+        more = _given(
+            threads=how.threads,
+            report=how.report,
             prepare=prepare if viewer is None else viewer.open,
             record=record,
             checkpoint_every=checkpoint_every,
@@ -250,6 +260,31 @@ def _run(
         f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
         f"{_populations(out)}"
     )
+
+
+def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
+    """Run islands, from their last barrier or the start, and print how many organisms live."""
+    try:
+        with progress(name, how.quiet, "ticks of islands") as bar:
+            manifest = made.run(
+                workers=how.workers, on=how.on, progress=bar, threads=how.threads, report=how.report, **more
+            )
+    except KeyboardInterrupt:
+        complain(
+            f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; continue with: "
+            f"ecs-eco resume {made.folder}."
+        )
+        raise typer.Exit(INTERRUPTED) from None
+    lines = [
+        f"{manifest['tick']} ticks of {manifest['world']} on {len(made.islands)} islands, seed "
+        f"{manifest['seed']}, in {made.folder}",
+        f"  digest {manifest['digest'][:16]}",
+    ]
+    lines += [
+        f"  {name}: " + ", ".join(f"{n} {species}" for species, n in state["n"].items())
+        for name, state in manifest["islands"].items()
+    ]
+    say("\n".join(lines))
 
 
 def _given(**options: object) -> dict[str, Any]:
@@ -269,9 +304,16 @@ def _resume(
     """Resume a run in its folder, or fork it into another."""
     forks = from_tick is not None or bool(changes) or out is not None
     if is_archipelago(folder):
-        from ecs_eco.cli.archipelago import resume_islands
+        from ecs_eco.lab.archipelago import Archipelago
 
-        return resume_islands(folder, until, forks, how)
+        if forks:
+            refuse(
+                "DIR",
+                "is an archipelago, which cannot be forked as a whole",
+                str(folder),
+                "one of its islands, which then continues alone: DIR/islands/NAME",
+            )
+        return _run_islands(Archipelago(folder), folder.name, how, until=until)
     if forks and out is None:
         fault = "is missing: a fork is recorded in a separate folder"
         refuse("--out", fault, "", "a folder, new or empty")
@@ -282,8 +324,11 @@ def _resume(
         _viewer(title, manifest["ticks"] if until is None else until, how) as viewer,
         progress(folder.name, how.quiet) as bar,
     ):
-        more = (
-            how.common | {"complain": complain} | _given(prepare=prepare if viewer is None else viewer.open)
+        more = _given(
+            threads=how.threads,
+            report=how.report,
+            complain=complain,
+            prepare=prepare if viewer is None else viewer.open,
         )
         try:
             if claim is not None:

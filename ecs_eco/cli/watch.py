@@ -12,13 +12,13 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.folders import POLICIES, known_policies
 from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust, number
 from ecs_eco.cli.terminal import exits, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import load
 from ecs_eco.ecosystem import World
+from ecs_eco.lab.arm import check_policies
 from ecs_eco.record.archipelago import is_archipelago, read
 from ecs_eco.view.branch import Start
 from ecs_eco.view.islands import watch_islands
@@ -27,6 +27,7 @@ from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.watch import Window
 from ecs_eco.view.watch import watch as serve
+from ecs_eco.worlds.policies import POLICIES
 
 
 @exits
@@ -133,7 +134,7 @@ class Options:
     def live(self, world: str, seed: int | None) -> Live:
         """Return a living world at tick 0."""
         config = load(world, self.changes)
-        known_policies(self.policies, config)
+        check_policies(self.policies, config)
         built = World.from_config(
             config, seed=seed, policies=self.policies, threads=self.threads, learn=self.learn
         )

@@ -3,14 +3,15 @@ runs."""
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.engine.errors import refusal
+from ecs_eco.engine.errors import ConfigError, Problem, nearest, refusal
 from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
+from ecs_eco.worlds.policies import POLICIES
 
 # bytes; file names in these folders come on top, and file systems allow 255 per name
 LONGEST_NAME = 100
@@ -87,6 +88,26 @@ def folder_name(treatment: str) -> str:
         return name
     digest = hashlib.sha256(treatment.encode()).hexdigest()[:8]
     return f"{name.encode()[: LONGEST_NAME - 9].decode(errors='ignore')}-{digest}"
+
+
+def problems_of_policies(policies: str, species: Sequence[str], base: Path = Path()) -> Iterator[Problem]:
+    """Yield the problems of policies that are neither a known word nor a folder, relative to `base`, with a
+    file for each of these species."""
+    allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
+    if policies not in POLICIES and not (base / policies).is_dir():
+        fault = "no such folder"
+        yield Problem(("policies",), fault, policies, allowed, nearest(policies, POLICIES))
+    elif policies not in POLICIES:
+        for name in species:
+            if not (base / policies / f"{name}.safetensors").is_file():
+                fault = f"{name}.safetensors is missing in the folder"
+                yield Problem(("policies",), fault, policies, allowed)
+
+
+def check_policies(policies: str, config: WorldConfig) -> None:
+    """Raise ConfigError for policies of the command line that do not exist."""
+    if problem := next(problems_of_policies(policies, species_with_policy(config)), None):
+        raise ConfigError([problem.moved(key=(), source="--policies")])
 
 
 def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:

@@ -14,7 +14,7 @@ from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.arm import Arm, arm_of
+from ecs_eco.lab.arm import Arm, arm_of, problems_of_policies
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
@@ -189,18 +189,8 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
         yield Problem(
             ("policies",), "policies are trained for this sweep", plan.policies, "policies, or training_seeds"
         )
-    elif plan.policies not in POLICIES:
-        folder = file.folder / plan.policies
-        allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
-        if not folder.is_dir():
-            yield Problem(
-                ("policies",), "no such folder", plan.policies, allowed, nearest(plan.policies, POLICIES)
-            )
-        for name in known if folder.is_dir() else ():
-            if not (folder / f"{name}.safetensors").is_file():
-                yield Problem(
-                    ("policies",), f"{name}.safetensors is missing in the folder", plan.policies, allowed
-                )
+    else:
+        yield from problems_of_policies(plan.policies, known, file.folder)
 
 
 def _arms(

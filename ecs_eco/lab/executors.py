@@ -4,9 +4,8 @@ belongs to one thread."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,17 +48,12 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
     return Pool(workers or WORKERS)
 
 
-@contextmanager
-def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
-    """Yield an executor: one created here and ended with the block, or the given one, which keeps running.
+def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
+    """Return a context of an executor: one created for its block, or the given one, which keeps running.
 
-    If an exception leaves the block, an executor created here ends at once.
+    If an exception leaves the block, an executor created for it ends at once.
     """
-    if isinstance(on, Executor):
-        yield on
-        return
-    with executor(on, workers) as made:
-        yield made
+    return nullcontext(on) if isinstance(on, Executor) else executor(on, workers)
 
 
 def workers_of(pool: Executor) -> int:
