@@ -20,25 +20,25 @@ WORKERS = 2  # local processes, by default
 TICKS = 40  # of a run that compiles the kernels of a world, including the first update of most policies
 
 
-def check_engine(on: str, source: str = "--on") -> None:
+def check_engine(on: str) -> None:
     """Raise ConfigError if there is no such engine."""
     if on not in ENGINES:
-        raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), source)
+        raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), "--on")
 
 
-def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
+def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
     """Return an executor on an engine, to be used in a `with` statement.
 
     By default, `local` has two `workers`, and `ray` all CPUs of its cluster. Raises ConfigError: no such
     engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
     """
-    check_engine(on, source)
+    check_engine(on)
     if on == SLURM:
         allowed = (
             "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command with "
             "--on local inside your own job"
         )
-        raise refusal((), "takes whole sweeps only", on, allowed, source=source)
+        raise refusal((), "takes whole sweeps only", on, allowed, source="--on")
     if on == RAY:
         from ecs_eco.lab.ray_executor import RayExecutor
 

@@ -106,6 +106,11 @@ class Sweep:
         """Return the folder of policies that a training writes."""
         return inside(self.folder, self.folder / "policies" / training)
 
+    def training(self, name: str) -> tuple[Path, WorldConfig, int]:
+        """Return the arguments of `trained.train_or_find`."""
+        one = self.trainings[name]
+        return self.policies_folder(name), self.world(one.values, one.treatment).config, one.seed
+
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
         """Return the world with these values under a treatment. Raises ConfigError, ForeignFile."""
         try:

@@ -91,12 +91,11 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     Only one process at a time trains the same policies; the others wait for it.
     """
     sweep = _opened(folder, allowed)
-    training, place = sweep.trainings[name], sweep.policies_folder(name)
-    config = sweep.world(training.values, training.treatment).config
-    while not is_trained(place, config, training.seed):
+    place, config, seed = sweep.training(name)
+    while not is_trained(place, config, seed):
         try:
             with ours(place.with_name(f"{place.name}.training")):
-                return str(train_or_find(place, config, training.seed))
+                return str(train_or_find(place, config, seed))
         except FolderInUse:
             time.sleep(PACE)
     return str(place)

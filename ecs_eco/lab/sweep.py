@@ -151,9 +151,7 @@ def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
     for number in numbers:
         name = sweep.jobs[number].training or ""
         if name and name not in missing:
-            training = sweep.trainings[name]
-            config = sweep.world(training.values, training.treatment).config
-            missing[name] = not is_trained(sweep.policies_folder(name), config, training.seed)
+            missing[name] = not is_trained(*sweep.training(name))
         waiting.setdefault(name if missing.get(name) else "", []).append(number)
     return waiting
 

@@ -118,10 +118,6 @@ OPTION = "--treatment"  # where treatments are named, for error messages
 ABSENT = "no-"  # followed by the name of a species: without that species
 
 
-def anywhere(config: WorldConfig) -> None:
-    """Accept any world."""
-
-
 def needs_policy(config: WorldConfig) -> None:
     """Raise NotApplicable if no species has a policy."""
     if not species_with_policy(config):
@@ -152,7 +148,7 @@ class Treatment:
     learn: bool | None = None  # whether policies learn in the run; None: as in the world file
     at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether a run without learning is the same with and without it
-    check: Callable[[WorldConfig], None] = anywhere  # raises NotApplicable
+    check: Callable[[WorldConfig], None] | None = None  # raises NotApplicable
 
     @property
     def changes_config(self) -> bool:
@@ -161,7 +157,8 @@ class Treatment:
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
         """Return the configuration under this treatment. Raises NotApplicable, ConfigError."""
-        self.check(config)
+        if self.check is not None:
+            self.check(config)
         if self.assignment:
             return load(config, [self.assignment])
         return config if self.changes is None else load(config, self.changes(config))

@@ -124,15 +124,8 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
         ]
         for p in plan.parameters
     ]
-    rows.append(["score", "", "", *(number(b["score"]) for b in best)])
-    rows.append(
-        [
-            "score on further seeds",
-            "",
-            "",
-            *("–" if b["finals"] is None else number(b["finals"]) for b in best),
-        ]
-    )
+    for label, score in (("score", "score"), ("score on further seeds", "finals")):
+        rows.append([label, "", "", *("–" if b[score] is None else number(b[score]) for b in best)])
     return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
 
 
