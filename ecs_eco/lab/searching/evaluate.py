@@ -12,7 +12,7 @@ import numpy as np
 from ecs_eco.analysis.cycles import cycle_statistics
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.models.search import OBJECTIVES, Search
+from ecs_eco.config.models.search import Search
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.inputs.code import handed_over
 from ecs_eco.lab.searching.fit import Fit
@@ -28,21 +28,8 @@ def objective(
 ) -> float:
     """Return the weighted mean of a search's goals for a run in which all species lived; `find` resolves
     "module:name", `fit` is the comparison for the goal data."""
-    goals = [
-        (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
-        for of, weight in search.goals
-    ]
-    return float(
-        sum(
-            weight
-            * (
-                likeness(series, fit)
-                if of == "data" and fit is not None
-                else score(of, series, persist, search.wanted)
-            )
-            for of, weight in goals
-        )
-    )
+    scores = [weight * score(of, series, persist, search.wanted, find, fit) for of, weight in search.goals]
+    return float(sum(scores))
 
 
 def likeness(series: Series, fit: Fit) -> float:
@@ -55,10 +42,17 @@ def likeness(series: Series, fit: Fit) -> float:
 
 
 def score(
-    of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
+    of: str | Callable[[Series], float],
+    series: Series,
+    persist: Sequence[str],
+    wanted: Mapping[str, float],
+    find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None,
 ) -> float:
     """Return one goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN
     counts as 0."""
+    if of == "data" and fit is not None:
+        return likeness(series, fit)
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
@@ -67,7 +61,7 @@ def score(
         return population(series, {name: n for name, n in wanted.items() if name in series.species})
     if isinstance(of, str) and of in series.reporters:
         return _clipped(reported(series, of, wanted.get(of)))
-    return _clipped(float(handed_over(of)(series)))
+    return _clipped(float(find(of)(series)))
 
 
 def _clipped(value: float) -> float:
