@@ -94,8 +94,7 @@ def compare(
 
 
 def _seen_from_everywhere(path: Path, on: str) -> Path:
-    """Return an absolute path for an engine whose workers run elsewhere; leave names such as "trained"
-    unchanged."""
+    """Return an absolute path if workers run elsewhere; leave names such as "trained" unchanged."""
     return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
@@ -156,8 +155,7 @@ def _do(
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and print it: the runs in which all species persisted, and a
-    table."""
+    """Compare the arms, write the comparison, and print it."""
     policies = comparison.policies_in_words()
     result = comparison.result()
     for name, text in result["opening"].items():

@@ -39,8 +39,7 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Raise ConfigError if pages and figures cannot be written to `out` or else the run's folder; create
-    nothing."""
+    """Raise ConfigError if pages cannot be written to `out` or else the run's folder; create nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
     allowed = "a writable folder: name one with --out" if out is None else "a new or existing folder"
     try:

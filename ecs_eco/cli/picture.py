@@ -128,8 +128,7 @@ def video(
 
 
 def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
-    """Draw one organism's nervous system, from the recorded details or from a rerun of that part of the
-    run."""
+    """Draw one organism's nervous system, as recorded or from a rerun of that part of the run."""
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
     try:

@@ -207,8 +207,7 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show the progress of a sweep: a bar on a terminal, a line every half minute elsewhere, nothing if
-    quiet."""
+    """Show the progress of a sweep: a bar on a terminal, lines elsewhere, nothing if quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,

@@ -52,8 +52,7 @@ class Arm:
 
 
 def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
-    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE. Raises
-    ConfigError."""
+    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))

@@ -142,8 +142,7 @@ class Comparison:
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
 
     def result(self) -> dict[str, Any]:
-        """Compare the arms from their runs, write compare.json, compare.html and figures; return the
-        first."""
+        """Compare the arms, write compare.json, compare.html and figures; return the first."""
         return differences(
             self.folders(),
             self.folder,

@@ -152,8 +152,7 @@ def _there(file: PlanFile, world: str) -> str:
 
 
 def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """Return the error of a world with a plan's values: problems of the values with their lines, others
-    unchanged."""
+    """Return the error of a world with a plan's values, whose problems get their lines in the plan."""
     problems = []
     for problem in error.problems:
         if problem.source != file.document.source:
@@ -260,8 +259,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
 def _jobs(
     file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
 ) -> tuple[list[Job], dict[str, Training]]:
-    """Return all jobs, by points, treatments, training seeds and world seeds, and the trainings that they
-    need."""
+    """Return all jobs, by points, treatments and seeds, and the trainings that they need."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):

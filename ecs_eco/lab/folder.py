@@ -215,8 +215,7 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that
-    replaces the world's own."""
+    """Copy the policies that the world and the plan name; return the copy of the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

@@ -246,8 +246,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that records the tick in a file at intervals and, from the second call
-    on, since when ticks run; a lost record does no harm."""
+    """Return a progress function that records the tick and the start of the ticks in a file at intervals."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

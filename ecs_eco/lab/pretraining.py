@@ -135,8 +135,7 @@ def ramp(world: World, config: WorldConfig, share: float) -> None:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and everything else, with their hashes, as a sealed
-    training.json."""
+    """Write policies as sealed safetensors, and all else with their hashes as a sealed training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -149,8 +148,7 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of several states of one network: steadier than the last of them (Polyak &
-    Juditsky 1992)."""
+    """Return the mean of a network's states, steadier than the last (Polyak & Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]

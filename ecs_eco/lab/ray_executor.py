@@ -162,8 +162,7 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the environment of tasks: one thread each, no modules of the folder in which they run, and
-    this process's variables that affect results."""
+    """Return the environment of tasks: one thread, no modules of their folder, and settings from here."""
     here = {
         name: value
         for name, value in os.environ.items()

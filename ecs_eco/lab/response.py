@@ -36,8 +36,7 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return the outcomes in a table of runs: persistence, numbers, periods of cycling species, and the
-    values of reporters."""
+    """Return the outcomes in a table of runs: persistence, numbers, periods of cycles, and reporters."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -62,8 +61,7 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: mean and interval over seeds of means over everything
-    else."""
+    """Return an outcome at each value of a key: over seeds, of the means over everything else."""
     return [
         Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
@@ -267,8 +265,7 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Draw means of outcomes (panels) over two keys: cells of a grid, or a dot for each point of a
-    hypercube."""
+    """Draw means of outcomes (panels) over two keys: cells of a grid, or dots of a hypercube."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)

@@ -76,8 +76,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit those of the jobs that are neither queued nor running; return the arrays' ids, and the
-    numbers of the jobs that are."""
+    """Submit the jobs that are not in the queue; return the arrays' ids, and the jobs that are."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]

@@ -136,8 +136,7 @@ def do_jobs(
 
 
 def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
-    """Return jobs in an order whose every beginning is as even over points, treatments and seeds as
-    possible."""
+    """Return jobs in an order whose every beginning is even over points, treatments and seeds."""
     points: dict[int, dict[str, list[int]]] = {}
     for number in numbers:
         job = sweep.jobs[number]

@@ -30,8 +30,7 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Run `ticks` ticks in each world, at most `renew` in each life of a world, and one tick to learn
-        from the last rollout."""
+        """Run each world, for at most `renew` ticks of its life and one to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -46,8 +45,7 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the ticks that one world runs before the next: at most a rollout, so that none delivers a
-        second one meanwhile."""
+        """Return the ticks that one world runs before the next: at most a rollout."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -76,8 +74,7 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of the animals of each species, averaged over worlds and over blocks of
-        `every` ticks."""
+        """Return statistics of each species, averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -94,8 +91,7 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks, species]
-        each."""
+        """Return the counts of all worlds together, and mean happiness: f64[ticks, species] each."""
         parts = [counts_of(world) for world in self.worlds]
         return {
             k: (np.mean if k == "happiness" else np.sum)([part[k] for part in parts], axis=0) for k in COUNTS

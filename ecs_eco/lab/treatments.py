@@ -77,8 +77,7 @@ def without(config: WorldConfig, species: str) -> dict[str, Any]:
 
 
 def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
-    """Set light to the mean of the day at all times, or shift sunrise by half a day, so that the day is
-    dark."""
+    """Set light to the mean of the day at all times, or shift sunrise by half a day."""
     if config.sun is None:
         raise NotApplicable("there is no sun", "a world with [sun]")
     if config.sun.kind == kind:

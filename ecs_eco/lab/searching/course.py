@@ -170,8 +170,7 @@ class Search:
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
-        """Return the score with which a candidate advances: a quantile of earlier candidates at that
-        stage."""
+        """Return the score with which a candidate advances: a quantile of earlier candidates there."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
@@ -181,8 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, the best first: by merit or, after further seeds, by the mean over all
-        seeds."""
+        """Return the candidates, the best first: by merit, or by the mean over all seeds after finals."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:
@@ -223,8 +221,7 @@ class Search:
         forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))
 
     def sweep(self) -> None:
-        """Remove the policies of all but the best candidates, and of those whose evaluation did not
-        finish."""
+        """Remove the policies of candidates that are unfinished or not among the best."""
         best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
         kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
         for folder in (self.out / "policies").glob("candidate-*"):

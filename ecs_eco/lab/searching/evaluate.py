@@ -33,8 +33,7 @@ def objective(
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """Return 1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 if the run is
-    too short for them."""
+    """Return 1 / (1 + the mean difference from the measured statistics [tenths]); 0 for too short a run."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -69,15 +68,13 @@ def _clipped(value: float) -> float:
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """Return the distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it,
-    in [0, 1]."""
+    """Return the distance from extinction, ln(1 + least n) / ln(1 + mean n), of the closest species."""
     distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(distances, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Return the mean over species of ln(p) / ln(0.05), at most 1, of the spectral peak against AR(1)
-    noise."""
+    """Return the mean over species of ln(p) / ln(0.05), at most 1; p is the peak's against AR(1)."""
     statistics = cycle_statistics(series, n_boot=199)
     p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
@@ -240,8 +237,7 @@ def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str,
 
 
 def persisting(config: WorldConfig) -> list[str]:
-    """Return the species whose extinction ends a run: those that [search] names, or all that cannot come
-    back."""
+    """Return the species whose extinction ends a run: of [search], or all that cannot come back."""
     if config.search.persist:
         return list(config.search.persist)
     return [

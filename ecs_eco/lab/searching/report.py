@@ -229,8 +229,7 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds: their number, in how many all species lived, Wilson's 95% interval,
-    and each run."""
+    """Return the runs on fresh seeds, and in how many all species lived, with Wilson's 95% interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
@@ -331,9 +330,7 @@ def _text(
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy the files that the world names next to itself, rasters, layers and measurements, to the same
-    names next to the new world; files elsewhere stay where they are, and keep their names if these lead to
-    them."""
+    """Copy rasters, layers and measurements next to the world to the same names next to the new one."""
     land = config.terrain
     names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
     names += [] if config.data is None else [config.data.file]
