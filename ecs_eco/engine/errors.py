@@ -130,10 +130,7 @@ def shortened(text: str, width: int = 60) -> str:
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value as TOML writes it, cut to `width` characters: a path at its start, anything else at
-    its end."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    """Return a value as TOML writes it, cut to `width` characters: a path at its start, others at the end."""
     if (
         isinstance(value, str)
         and len(value) > width
@@ -149,8 +146,7 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """Return the first entries of any value as TOML writes it: Python refuses to print a number of 5,000
-    digits and prints endless lists."""
+    """Return the first entries of any value as TOML writes it, even of huge numbers and endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return (
             f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
