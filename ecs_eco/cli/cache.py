@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.options import Quiet, Trust
-from ecs_eco.cli.terminal import complain, exits, progress, say, whole
+from ecs_eco.cli.options import Quiet, Trust, number
+from ecs_eco.cli.terminal import complain, exits, progress, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import kernel_folder
 from ecs_eco.compiled.numba_version import plain
@@ -51,10 +51,7 @@ def warm(
         ),
     ] = None,
     workers: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole(1, 1024), metavar="N", help="Number of processes. Default: the number of cores."
-        ),
+        int | None, number("Number of processes. Default: the number of cores.", most=1024)
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,

@@ -14,28 +14,19 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
-from ecs_eco.cli.folders import POLICIES, known_policies, results
-from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World
-from ecs_eco.cli.terminal import (
-    FAILED,
-    INTERRUPTED,
-    complain,
-    exits,
-    path_of,
-    printable,
-    progress,
-    say,
-    whole,
-)
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World, new_folder, number
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
-from ecs_eco.lab.arm import arms_of, check_training
-from ecs_eco.lab.comparison import Comparison, Key, Planned, missing, run_jobs
+from ecs_eco.lab.arm import arms_of, check_policies, check_training
+from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
 from ecs_eco.lab.runs import run_arm
 from ecs_eco.lab.trained import train_or_find
-from ecs_eco.lab.treatments import refusal
+from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
+from ecs_eco.worlds.policies import POLICIES
 
 
 @exits
@@ -53,29 +44,18 @@ def compare(
             "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),
     ] = None,
-    seeds: Annotated[
-        int,
-        typer.Option(parser=whole(1, 10_000), metavar="N", help="Number of runs per arm, with seeds from 1."),
-    ] = 8,
+    seeds: Annotated[int, number("Number of runs per arm, with seeds from 1.", most=10_000)] = 8,
     ticks: Ticks = None,
     set_: Set = None,
     workers: Workers = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the results: new, empty, or begun by this command. Default: in runs/.",
-        ),
+        new_folder("Folder for the results: new, empty, or begun by this command. Default: in runs/."),
     ] = None,
     quiet: Quiet = False,
     training_seeds: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(1, 10_000),
-            metavar="N",
-            help="Train policies with training seeds 1 to N, and run each with every world seed.",
-        ),
+        number("Train policies with training seeds 1 to N, and run each with every world seed.", most=10_000),
     ] = None,
     retrain: Annotated[
         bool,
@@ -94,14 +74,10 @@ def compare(
     check_engine(on)
     arms = arms_of(world, set_ or [], treatment or ["random-policy"])
     if policies != "trained":
-        known_policies(policies, arms[0].config)
+        check_policies(policies, arms[0].config)
         if training_seeds is not None:
-            raise refusal(
-                "policies are trained for this comparison",
-                policies,
-                "--policies, or --training-seeds",
-                source="--policies",
-            )
+            fault = "policies are trained for this comparison"
+            refuse("--policies", fault, policies, "--policies, or --training-seeds")
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)
@@ -112,14 +88,13 @@ def compare(
         with engine(on, workers) as pool:
             comparison.begin()
             prepare(pool, comparison.folder, arms[0].config)
-            _train(comparison, pool, quiet)
-            _run(comparison, pool, quiet)
+            _do(train_or_find, missing(comparison.trainings), comparison, pool, quiet, "training", "policies")
+            _do(run_arm, missing(comparison.runs), comparison, pool, quiet, "comparing", "runs")
         _report(comparison)
 
 
 def _seen_from_everywhere(path: Path, on: str) -> Path:
-    """Return an absolute path for an engine whose workers run elsewhere; leave names such as "trained"
-    unchanged."""
+    """Return an absolute path if workers run elsewhere; leave names such as "trained" unchanged."""
     return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
@@ -134,28 +109,6 @@ def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
     return results(out, f"{comparison.arms[0].config.name}-compare", begun)
 
 
-def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Do the missing trainings; end the command if a training failed."""
-    left = missing(comparison.trainings)
-    trained = _do(train_or_find, left, comparison, pool, quiet, "training", "policies")
-    if trained < len(left):
-        folder = comparison.folder / "policies"
-        complain(f"Not all policies could be trained; the finished policies are in {folder}.")
-        raise typer.Exit(FAILED)
-
-
-def _run(comparison: Comparison, pool: Executor, quiet: bool) -> None:
-    """Do the missing runs; end the command if a run failed."""
-    n = len(comparison.runs)
-    left = missing(comparison.runs)
-    if len(left) < n and not quiet:
-        complain(f"{n - len(left)} of {n} runs are already done.")
-    done = _do(run_arm, left, comparison, pool, quiet, "comparing", "runs")
-    if done < len(left):
-        complain(f"{len(left) - done} of {n} runs failed; the other recordings are in {comparison.folder}.")
-        raise typer.Exit(FAILED)
-
-
 def _do(
     work: Callable[..., object],
     jobs: Mapping[Key, Sequence[Any]],
@@ -164,11 +117,14 @@ def _do(
     quiet: bool,
     word: str,
     unit: str,
-) -> int:
-    """Do the jobs with a progress bar, and print the reasons for failures; return how many succeeded.
+) -> None:
+    """Do the jobs that are not done, trainings or runs, with a progress bar; print the reasons for failures.
 
-    Ctrl-C ends the command.
+    Ctrl-C ends the command, and so do failures at the end.
     """
+    n = len(comparison.runs)
+    if unit == "runs" and len(jobs) < n and not quiet:
+        complain(f"{n - len(jobs)} of {n} runs are already done.")
 
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):
@@ -181,18 +137,25 @@ def _do(
 
     with progress(word, quiet, unit) as bar:
         try:
-            return len(run_jobs(work, jobs, pool, bar, failed))
+            done = len(run_jobs(work, jobs, pool, bar, failed))
         except KeyboardInterrupt:
             complain(
                 f"Stopped after {bar.done} of {len(jobs)} {unit}; finished recordings are in "
                 f"{comparison.folder}. Continue with the same command and --out {comparison.folder}."
             )
             raise typer.Exit(INTERRUPTED) from None
+    if done < len(jobs):
+        complain(
+            f"{len(jobs) - done} of {n} runs failed; the other recordings are in {comparison.folder}."
+            if unit == "runs"
+            else "Not all policies could be trained; the finished policies are in "
+            f"{comparison.folder / 'policies'}."
+        )
+        raise typer.Exit(FAILED)
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and print it: the runs in which all species persisted, and a
-    table."""
+    """Compare the arms, write the comparison, and print it."""
     policies = comparison.policies_in_words()
     result = comparison.result()
     for name, text in result["opening"].items():

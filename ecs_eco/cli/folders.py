@@ -1,17 +1,12 @@
-"""Folders for results, checked before any file is written, and folders of policies."""
+"""Folders for results, checked before any file is written."""
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
 from ecs_eco.cli.terminal import refuse
-from ecs_eco.config import WorldConfig
-from ecs_eco.engine.errors import nearest
 from ecs_eco.record.claim import Claim, claim_new, claim_next
-
-POLICIES = ("trained", "random", "untrained")
 
 
 def results(out: Path | None, default: str, begun: bool = False) -> Claim:
@@ -44,8 +39,7 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Raise ConfigError if pages and figures cannot be written to `out` or else the run's folder; create
-    nothing."""
+    """Raise ConfigError if pages cannot be written to `out` or else the run's folder; create nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
     allowed = "a writable folder: name one with --out" if out is None else "a new or existing folder"
     try:
@@ -79,16 +73,3 @@ def _try_out(folder: Path) -> None:
     finally:
         for path in reversed(made):
             path.rmdir()
-
-
-def known_policies(policies: str, config: WorldConfig) -> None:
-    """Raise ConfigError unless policies are a known word or a folder with a file for each species with a
-    policy."""
-    allowed = f"{', '.join(POLICIES)}, or a folder written by `ecs-eco train`"
-    if policies in POLICIES:
-        return
-    if not os.path.isdir(policies):
-        refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
-    for name, species in config.species.items():
-        if species.policy.thinks and not (Path(policies) / f"{name}.safetensors").is_file():
-            refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)

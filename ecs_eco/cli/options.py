@@ -1,26 +1,30 @@
 """Arguments and options of several commands, with their help texts."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ecs_eco.cli.terminal import path_of, whole
 
+
+def number(help: str, *names: str, least: int = 1, most: int = 10**12, metavar: str = "N") -> Any:
+    """Return an option that takes an integer from `least` to `most`."""
+    return typer.Option(*names, parser=whole(least, most), metavar=metavar, help=help)
+
+
+def new_folder(help: str) -> Any:
+    """Return an option that takes the path of a folder."""
+    return typer.Option(parser=path_of, metavar="PATH", help=help)
+
+
 World = Annotated[
     str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")
 ]
-Ticks = Annotated[
-    int | None,
-    typer.Option(parser=whole(1), metavar="N", help="Length [ticks]. Default: as in the world file."),
-]
+Ticks = Annotated[int | None, number("Length [ticks]. Default: as in the world file.")]
 Seed = Annotated[
-    int | None,
-    typer.Option(
-        parser=whole(0, 2**63 - 1),
-        metavar="N",
-        help="Seed of all random numbers. Default: as in the world file.",
-    ),
+    int | None, number("Seed of all random numbers. Default: as in the world file.", least=0, most=2**63 - 1)
 ]
 Set = Annotated[
     list[str] | None,
@@ -28,19 +32,9 @@ Set = Annotated[
         "--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."
     ),
 ]
-Out = Annotated[
-    Path | None,
-    typer.Option(
-        parser=path_of, metavar="PATH", help="Folder for the results: new or empty. Default: in runs/."
-    ),
-]
+Out = Annotated[Path | None, new_folder("Folder for the results: new or empty. Default: in runs/.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
-Threads = Annotated[
-    int,
-    typer.Option(
-        parser=whole(1, 1024), metavar="N", help="Number of threads. It affects speed, never results."
-    ),
-]
+Threads = Annotated[int, number("Number of threads. It affects speed, never results.", most=1024)]
 Learn = Annotated[
     bool | None,
     typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world file."),
@@ -55,12 +49,7 @@ Policies = Annotated[
 Watch = Annotated[
     bool, typer.Option("--watch", help="Show the run in the browser; interventions made there are recorded.")
 ]
-Port = Annotated[
-    int,
-    typer.Option(
-        parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free port."
-    ),
-]
+Port = Annotated[int, number("Port of the viewer on this machine; 0: any free port.", least=0, most=65535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
 Trust = Annotated[
     bool,
@@ -90,14 +79,21 @@ On = Annotated[
     ),
 ]
 Workers = Annotated[
-    int | None,
-    typer.Option(
-        parser=whole(1, 1024),
-        metavar="N",
-        help="Number of processes, with one thread each. Default: 2; on Ray all CPUs.",
-    ),
+    int | None, number("Number of processes, with one thread each. Default: 2; on Ray all CPUs.", most=1024)
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 Of = Annotated[str | None, typer.Option(metavar="NAME", help="Only this species.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]
+
+
+@dataclass(frozen=True)
+class How:
+    """The options of a run that do not affect its results."""
+
+    quiet: bool
+    threads: int
+    report: bool
+    shown: tuple[int, bool] | None  # port of a viewer, and whether to open the browser
+    workers: int | None
+    on: str

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from ecs_eco.analysis.nervous_figure import draw_nervous_system, draw_nervous_systems, save
-from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World
-from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say, whole
+from ecs_eco.cli.options import Quiet, Run, Set, Size, Trust, World, number
+from ecs_eco.cli.terminal import complain, exits, progress, recorded, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.engine.errors import RecordingError
@@ -43,15 +45,11 @@ def draw(
 ) -> None:
     """Draw the nervous systems of a world's species."""
     config = load(world, set_ or [])
-    path = _file(
-        out or Path(f"{config.name}-{species or 'nerves'}.png"), DRAWINGS, "--out", "unsupported format"
-    )
-
+    name = f"{config.name}-{species or 'nerves'}.png"
+    path = _file(out or Path(name), DRAWINGS, "--out", "unsupported format")
     figure = draw_nervous_systems(config, [species] if species else [])
-    try:
+    with _writing(path, "--out"):
         say(f"Drawn in {save(figure, path)}")
-    except OSError as error:
-        _unwritable(path, error, "--out")
 
 
 @exits
@@ -60,16 +58,10 @@ def picture(
     out: Annotated[
         Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
     ] = None,
-    tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last tick.")
-    ] = None,
+    tick: Annotated[int | None, number("The tick. Default: the last tick.", least=0, metavar="T")] = None,
     organism: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(1, 2**63 - 1),
-            metavar="UID",
-            help="Draw the nervous system of this organism at that tick.",
-        ),
+        number("Draw the nervous system of this organism at that tick.", most=2**63 - 1, metavar="UID"),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -77,17 +69,15 @@ def picture(
 ) -> None:
     """Draw a tick of a recorded run."""
     allow(trust, folder)
-    replay = _replay(folder)
+    recorded(folder)
+    replay = Replay(folder)
     tick = _tick(replay, tick, "--tick", replay.recording.last)
     if organism is not None:
         _draw_nerves(replay, folder, out, tick, organism, quiet)
         return
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{tick}.png"), (".png",))
-
-    try:
+    with _writing(path):
         say(f"Drawn in {Painter(replay, _size(size)).save(tick, path)}")
-    except OSError as error:
-        _unwritable(path, error)
 
 
 @exits
@@ -102,23 +92,17 @@ def video(
         ),
     ] = None,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
-    from_: Annotated[
-        int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")
-    ] = None,
-    to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
+    from_: Annotated[int | None, number("First tick.", "--from", least=0, metavar="T")] = None,
+    to: Annotated[int | None, number("Last tick.", least=0, metavar="T")] = None,
     step: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole(1),
-            metavar="N",
-            help="Ticks between frames. Default: for a video of at most a minute.",
-        ),
+        int | None, number("Ticks between frames. Default: for a video of at most a minute.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
 ) -> None:
     """Make a video of a recorded run."""
-    replay = _replay(folder)
+    recorded(folder)
+    replay = Replay(folder)
     path = _file(out or Path(f"{replay.recording.manifest['world']}.mp4"), film.ENDINGS)
     try:
         film.encoder(path)
@@ -134,21 +118,17 @@ def video(
     pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
 
     painter = Painter(replay, pixels)
-    with progress(path.name, quiet, "frames") as bar:
+    with progress(path.name, quiet, "frames") as bar, _writing(path):
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            refuse(
-                "OUT", str(error), str(path), "an ffmpeg that supports this format, or a name ending in .gif"
-            )
-        except OSError as error:
-            _unwritable(path, error)
+            allowed = "an ffmpeg that supports this format, or a name ending in .gif"
+            refuse("OUT", str(error), str(path), allowed)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 
 
 def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
-    """Draw one organism's nervous system, from the recorded details or from a rerun of that part of the
-    run."""
+    """Draw one organism's nervous system, as recorded or from a rerun of that part of the run."""
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
     try:
@@ -176,10 +156,8 @@ def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid:
     figure = draw_nervous_system(
         config_of(replay.recording.manifest, path=folder), species, drawable(state["nerves"])
     )
-    try:
+    with _writing(path):
         say(f"Drawn in {save(figure, path)}")
-    except OSError as error:
-        _unwritable(path, error)
 
 
 def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
@@ -194,12 +172,6 @@ def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
         )
     replay.stretches.append(stretch)
     return dict(replay.organism(uid))
-
-
-def _replay(folder: Path) -> Replay:
-    recorded(folder)
-
-    return Replay(folder)
 
 
 def _tick(replay: Replay, tick: int | None, option: str, default: int) -> int:
@@ -227,5 +199,12 @@ def _file(
     return path
 
 
-def _unwritable(path: Path, error: OSError, source: str = "OUT") -> None:
-    refuse(source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be created")
+@contextmanager
+def _writing(path: Path, source: str = "OUT") -> Iterator[None]:
+    """Refuse a file that cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        refuse(
+            source, f"cannot be written: {error.strerror or error}", str(path), "a file that can be created"
+        )

@@ -6,18 +6,20 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.cli.folders import known_policies, results
+from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import (
     Bands,
     Divided,
+    How,
     Learn,
     NoBrowser,
     On,
@@ -35,23 +37,15 @@ from ecs_eco.cli.options import (
     Watch,
     Workers,
     World,
+    new_folder,
+    number,
 )
-from ecs_eco.cli.terminal import (
-    FAILED,
-    complain,
-    exits,
-    numbers,
-    path_of,
-    progress,
-    refuse,
-    say,
-    stopped,
-    whole,
-)
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.ecosystem import World as Ecosystem
+from ecs_eco.lab.arm import check_policies
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
@@ -59,6 +53,9 @@ from ecs_eco.runs.repeat import repeat as repeat_run
 from ecs_eco.runs.run import fork, read_manifest, run_to_folder, world_at
 from ecs_eco.runs.run import resume as resume_run
 from ecs_eco.worlds.first_start import known_to_list, two_processes
+
+if TYPE_CHECKING:
+    from ecs_eco.lab.archipelago import Archipelago
 
 Prepare = Callable[[Ecosystem], None]  # called with a world before its first tick
 
@@ -75,12 +72,8 @@ def run(
     learn: Learn = None,
     policies: Policies = "trained",
     report: Report = True,
-    checkpoint_every: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
-    ] = None,
-    keep: Annotated[
-        int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")
-    ] = 3,
+    checkpoint_every: Annotated[int | None, number("Ticks between checkpoints.")] = None,
+    keep: Annotated[int, number("Number of checkpoints to keep.", metavar="K")] = 3,
     record: Annotated[
         str | None,
         typer.Option(
@@ -99,32 +92,18 @@ def run(
 ) -> None:
     """Run a world and record it in a folder; `resume` continues it."""
     allow(trust, world, set_)
-    lead = partial(
-        _run,
-        world,
-        set_ or [],
-        ticks,
-        seed,
-        out,
-        quiet,
-        threads,
-        learn,
-        policies,
-        report,
-        checkpoint_every,
-        keep,
-        record,
-    )
+    changes = set_ or []
+    how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
+    lead = partial(_run, world, changes, ticks, seed, out, learn, policies, checkpoint_every, keep, record)
     if not (bands or divided):
-        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
-    from ecs_eco.cli.bands import run_in_bands
+        return lead(how)
 
     def build() -> Ecosystem:
         return Ecosystem.from_config(
-            load(world, set_ or []), seed=seed, policies=policies, threads=threads, learn=learn, record=False
+            load(world, changes), seed=seed, policies=policies, threads=threads, learn=learn, record=False
         )
 
-    run_in_bands(lead, build, ticks, watch, divided)
+    _in_bands(lead, how, build, ticks, divided)
 
 
 @exits
@@ -132,11 +111,7 @@ def repeat(
     folder: Run,
     out: Annotated[
         Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the repetition: new or empty. Default: none; the repetition is not recorded.",
-        ),
+        new_folder("Folder for the repetition: new or empty. Default: none; the repetition is not recorded."),
     ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
@@ -164,15 +139,11 @@ def resume(
     folder: Run,
     until: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run."
-        ),
+        number("Continue to this tick. Default: the planned end of the run.", least=0, metavar="T"),
     ] = None,
     from_tick: Annotated[
         int | None,
-        typer.Option(
-            parser=whole(0), metavar="T", help="Fork: continue from this tick, in a separate folder (--out)."
-        ),
+        number("Fork: continue from this tick, in a separate folder (--out).", least=0, metavar="T"),
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -180,9 +151,7 @@ def resume(
             "--set", metavar="KEY=VALUE", help="Fork: change a value from this tick on. Repeatable."
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")
-    ] = None,
+    out: Annotated[Path | None, new_folder("Folder of the fork: new or empty.")] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
@@ -198,24 +167,41 @@ def resume(
     """Resume a run from its last checkpoint, or fork it with changed values."""
     allow(trust, folder)
     changes = set_ or []
-    lead = partial(_resume, folder, until, from_tick, changes, out, quiet, threads, report)
+    how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
+    lead = partial(_resume, folder, until, from_tick, changes, out)
     if not (bands or divided):
-        return lead(shown=(port, not no_browser) if watch else None, workers=workers, on=on)
-    from ecs_eco.cli.bands import run_in_bands
-
+        return lead(how)
     if from_tick is not None or changes or out is not None:
-        refuse(
-            "--bands",
-            "can only resume a run; a fork begins in one process",
-            "",
-            "resume without --from-tick, --set and --out",
-        )
+        allowed = "resume without --from-tick, --set and --out"
+        refuse("--bands", "can only resume a run; a fork begins in one process", "", allowed)
     manifest = read_manifest(folder)
 
     def build() -> Ecosystem:
         return world_at(folder, manifest, None, threads, lambda text: None, trust=False)
 
-    run_in_bands(lead, build, manifest["ticks"] if until is None else until, watch, divided)
+    _in_bands(lead, how, build, manifest["ticks"] if until is None else until, divided)
+
+
+def _in_bands(
+    lead: Callable[..., None], how: How, build: Callable[[], Ecosystem], ticks: int | None, divided: bool
+) -> None:
+    """Run a world in all processes that mpiexec started: process 0 leads, records and prints statistics of
+    the exchange; the other processes build it. With `divided`, each process holds a part of it."""
+    from ecs_eco.bands.run import together
+
+    if how.shown is not None:
+        fault = "is not possible with --bands: actions on a page reach only one process"
+        refuse("--watch", fault, "", "one of the two options; or watch the folder afterwards")
+    led = together(partial(lead, replace(how, workers=None, on=LOCAL)), build, ticks, state=divided)
+    if led is None:
+        return
+    bands = led[1]
+    many, held = (bands.processes, "each with its own part of") if divided else (bands.size, "each with")
+    say(
+        f"  {many} processes, {held} the {'' if divided else 'whole '}world; process 0 received "
+        f"{bands.traffic.received / 1e6:.1f} MB, and spent {bands.traffic.seconds:.1f} s exchanging and "
+        "waiting"
+    )
 
 
 def _run(
@@ -224,70 +210,81 @@ def _run(
     ticks: int | None,
     seed: int | None,
     out: Path | None,
-    quiet: bool,
-    threads: int,
     learn: bool | None,
     policies: str,
-    report: bool,
     checkpoint_every: int | None,
     keep: int,
     record: str | None,
+    how: How,
     prepare: Prepare | None = None,
-    *,
-    shown: tuple[int, bool] | None = None,
-    workers: int | None = None,
-    on: str = LOCAL,
 ) -> None:
-    """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
+    """Run a world into a folder."""
     config = load(world, changes)
     for note in config._renamed:
         complain(f"Note: {note}")
-    islands = _has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on)
+    islands = _has_islands(config, world, how, checkpoint_every)
     if islands:
-        check_engine(on)
+        check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
-    known_policies(policies, config)
+    check_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     if islands:
-        from ecs_eco.cli.archipelago import run_islands
+        from ecs_eco.lab.archipelago import Archipelago
 
-        return run_islands(
-            config, seed, ticks, out, quiet, threads, learn, policies, report, record, workers, on, command
-        )
+        with results(out, f"{config.name}-{seed}") as claim:
+            made = Archipelago.from_config(
+                config, seed, ticks, claim, policies, learn, record=record, command=command
+            )
+            return _run_islands(made, config.name, how, claim=claim)
     how_many(record)
     with (
         nullcontext() if prepare else two_processes(known_to_list(config.name)) as kernels,
         results(out, f"{config.name}-{seed}") as claim,
-        progress(config.name, quiet) as bar,
-        _viewer(config.title or config.name, ticks, shown) as viewer,
+        progress(config.name, how.quiet) as bar,
+        _viewer(config.title or config.name, ticks, how) as viewer,
     ):
         out = claim.path
+        more = _given(
+            threads=how.threads,
+            report=how.report,
+            prepare=prepare if viewer is None else viewer.open,
+            record=record,
+            checkpoint_every=checkpoint_every,
+            keep=checkpoint_every and keep,
+        )
         try:
-            more = _given(
-                prepare=prepare if viewer is None else viewer.open,
-                record=record,
-                checkpoint_every=checkpoint_every,
-                keep=checkpoint_every and keep,
-            )
-            result = run_to_folder(
-                config,
-                seed,
-                ticks,
-                claim,
-                policies,
-                learn,
-                bar,
-                threads=threads,
-                report=report,
-                command=command,
-                **more,
-            )
+            result = run_to_folder(config, seed, ticks, claim, policies, learn, bar, command=command, **more)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(
         f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
         f"{_populations(out)}"
     )
+
+
+def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
+    """Run islands, from their last barrier or the start, and print how many organisms live."""
+    try:
+        with progress(name, how.quiet, "ticks of islands") as bar:
+            manifest = made.run(
+                workers=how.workers, on=how.on, progress=bar, threads=how.threads, report=how.report, **more
+            )
+    except KeyboardInterrupt:
+        complain(
+            f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; continue with: "
+            f"ecs-eco resume {made.folder}."
+        )
+        raise typer.Exit(INTERRUPTED) from None
+    lines = [
+        f"{manifest['tick']} ticks of {manifest['world']} on {len(made.islands)} islands, seed "
+        f"{manifest['seed']}, in {made.folder}",
+        f"  digest {manifest['digest'][:16]}",
+    ]
+    lines += [
+        f"  {name}: " + ", ".join(f"{n} {species}" for species, n in state["n"].items())
+        for name, state in manifest["islands"].items()
+    ]
+    say("\n".join(lines))
 
 
 def _given(**options: object) -> dict[str, Any]:
@@ -301,21 +298,22 @@ def _resume(
     from_tick: int | None,
     changes: list[str],
     out: Path | None,
-    quiet: bool,
-    threads: int,
-    report: bool,
+    how: How,
     prepare: Prepare | None = None,
-    *,
-    shown: tuple[int, bool] | None = None,
-    workers: int | None = None,
-    on: str = LOCAL,
 ) -> None:
-    """Resume a run in its folder, or fork it into another; `shown` is as for `_run`."""
+    """Resume a run in its folder, or fork it into another."""
     forks = from_tick is not None or bool(changes) or out is not None
     if is_archipelago(folder):
-        from ecs_eco.cli.archipelago import resume_islands
+        from ecs_eco.lab.archipelago import Archipelago
 
-        return resume_islands(folder, until, forks, quiet, threads, report, workers, on)
+        if forks:
+            refuse(
+                "DIR",
+                "is an archipelago, which cannot be forked as a whole",
+                str(folder),
+                "one of its islands, which then continues alone: DIR/islands/NAME",
+            )
+        return _run_islands(Archipelago(folder), folder.name, how, until=until)
     if forks and out is None:
         fault = "is missing: a fork is recorded in a separate folder"
         refuse("--out", fault, "", "a folder, new or empty")
@@ -323,11 +321,15 @@ def _resume(
     title = manifest["config"].get("title") or folder.name
     with (
         nullcontext() if out is None else results(out, folder.name) as claim,
-        _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer,
-        progress(folder.name, quiet) as bar,
+        _viewer(title, manifest["ticks"] if until is None else until, how) as viewer,
+        progress(folder.name, how.quiet) as bar,
     ):
-        more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
-        more |= _given(prepare=prepare if viewer is None else viewer.open)
+        more = _given(
+            threads=how.threads,
+            report=how.report,
+            complain=complain,
+            prepare=prepare if viewer is None else viewer.open,
+        )
         try:
             if claim is not None:
                 command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
@@ -366,30 +368,29 @@ def command_of(
     return command + ("" if record is None else f" --record {record}")
 
 
-def _has_islands(config: WorldConfig, world: str, alive: bool, workers: int | None, on: str) -> bool:
-    """Return whether a world runs as an archipelago; refuse options that do not apply. `alive`: whether
-    the run is to be watched or has its own interval of checkpoints."""
+def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: int | None) -> bool:
+    """Return whether a world runs as an archipelago; refuse options that do not apply."""
     islands = config.archipelago is not None and config.archipelago.here is None
-    if islands and alive:
+    if islands and (how.shown is not None or checkpoint_every is not None):
         refuse(
             "WORLD",
             "has islands, which write checkpoints at barriers and can be watched only once recorded",
             world,
             "no --watch and no --checkpoint-every",
         )
-    if not islands and (workers is not None or on != LOCAL):
-        source, value = ("--on", on) if workers is None else ("--workers", workers)
+    if not islands and (how.workers is not None or how.on != LOCAL):
+        source, value = ("--on", how.on) if how.workers is None else ("--workers", how.workers)
         refuse(source, "is for islands, but this world has no [archipelago]", value, "none")
     return islands
 
 
-def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> AbstractContextManager[Any]:
+def _viewer(title: str, ticks: int, how: How) -> AbstractContextManager[Any]:
     """Return the viewer of a run, or a null context."""
-    if shown is None:
+    if how.shown is None:
         return nullcontext()
     from ecs_eco.cli.watch import window
 
-    return window(ticks, title, *shown)
+    return window(ticks, title, *how.shown)
 
 
 def _populations(out: Path) -> str:

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.options import On, Quiet, Set, Trust, Workers, World
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, path_of, refuse, say, shown, whole
+from ecs_eco.cli.options import On, Quiet, Set, Trust, Workers, World, new_folder, number
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, refuse, say, shown
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
@@ -21,24 +21,6 @@ from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.lab.ray_executor import WorkerLost
 from ecs_eco.lab.searching.course import Search
 from ecs_eco.lab.searching.journal import has_search
-
-SECTION = {  # options, and the keys of [search] that they set
-    **{
-        key: key
-        for key in (
-            "objective",
-            "ticks",
-            "world_seeds",
-            "training_seeds",
-            "policies",
-            "training_ticks",
-            "seed",
-        )
-    },
-    "confirm_world_seeds": "confirm.world_seeds",
-    "confirm_training_seeds": "confirm.training_seeds",
-    "confirm_ticks": "confirm.ticks",
-}
 
 
 @exits
@@ -63,20 +45,11 @@ def search(
         float | None,
         typer.Option(min=0.01, metavar="MINUTES", help="Time for the whole search. [default: 30]"),
     ] = None,
-    trials: Annotated[
-        int | None,
-        typer.Option(parser=whole(1), metavar="N", help="Number of candidates; can replace --budget."),
-    ] = None,
-    ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a full run [ticks].")
-    ] = None,
-    world_seeds: Annotated[
-        int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds per candidate."),
-    ] = None,
+    trials: Annotated[int | None, number("Number of candidates; can replace --budget.")] = None,
+    ticks: Annotated[int | None, number("Length of a full run [ticks].")] = None,
+    world_seeds: Annotated[int | None, number("Number of world seeds per candidate.", most=1000)] = None,
     training_seeds: Annotated[
-        int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds per candidate."),
+        int | None, number("Number of training seeds per candidate.", most=1000)
     ] = None,
     policies: Annotated[
         str | None,
@@ -84,22 +57,14 @@ def search(
             metavar="NAME", help="trained, random, untrained, train (for each candidate), or train-once."
         ),
     ] = None,
-    training_ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a training [ticks].")
-    ] = None,
+    training_ticks: Annotated[int | None, number("Length of a training [ticks].")] = None,
     confirm_world_seeds: Annotated[
-        int | None,
-        typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds for the confirmation."),
+        int | None, number("Number of world seeds for the confirmation.", most=1000)
     ] = None,
     confirm_training_seeds: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole(1, 1000), metavar="N", help="Number of training seeds for the confirmation."
-        ),
+        int | None, number("Number of training seeds for the confirmation.", most=1000)
     ] = None,
-    confirm_ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Length of confirmation runs [ticks].")
-    ] = None,
+    confirm_ticks: Annotated[int | None, number("Length of confirmation runs [ticks].")] = None,
     optimiser: Annotated[
         str,
         typer.Option(
@@ -107,39 +72,32 @@ def search(
             help="gp, tpe, or random (a baseline); abc or abc-smc to sample values that fit [data].",
         ),
     ] = "gp",
-    seed: Annotated[
-        int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimizer.")
-    ] = None,
+    seed: Annotated[int | None, number("Seed of the optimizer.", least=0, most=2**63 - 1)] = None,
     workers: Workers = None,
     on: On = LOCAL,
     set_: Set = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the results: new, empty, or of a search to continue.",
-        ),
+        Path | None, new_folder("Folder for the results: new, empty, or of a search to continue.")
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
     """Search for values with which a world persists."""
     allow(trust, world, set_)
-    options = {
+    section = {
         "objective": objective,
         "ticks": ticks,
         "world_seeds": world_seeds,
         "training_seeds": training_seeds,
         "policies": policies,
         "training_ticks": training_ticks,
-        "confirm_world_seeds": confirm_world_seeds,
-        "confirm_training_seeds": confirm_training_seeds,
-        "confirm_ticks": confirm_ticks,
+        "confirm.world_seeds": confirm_world_seeds,
+        "confirm.training_seeds": confirm_training_seeds,
+        "confirm.ticks": confirm_ticks,
         "seed": seed,
     }
     check_engine(on)
-    overrides = overrides_of(set_ or [], range_ or [], options)
+    overrides = overrides_of(set_ or [], range_ or [], section)
     try:
         config = load(world, overrides)
     except ConfigError as error:
@@ -189,7 +147,7 @@ def _ended(why: str, out: Path, code: int) -> typer.Exit:
     return typer.Exit(code)
 
 
-def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:
+def overrides_of(changes: list[str], ranges: list[str], section: dict[str, Any]) -> dict[str, Any]:
     """Return values and ranges of the command line in the form that `load` accepts."""
     overrides: dict[str, Any] = {}
     for text in changes:
@@ -200,9 +158,7 @@ def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any])
     for text in ranges:
         name, span = range_of(text)
         overrides[f'search.ranges."{name}"'] = span
-    overrides |= {
-        f"search.{key}": options[name] for name, key in SECTION.items() if options.get(name) is not None
-    }
+    overrides |= {f"search.{key}": value for key, value in section.items() if value is not None}
     return overrides
 
 

@@ -70,8 +70,7 @@ def _layout(config: WorldConfig, name: str) -> Any:
 
 
 def summary(config: WorldConfig) -> str:
-    """Return name, space, species with their channels, actions and genes, and the hash of the
-    configuration."""
+    """Return name, space, species with channels, actions and genes, and the configuration's hash."""
     space = " × ".join(f"{s:g}" for s in config.space.size)
     lines = [
         f"{config.name}: {config.title}".rstrip(": "),

@@ -20,13 +20,14 @@ from ecs_eco.inputs import trust
 from ecs_eco.inputs.code import read
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.executors import SLURM, check_engine, engine
-from ecs_eco.lab.folder import Sweep, begin, check_plan, has_sweep, read_sweep
+from ecs_eco.lab.folder import Manifest, Sweep, begin, check_plan, read_sweep
 from ecs_eco.lab.jobs import UNFINISHED, run_job
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.slurm import Options, resume
 from ecs_eco.lab.status import Status, Survey
 from ecs_eco.lab.sweep import Outcome, do_jobs, unfinished
 from ecs_eco.lab.table import collect
+from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
 
@@ -45,10 +46,10 @@ def sweep_plan(
     """Run the jobs of a plan in a new folder, or continue in a folder that was begun with it."""
     check_where(on, sbatch)
     file = read_plan(plan)
-    if trust:
-        allow_code(file.plan.world, file.folder)
+    world = file.plan.world
+    allow(trust, world if named(world) is not None else file.folder / world)
     design = design_of(file)
-    begun = out is not None and has_sweep(out)
+    begun = out is not None and container.has(out, Manifest)
     if out is not None and begun:
         check_plan(out, design)
     with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
@@ -73,11 +74,6 @@ def check_where(on: str, sbatch: Sequence[str]) -> None:
     check_engine(on)
     if sbatch and on != SLURM:
         refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
-
-
-def allow_code(world: str, folder: Path) -> None:
-    """Allow the code that a plan's world lists, and print it."""
-    allow(True, world if named(world) is not None else folder / world)
 
 
 def allow_kept(sweep: Sweep) -> None:
@@ -211,8 +207,7 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show the progress of a sweep: a bar on a terminal, a line every half minute elsewhere, nothing if
-    quiet."""
+    """Show the progress of a sweep: a bar on a terminal, lines elsewhere, nothing if quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,

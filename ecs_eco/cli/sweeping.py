@@ -12,8 +12,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from ecs_eco.cli.options import Quiet
-from ecs_eco.cli.terminal import REFUSED, complain, exits, path_of, whole
+from ecs_eco.cli.options import Quiet, new_folder, number
+from ecs_eco.cli.terminal import REFUSED, complain, exits
 from ecs_eco.compiled import portable
 
 SEVERAL = ("ray", "slurm")  # engines whose machines may have different processors
@@ -49,10 +49,9 @@ On = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    typer.Option(
-        parser=whole(1, 100_000),
-        metavar="N",
-        help="Number of concurrent jobs, with one thread each. Default: 2; on Ray all CPUs, on SLURM 100.",
+    number(
+        "Number of concurrent jobs, with one thread each. Default: 2; on Ray all CPUs, on SLURM 100.",
+        most=100_000,
     ),
 ]
 Sbatch = Annotated[
@@ -76,11 +75,7 @@ def run(
     sbatch: Sbatch = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            parser=path_of,
-            metavar="PATH",
-            help="Folder for the sweep: new, empty, or begun with this plan. Default: in runs/.",
-        ),
+        new_folder("Folder for the sweep: new, empty, or begun with this plan. Default: in runs/."),
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,

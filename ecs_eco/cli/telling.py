@@ -18,7 +18,7 @@ from ecs_eco.analysis.report import write_report
 from ecs_eco.analysis.runs import parts
 from ecs_eco.analysis.why import write_why
 from ecs_eco.cli.folders import pages
-from ecs_eco.cli.options import Of, Run
+from ecs_eco.cli.options import Of, Run, new_folder
 from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
 from ecs_eco.engine.errors import listed, nearest
 from ecs_eco.record import archipelago
@@ -28,12 +28,7 @@ from ecs_eco.record.geodata import write_tracks
 @exits
 def report(
     folder: Run,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR."
-        ),
-    ] = None,
+    out: Annotated[Path | None, new_folder("Folder for report.html and the figures. Default: DIR.")] = None,
     against: Annotated[
         Path | None,
         typer.Option(
@@ -73,10 +68,7 @@ def why(
         Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")
     ],
     out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR."
-        ),
+        Path | None, new_folder("Folder for why.html, why.json and the figure. Default: DIR.")
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import typer
 
 from ecs_eco.compiled.garbage import loaded
-from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Problem, RecordingError
+from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, RecordingError, refusal
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -84,7 +84,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
     """Refuse an argument of the command line."""
-    raise ConfigError([Problem((), fault, value, allowed, near, source)])
+    raise refusal((), fault, value, allowed, near, source)
 
 
 def recorded(folder: Path) -> None:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.folders import POLICIES, known_policies
-from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust
-from ecs_eco.cli.terminal import exits, refuse, say, whole
+from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust, number
+from ecs_eco.cli.terminal import exits, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import load
 from ecs_eco.ecosystem import World
+from ecs_eco.lab.arm import check_policies
 from ecs_eco.record.archipelago import is_archipelago, read
 from ecs_eco.view.branch import Start
 from ecs_eco.view.islands import watch_islands
@@ -26,6 +27,7 @@ from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.watch import Window
 from ecs_eco.view.watch import watch as serve
+from ecs_eco.worlds.policies import POLICIES
 
 
 @exits
@@ -44,9 +46,7 @@ def watch(
             metavar="[WORLD|DIR]", help="Another world or folder, shown side by side on the same page."
         ),
     ] = None,
-    ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
-    ] = None,
+    ticks: Annotated[int | None, number("Last tick. Default: no end.")] = None,
     seed: Seed = None,
     set_: Set = None,
     threads: Threads = 1,
@@ -76,40 +76,32 @@ def watch(
             "a world; a recording cannot be changed, but `resume --from-tick T --set … --out NEW` forks it"
         )
         refuse("WORLD", "is a recorded run, which options cannot change", world, allowed)
+    browser = not no_browser
     if islands:
-        _map(Path(world), port, not no_browser)
+        manifest = read(Path(world))
+        with _port(port):
+            _show(watch_islands, Path(world), manifest.get("title") or manifest["world"], port, browser)
         return
+    options = Options(changes, ticks, threads, learn, policies)
     with _port(port):
         first, *others = [
-            Replay(one)
-            if os.path.isfile(Path(one) / "manifest.json")
-            else _live(one, changes, ticks, seed, threads, learn, policies)
+            Replay(one) if os.path.isfile(Path(one) / "manifest.json") else options.live(one, seed)
             for one in shown
         ]
-        source = (
-            Pair(first, others[0], _names(shown, [first, others[0]]))
-            if others
-            else Pair(
-                first,
-                start=_start(first, world, changes, ticks, learn, policies),
-                picker=_picker(first, world, changes, ticks, threads, learn, policies),
-            )
-        )
-        try:
-            serve(source, _Announcer(source.hello()["title"]), port=port, browser=not no_browser)
-        except KeyboardInterrupt:
-            say("")
+        if others:
+            source = Pair(first, others[0], _names(shown, [first, others[0]]))
+        elif isinstance(first, Live):
+            source = options.pair(first, world, options.picker(first, world))
+        else:
+            source = Pair(first)
+        _show(serve, source, source.hello()["title"], port, browser)
 
 
-def _map(folder: Path, port: int, browser: bool) -> None:
-    manifest = read(folder)
-    with _port(port):
-        try:
-            watch_islands(
-                folder, _Announcer(manifest.get("title") or manifest["world"]), port=port, browser=browser
-            )
-        except KeyboardInterrupt:
-            say("")
+def _show(serve: Callable[..., None], what: Pair | Path, title: str, port: int, browser: bool) -> None:
+    try:
+        serve(what, _Announcer(title), port=port, browser=browser)
+    except KeyboardInterrupt:
+        say("")
 
 
 @contextmanager
@@ -129,64 +121,49 @@ def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
     return names[0], names[1]
 
 
-def _start(
-    source: Live | Replay,
-    world: str,
-    changes: list[str],
-    ticks: int | None,
-    learn: bool | None,
-    policies: str,
-) -> Start | None:
-    """Return the arguments of `run` with which a living world began; None for a recorded run."""
-    if not isinstance(source, Live):
-        return None
-    config = source.world.config
-    words = [*portable.option().split(), "run", world, "--seed", str(source.world.seed)]
-    words += ["--trust"] if config is not None and config.code else []
-    words += [] if ticks is None else ["--ticks", str(ticks)]
-    words += [] if learn is None else ["--learn" if learn else "--no-learn"]
-    words += [] if policies == "trained" else ["--policies", policies]
-    words += [word for change in changes for word in ("--set", change)]
-    planned = [] if config is None else config.interventions
-    return Start(words, [x.model_dump(mode="json", exclude_none=True) for x in planned])
+@dataclass(frozen=True)
+class Options:
+    """The options with which living worlds are built."""
 
+    changes: list[str]
+    ticks: int | None
+    threads: int
+    learn: bool | None
+    policies: str
 
-def _picker(
-    source: Live | Replay,
-    what: str,
-    changes: list[str],
-    ticks: int | None,
-    threads: int,
-    learn: bool | None,
-    policies: str,
-) -> Picker | None:
-    """Return the worlds that the viewer can start instead; --set and custom policies apply only to the
-    named world."""
-    if not isinstance(source, Live):
-        return None
+    def live(self, world: str, seed: int | None) -> Live:
+        """Return a living world at tick 0."""
+        config = load(world, self.changes)
+        check_policies(self.policies, config)
+        built = World.from_config(
+            config, seed=seed, policies=self.policies, threads=self.threads, learn=self.learn
+        )
+        return Live(built, self.ticks)
 
-    def build(world: str, seed: int | None) -> Pair:
-        own = world == picker.first
-        set_, brains = changes if own else [], policies if own or policies in POLICIES else "trained"
-        live = _live(world, set_, ticks, seed, threads, learn, brains)
-        return Pair(live, start=_start(live, world, set_, ticks, learn, brains))
+    def pair(self, live: Live, world: str, picker: Picker | None = None) -> Pair:
+        """Return a living world for the viewer, with the arguments of `run` with which it began."""
+        config = live.world.config
+        words = [*portable.option().split(), "run", world, "--seed", str(live.world.seed)]
+        words += ["--trust"] if config is not None and config.code else []
+        words += [] if self.ticks is None else ["--ticks", str(self.ticks)]
+        words += [] if self.learn is None else ["--learn" if self.learn else "--no-learn"]
+        words += [] if self.policies == "trained" else ["--policies", self.policies]
+        words += [word for change in self.changes for word in ("--set", change)]
+        planned = [] if config is None else config.interventions
+        start = Start(words, [x.model_dump(mode="json", exclude_none=True) for x in planned])
+        return Pair(live, start=start, picker=picker)
 
-    picker = Picker(what, source.hello()["title"], build)
-    return picker
+    def picker(self, live: Live, what: str) -> Picker:
+        """Return the worlds that the viewer can start instead; --set and custom policies apply only to the
+        named world."""
 
+        def build(world: str, seed: int | None) -> Pair:
+            policies = self.policies if self.policies in POLICIES else "trained"
+            own = self if world == picker.first else replace(self, changes=[], policies=policies)
+            return own.pair(own.live(world, seed), world)
 
-def _live(
-    world: str,
-    changes: list[str],
-    ticks: int | None,
-    seed: int | None,
-    threads: int,
-    learn: bool | None,
-    policies: str,
-) -> Live:
-    config = load(world, changes)
-    known_policies(policies, config)
-    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn), ticks)
+        picker = Picker(what, live.hello()["title"], build)
+        return picker
 
 
 class _Announcer:

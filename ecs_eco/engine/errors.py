@@ -111,16 +111,26 @@ class ConfigError(ValueError):
         return "\n".join([self.title or how_many(n), *shown, *rest])
 
 
+def refusal(
+    key: tuple[str | int, ...],
+    what: str,
+    value: object = MISSING,
+    allowed: str = "",
+    near: str = "",
+    source: str = "",
+    line: int | None = None,
+) -> ConfigError:
+    """Return the error of a single problem."""
+    return ConfigError([Problem(key, what, value, allowed, near, source, line)])
+
+
 def shortened(text: str, width: int = 60) -> str:
     """Return the text, cut if it is longer than `width` characters."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value as TOML writes it, cut to `width` characters: a path at its start, anything else at
-    its end."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    """Return a value as TOML writes it, cut to `width` characters: a path at its start, others at the end."""
     if (
         isinstance(value, str)
         and len(value) > width
@@ -136,8 +146,7 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """Return the first entries of any value as TOML writes it: Python refuses to print a number of 5,000
-    digits and prints endless lists."""
+    """Return the first entries of any value as TOML writes it, even of huge numbers and endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return (
             f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"

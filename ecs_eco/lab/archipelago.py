@@ -12,10 +12,10 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import ConfigError, Halted, Problem, RecordingError
+from ecs_eco.engine.errors import Halted, RecordingError, refusal
 from ecs_eco.lab import island
 from ecs_eco.lab.executors import LOCAL, engine, prepare
-from ecs_eco.lab.work import completed
+from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.archipelago import ISLANDS, Manifest, digest_of, read, write
 from ecs_eco.record.checkpoint import name_of
@@ -119,14 +119,10 @@ class Archipelago:
         """
         config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
         if config.archipelago is None or config.archipelago.here is not None:
-            raise ConfigError(
-                [
-                    Problem(
-                        ("archipelago",),
-                        "is missing: this world has no islands",
-                        allowed="a table with islands, migration_interval and migration_probability",
-                    )
-                ]
+            raise refusal(
+                ("archipelago",),
+                "is missing: this world has no islands",
+                allowed="a table with islands, migration_interval and migration_probability",
             )
         manifest = {
             "world": config.name,
@@ -268,11 +264,11 @@ class Archipelago:
         root = str(self.folder.absolute())
         jobs = {name: (root, name, start, goal, threads, trust) for name in self.islands}
 
-        def note(done: int) -> None:
-            if progress is not None:
+        def note(done: int, _: int) -> None:
+            if progress is not None and done:
                 progress(start * len(jobs) + done * (goal - start), until * len(jobs))
 
-        done = _all(pool, island.advance, jobs, note)
+        done = run_jobs(island.advance, jobs, pool, note, _ended, MOST_LOSSES)
         self.manifest |= {
             "tick": goal,
             "finished": goal >= until,
@@ -282,19 +278,11 @@ class Archipelago:
 
     def _report(self, pool: Executor) -> None:
         jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
-        _all(pool, island.report, jobs, lambda done: None)
+        run_jobs(island.report, jobs, pool, lambda *_: None, _ended, MOST_LOSSES)
         write_archipelago(self.folder)
 
 
-def _all(
-    pool: Executor, work: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], note: Callable[[int], None]
-) -> dict[str, Any]:
-    """Do all jobs on an executor; return the results by name."""
-    done: dict[str, Any] = {}
-    for name, future in completed(pool, work, jobs, MOST_LOSSES):
-        try:
-            done[name] = future.result()
-        except BrokenExecutor as error:
-            raise Halted(f"the worker of {name} was lost repeatedly: {error}") from error
-        note(len(done))
-    return done
+def _ended(name: str, error: BaseException) -> None:
+    if isinstance(error, BrokenExecutor):
+        raise Halted(f"the worker of {name} was lost repeatedly: {error}") from error
+    raise error

@@ -3,13 +3,15 @@ runs."""
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.lab.treatments import NotApplicable, Policies, Treatment, find, refusal, species_with_policy
+from ecs_eco.engine.errors import ConfigError, Problem, nearest, refusal
+from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
+from ecs_eco.worlds.policies import POLICIES
 
 # bytes; file names in these folders come on top, and file systems allow 255 per name
 LONGEST_NAME = 100
@@ -50,13 +52,12 @@ class Arm:
 
 
 def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
-    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE. Raises
-    ConfigError."""
+    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
         if any(other.name == arm.name for other in arms):
-            raise refusal("named twice", name, "each treatment once")
+            raise refusal((), "named twice", name, "each treatment once", source=OPTION)
         arms.append(arm)
     return arms
 
@@ -69,7 +70,7 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
         else:
             config = treatment.apply_to(config)
     except NotApplicable as error:
-        raise refusal(error.what, treatment.name, error.allowed) from None
+        raise refusal((), error.what, treatment.name, error.allowed, source=OPTION) from None
     return arm_of(config, treatment)
 
 
@@ -88,25 +89,47 @@ def folder_name(treatment: str) -> str:
     return f"{name.encode()[: LONGEST_NAME - 9].decode(errors='ignore')}-{digest}"
 
 
+def problems_of_policies(policies: str, species: Sequence[str], base: Path = Path()) -> Iterator[Problem]:
+    """Yield the problems of policies that are neither a known word nor a folder, relative to `base`, with a
+    file for each of these species."""
+    allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
+    if policies not in POLICIES and not (base / policies).is_dir():
+        fault = "no such folder"
+        yield Problem(("policies",), fault, policies, allowed, nearest(policies, POLICIES))
+    elif policies not in POLICIES:
+        for name in species:
+            if not (base / policies / f"{name}.safetensors").is_file():
+                fault = f"{name}.safetensors is missing in the folder"
+                yield Problem(("policies",), fault, policies, allowed)
+
+
+def check_policies(policies: str, config: WorldConfig) -> None:
+    """Raise ConfigError for policies of the command line that do not exist."""
+    if problem := next(problems_of_policies(policies, species_with_policy(config)), None):
+        raise ConfigError([problem.moved(key=(), source="--policies")])
+
+
 def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:
     """Raise ConfigError if options for training contradict each other or have no effect."""
     treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
             fault = "changes only learning, and nothing learns here"
-            raise refusal(fault, treatment.name, "--retrain --training-seeds N with it")
+            raise refusal((), fault, treatment.name, "--retrain --training-seeds N with it", source=OPTION)
     if retrain and training_seeds is None:
-        raise refusal("nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
+        raise refusal((), "nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
     if training_seeds is None:
         return
     if not species_with_policy(arms[0].config):
         allowed = 'a world with policy.kind = "shared"'
-        raise refusal("no species has a policy to train", training_seeds, allowed, source="--training-seeds")
+        raise refusal(
+            (), "no species has a policy to train", training_seeds, allowed, source="--training-seeds"
+        )
     changed = [treatment for _, treatment in treated if treatment.changes_config]
     if retrain and not changed:
         allowed = "--retrain with a --treatment that changes one, such as KEY=VALUE"
-        raise refusal("no treatment changes a value", "", allowed, source="--retrain")
+        raise refusal((), "no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
             fault = "changes only the training, but all arms run with the same policies"
-            raise refusal(fault, treatment.name, "--retrain with it")
+            raise refusal((), fault, treatment.name, "--retrain with it", source=OPTION)

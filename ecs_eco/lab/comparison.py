@@ -2,11 +2,11 @@
 Python, `compare` does all of it on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -19,14 +19,12 @@ from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.runs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.treatments import species_with_policy
-from ecs_eco.lab.work import completed, interleaved
+from ecs_eco.lab.work import interleaved, run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import ours
 from ecs_eco.record.container import Container, inside
 from ecs_eco.record.manifest import Filename, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
-
-Result = TypeVar("Result")
 
 
 class PlannedArm(Section):
@@ -144,8 +142,7 @@ class Comparison:
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
 
     def result(self) -> dict[str, Any]:
-        """Compare the arms from their runs, write compare.json, compare.html and figures; return the
-        first."""
+        """Compare the arms, write compare.json, compare.html and figures; return the first."""
         return differences(
             self.folders(),
             self.folder,
@@ -246,34 +243,6 @@ def missing(jobs: Jobs) -> Jobs:
         if not job.done:
             arms.setdefault(key.arm, []).append(key)
     return {key: jobs[key] for key in interleaved(list(arms.values()))}
-
-
-def run_jobs(
-    work: Callable[..., Result],
-    jobs: Mapping[Key, Sequence[Any]],
-    pool: Executor,
-    progress: Callable[[int, int], None],
-    failed: Callable[[Key, BaseException], None],
-) -> dict[Key, Result]:
-    """Do all jobs on an executor; return the results of those that succeeded.
-
-    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
-    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
-    """
-    results: dict[Key, Result] = {}
-    if not jobs:
-        return results
-    progress(0, len(jobs))
-    for key, future in completed(pool, work, jobs):
-        error = future.exception()
-        if error is None:
-            results[key] = future.result()
-        else:
-            failed(key, error)
-            if isinstance(error, BrokenExecutor):
-                break
-        progress(len(results), len(jobs))
-    return results
 
 
 def compare(

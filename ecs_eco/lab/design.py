@@ -14,7 +14,7 @@ from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.arm import Arm, arm_of
+from ecs_eco.lab.arm import Arm, arm_of, problems_of_policies
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
@@ -152,8 +152,7 @@ def _there(file: PlanFile, world: str) -> str:
 
 
 def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """Return the error of a world with a plan's values: problems of the values with their lines, others
-    unchanged."""
+    """Return the error of a world with a plan's values, whose problems get their lines in the plan."""
     problems = []
     for problem in error.problems:
         if problem.source != file.document.source:
@@ -189,18 +188,8 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
         yield Problem(
             ("policies",), "policies are trained for this sweep", plan.policies, "policies, or training_seeds"
         )
-    elif plan.policies not in POLICIES:
-        folder = file.folder / plan.policies
-        allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
-        if not folder.is_dir():
-            yield Problem(
-                ("policies",), "no such folder", plan.policies, allowed, nearest(plan.policies, POLICIES)
-            )
-        for name in known if folder.is_dir() else ():
-            if not (folder / f"{name}.safetensors").is_file():
-                yield Problem(
-                    ("policies",), f"{name}.safetensors is missing in the folder", plan.policies, allowed
-                )
+    else:
+        yield from problems_of_policies(plan.policies, known, file.folder)
 
 
 def _arms(
@@ -270,8 +259,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
 def _jobs(
     file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
 ) -> tuple[list[Job], dict[str, Training]]:
-    """Return all jobs, by points, treatments, training seeds and world seeds, and the trainings that they
-    need."""
+    """Return all jobs, by points, treatments and seeds, and the trainings that they need."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):

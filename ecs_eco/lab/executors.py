@@ -4,13 +4,12 @@ belongs to one thread."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import listed, nearest, refusal
 
 if TYPE_CHECKING:
     from ecs_eco.config import WorldConfig
@@ -21,25 +20,25 @@ WORKERS = 2  # local processes, by default
 TICKS = 40  # of a run that compiles the kernels of a world, including the first update of most policies
 
 
-def check_engine(on: str, source: str = "--on") -> None:
+def check_engine(on: str) -> None:
     """Raise ConfigError if there is no such engine."""
     if on not in ENGINES:
-        raise ConfigError([Problem((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), source)])
+        raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), "--on")
 
 
-def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") -> Executor:
+def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
     """Return an executor on an engine, to be used in a `with` statement.
 
     By default, `local` has two `workers`, and `ray` all CPUs of its cluster. Raises ConfigError: no such
     engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
     """
-    check_engine(on, source)
+    check_engine(on)
     if on == SLURM:
         allowed = (
             "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command with "
             "--on local inside your own job"
         )
-        raise ConfigError([Problem((), "takes whole sweeps only", on, allowed, source=source)])
+        raise refusal((), "takes whole sweeps only", on, allowed, source="--on")
     if on == RAY:
         from ecs_eco.lab.ray_executor import RayExecutor
 
@@ -49,17 +48,12 @@ def executor(on: str = LOCAL, workers: int | None = None, source: str = "--on") 
     return Pool(workers or WORKERS)
 
 
-@contextmanager
-def engine(on: str | Executor = LOCAL, workers: int | None = None) -> Iterator[Executor]:
-    """Yield an executor: one created here and ended with the block, or the given one, which keeps running.
+def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
+    """Return a context of an executor: one created for its block, or the given one, which keeps running.
 
-    If an exception leaves the block, an executor created here ends at once.
+    If an exception leaves the block, an executor created for it ends at once.
     """
-    if isinstance(on, Executor):
-        yield on
-        return
-    with executor(on, workers) as made:
-        yield made
+    return nullcontext(on) if isinstance(on, Executor) else executor(on, workers)
 
 
 def workers_of(pool: Executor) -> int:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
+from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import NotApplicable, species_with_policy
@@ -99,12 +99,17 @@ class Sweep:
         """Return the folder of a job. Raises ConfigError for an unknown number."""
         if not 0 <= number < len(self.content["jobs"]):
             allowed = f"a number from 0 to {len(self.content['jobs']) - 1}"
-            raise ConfigError([Problem((), "no such job", number, allowed, source="NUMBER")])
+            raise refusal((), "no such job", number, allowed, source="NUMBER")
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
         """Return the folder of policies that a training writes."""
         return inside(self.folder, self.folder / "policies" / training)
+
+    def training(self, name: str) -> tuple[Path, WorldConfig, int]:
+        """Return the arguments of `trained.train_or_find`."""
+        one = self.trainings[name]
+        return self.policies_folder(name), self.world(one.values, one.treatment).config, one.seed
 
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
         """Return the world with these values under a treatment. Raises ConfigError, ForeignFile."""
@@ -170,17 +175,12 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
     return Sweep(folder, container.read(folder, Manifest))
 
 
-def has_sweep(folder: Path) -> bool:
-    """Return whether a sweep was begun in a folder."""
-    return container.has(folder, Manifest)
-
-
 def begin(folder: Path, design: Design) -> Sweep:
     """Write the sweep of a design into a folder, or find it there; return it.
 
     Raises ForeignFile if the folder contains the sweep of another plan.
     """
-    if has_sweep(folder):
+    if container.has(folder, Manifest):
         check_plan(folder, design)
         return read_sweep(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -215,8 +215,7 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that the world and the plan name; return the folder, within the sweep's, that
-    replaces the world's own."""
+    """Copy the policies that the world and the plan name; return the copy of the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

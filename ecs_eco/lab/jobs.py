@@ -9,8 +9,14 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import ConfigDict
 
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.cycles import cycle_statistics
+from ecs_eco.analysis.extinction import lifetime
+from ecs_eco.analysis.measures import course, measured, run_mean
+from ecs_eco.analysis.runs import DIED, load_series
 from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.inputs.section import Section
@@ -27,6 +33,7 @@ from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
 PATIENCE = 150.0  # [s] a job waits for another process that has it; leases of shared disks end before
 PACE = 1.0  # [s] between two records of a job's progress
+BOOTSTRAPS = 99  # for the p of a period: cycles of single runs are reported at p ≤ 0.05
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
 
@@ -84,12 +91,11 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     Only one process at a time trains the same policies; the others wait for it.
     """
     sweep = _opened(folder, allowed)
-    training, place = sweep.trainings[name], sweep.policies_folder(name)
-    config = sweep.world(training.values, training.treatment).config
-    while not is_trained(place, config, training.seed):
+    place, config, seed = sweep.training(name)
+    while not is_trained(place, config, seed):
         try:
             with ours(place.with_name(f"{place.name}.training")):
-                return str(train_or_find(place, config, training.seed))
+                return str(train_or_find(place, config, seed))
         except FolderInUse:
             time.sleep(PACE)
     return str(place)
@@ -171,8 +177,6 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     """Train and run a job; return the content of its done.json."""
-    from ecs_eco.lab.summary import summary_of
-
     note = _noting(place / PROGRESS, sweep.ticks)
     note(_tick_of(place / RUN), sweep.ticks)
     if job.training is not None:
@@ -195,6 +199,43 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     }
 
 
+def summary_of(run: Path) -> dict[str, Any]:
+    """Return the summary of a run folder, as JSON: numbers over the run and at its end, times in ticks."""
+    series = load_series(run)
+    cycles = cycle_statistics(series, n_boot=BOOTSTRAPS)
+    cycling = cycles.cycling() if cycles.enough else ()
+    lived, _ = lifetime(series)
+    species = {}
+    for i, name in enumerate(series.species):
+        peak = cycles.peaks.get(name)
+        species[name] = {
+            "mean": series.n[:, i].mean(),
+            "final": series.n[-1, i],
+            "extinct": series.extinct[i],
+            "period": peak.period if peak is not None and name in cycling else np.nan,
+            "period_p": peak.p if peak is not None else np.nan,
+            "deaths": {c: n for c in series.causes if (n := series.columns[DIED + c][:, i].sum())},
+        }
+        if "births" in series.columns:
+            species[name]["births"] = series.columns["births"][:, i].sum()
+    return dict(
+        clean(
+            {
+                "persisted": series.persisted,
+                "lived": lived,
+                "species": species,
+                "reporters": {
+                    what: {
+                        of: {"mean": run_mean(series, what, of), "final": course(series, what, of)[-1]}
+                        for of in kinds
+                    }
+                    for what, kinds in measured(series).items()
+                },
+            }
+        )
+    )
+
+
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
     """Return a sweep that is to be continued, whose code with these hashes may run."""
     if allowed:
@@ -205,8 +246,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that records the tick in a file at intervals and, from the second call
-    on, since when ticks run; a lost record does no harm."""
+    """Return a progress function that records the tick and the start of the ticks in a file at intervals."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

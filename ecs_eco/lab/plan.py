@@ -122,8 +122,7 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
 
 
 def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]:
-    """Return the plan with dotted keys in its sections of values, however TOML nests them, and the key of
-    each value in the file."""
+    """Return the plan with dotted keys in its sections of values, and the key of each value in the file."""
     flat, written = dict(data), dict[Key, Key]()
 
     def dotted(table: Mapping[str, Any], at: Key) -> dict[str, Any]:

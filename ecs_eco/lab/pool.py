@@ -22,8 +22,7 @@ ENDED = 130  # exit code of a worker that was asked to end
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Restrict processes that start within this context to one thread each, and to importing nothing from
-    their folder."""
+    """Let processes that start in this context have one thread, and import nothing from their folder."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:
@@ -60,8 +59,7 @@ def end_with_parent() -> None:
 
 
 def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -> Result:
-    """Call a function, again if another process has the folder; raise FolderInUse after this much
-    `patience` [s]."""
+    """Call a function, again while another process has the folder, for at most `patience` [s]."""
     until = time.monotonic() + patience
     while True:
         try:

@@ -13,9 +13,10 @@ from ecs_eco.analysis.learning import acts_of, thinned, updates_of
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.loading import changed
+from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
-from ecs_eco.lab.training_worlds import TrainingWorlds
+from ecs_eco.lab.training_worlds import TrainingWorlds, counts_of
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.learning.weights import save as save_weights
 from ecs_eco.life.reconfigure import reconfigure
@@ -128,20 +129,13 @@ def _plain(values: np.ndarray) -> list[float | None]:
 def ramp(world: World, config: WorldConfig, share: float) -> None:
     """Set the ramped values of a training world, after this share of the training."""
     wanted = {r.key: r.at(share) for r in config.training.ramp}
-    if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):
+    data = world.config.model_dump() if wanted else {}
+    if any(real_key(data, key_of(key))[1] != value for key, value in wanted.items()):
         reconfigure(world, changed(world.config, wanted))
 
 
-def value_at(data: Any, key: str) -> Any:
-    """Return the value at a dotted key."""
-    for part in key.split("."):
-        data = data[int(part)] if isinstance(data, list) else data[part]
-    return data
-
-
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and everything else, with their hashes, as a sealed
-    training.json."""
+    """Write policies as sealed safetensors, and all else with their hashes as a sealed training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -154,8 +148,7 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of several states of one network: steadier than the last of them (Polyak &
-    Juditsky 1992)."""
+    """Return the mean of a network's states, steadier than the last (Polyak & Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]
@@ -200,15 +193,12 @@ def train_and_evaluate(
 def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:
     world = World.from_config(for_training(config), seed=seed, policies=policies, training=True, learn=False)
     world.run(ticks)
-    names = world.recorder.names
-    table = world.series().select(["n", "taken_in", "deaths", "happiness_mean"])
-    series = {k: np.asarray(v, float).reshape(-1, len(names)) for k, v in table.to_pydict().items()}
-    out = {}
-    for i, name in enumerate(names):
-        if world.tables[name].species.nerves is not None and world.tables[name].species.nerves.policy:
+    series, out = counts_of(world), {}
+    for i, name in enumerate(world.recorder.names):
+        if (nerves := world.tables[name].species.nerves) is not None and nerves.policy:
             lived = max(float(series["n"][:, i].sum()) * config.dt, 1e-12)
             out[name] = {
-                "happiness": float(series["happiness_mean"][:, i].mean()),
+                "happiness": float(series["happiness"][:, i].mean()),
                 "intake": float(series["taken_in"][:, i].sum()) / lived,
                 "deaths": float(series["deaths"][:, i].sum()) / lived,
             }

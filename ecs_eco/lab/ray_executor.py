@@ -14,7 +14,7 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.engine.errors import listed, refusal
 from ecs_eco.engine.processes import SAFE
 from ecs_eco.lab.pool import ENDED, PINS, once_free
 
@@ -125,7 +125,7 @@ class RayExecutor(Executor):
         if without:
             fault = f"does not exist on {listed(without)}"
             allowed = "a folder that all machines of the cluster share"
-            raise ConfigError([Problem((), fault, str(folder), allowed, source="--out")])
+            raise refusal((), fault, str(folder), allowed, source="--out")
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Leave the cluster once all calls are done, and end it if it was started here."""
@@ -162,8 +162,7 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the environment of tasks: one thread each, no modules of the folder in which they run, and
-    this process's variables that affect results."""
+    """Return the environment of tasks: one thread, no modules of their folder, and settings from here."""
     here = {
         name: value
         for name, value in os.environ.items()
@@ -178,7 +177,7 @@ def _ray() -> Any:
         import ray
     except ImportError:
         allowed = 'local, or ray after: pip install "ecs-eco[ray]"'
-        raise ConfigError([Problem((), "Ray is not installed", "ray", allowed, source="--on")]) from None
+        raise refusal((), "Ray is not installed", "ray", allowed, source="--on") from None
     return ray
 
 
@@ -189,16 +188,8 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
     quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
     if address is not None and address.startswith("ray://"):
         allowed = "HOST:PORT from a machine of the cluster, or `ray job submit` from elsewhere"
-        raise ConfigError(
-            [
-                Problem(
-                    (),
-                    "is Ray's client, which ends with its connection",
-                    address,
-                    allowed,
-                    source="RAY_ADDRESS",
-                )
-            ]
+        raise refusal(
+            (), "is Ray's client, which ends with its connection", address, allowed, source="RAY_ADDRESS"
         )
     try:
         if address != LOCAL:
@@ -209,8 +200,8 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
         if address is not None:
             why = getattr(error, "strerror", None) or str(error).splitlines()[0]
             allowed = "the address that `ray start --head` printed, or none for this machine's own"
-            raise ConfigError(
-                [Problem((), f"no Ray cluster answers there: {why}", address, allowed, source="RAY_ADDRESS")]
+            raise refusal(
+                (), f"no Ray cluster answers there: {why}", address, allowed, source="RAY_ADDRESS"
             ) from None
     ray.init(address=LOCAL, num_cpus=workers or os.cpu_count(), include_dashboard=False, **quiet)
 

@@ -36,8 +36,7 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return the outcomes in a table of runs: persistence, numbers, periods of cycling species, and the
-    values of reporters."""
+    """Return the outcomes in a table of runs: persistence, numbers, periods of cycles, and reporters."""
     found = [Outcome("persisted", "share in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -58,13 +57,11 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
     """Return the values of a key, numbers in order, others in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())
-    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-    return sorted(values) if numbers else values
+    return sorted(values) if _are_numbers(values) else values
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: mean and interval over seeds of means over everything
-    else."""
+    """Return an outcome at each value of a key: over seeds, of the means over everything else."""
     return [
         Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
@@ -252,7 +249,7 @@ def _values_axis(ax: Axes, key: str, values: list[Any]) -> None:
 
 
 def _written(value: Any) -> str:
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if _are_numbers([value]):
         return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
     return str(value)
 
@@ -268,8 +265,7 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Draw means of outcomes (panels) over two keys: cells of a grid, or a dot for each point of a
-    hypercube."""
+    """Draw means of outcomes (panels) over two keys: cells of a grid, or dots of a hypercube."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)
@@ -342,14 +338,12 @@ def _dots(
     ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
     """Draw a dot for each point."""
-    found: list[tuple[Any, Any, Answer]] = []
-    for part in group(rows, lambda row: row["point"]).values():
-        first = part[0]
-        found.append((first[pair[0]], first[pair[1]], Answer(None, interval(part, outcome), ())))
+    parts = list(group(rows, lambda row: row["point"]).values())
+    x, y = ([part[0][key] for part in parts] for key in pair)
     return ax.scatter(
-        [a for a, _, _ in found],
-        [b for _, b, _ in found],
-        c=[answer.mean.value for *_, answer in found],
+        x,
+        y,
+        c=[interval(part, outcome).value for part in parts],
         cmap="viridis",
         s=46,
         edgecolor=AXIS,

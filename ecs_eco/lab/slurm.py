@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import refusal
 from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
 from ecs_eco.inputs.section import Section
@@ -76,8 +76,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit those of the jobs that are neither queued nor running; return the arrays' ids, and the
-    numbers of the jobs that are."""
+    """Submit the jobs that are not in the queue; return the arrays' ids, and the jobs that are."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]
@@ -117,12 +116,8 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
     }
     for source, word in [("DIR", str(sweep.folder)), *(("--sbatch", word) for word in options.more)]:
         if not word.isprintable():
-            raise ConfigError(
-                [
-                    Problem(
-                        (), "cannot be a line of a batch script", word, "printable characters", source=source
-                    )
-                ]
+            raise refusal(
+                (), "cannot be a line of a batch script", word, "printable characters", source=source
             )
     lines = [
         "--requeue",
@@ -193,24 +188,16 @@ def _slurm(*command: str) -> str:
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     except FileNotFoundError:
         allowed = "a machine that can submit jobs, or --on local"
-        raise ConfigError(
-            [
-                Problem(
-                    (), f"SLURM is not available: there is no {command[0]}", "slurm", allowed, source="--on"
-                )
-            ]
+        raise refusal(
+            (), f"SLURM is not available: there is no {command[0]}", "slurm", allowed, source="--on"
         ) from None
     if done.returncode != 0:
         why = " ".join((done.stderr or done.stdout).split())
-        raise ConfigError(
-            [
-                Problem(
-                    (),
-                    f"{command[0]} refused: {why}",
-                    shlex.join(command[1:]),
-                    "an option that this cluster allows",
-                    source="--on slurm",
-                )
-            ]
+        raise refusal(
+            (),
+            f"{command[0]} refused: {why}",
+            shlex.join(command[1:]),
+            "an option that this cluster allows",
+            source="--on slurm",
         )
     return done.stdout

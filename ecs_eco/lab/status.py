@@ -35,8 +35,7 @@ class Status:
 
     @property
     def rate(self) -> float:
-        """Return the ticks per second of all running jobs, estimated from the known rates; 0 if none is
-        known."""
+        """Return the ticks per second of all running jobs, from the known rates; 0 if none is known."""
         return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
 
     @property

@@ -136,8 +136,7 @@ def do_jobs(
 
 
 def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
-    """Return jobs in an order whose every beginning is as even over points, treatments and seeds as
-    possible."""
+    """Return jobs in an order whose every beginning is even over points, treatments and seeds."""
     points: dict[int, dict[str, list[int]]] = {}
     for number in numbers:
         job = sweep.jobs[number]
@@ -151,9 +150,7 @@ def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
     for number in numbers:
         name = sweep.jobs[number].training or ""
         if name and name not in missing:
-            training = sweep.trainings[name]
-            config = sweep.world(training.values, training.treatment).config
-            missing[name] = not is_trained(sweep.policies_folder(name), config, training.seed)
+            missing[name] = not is_trained(*sweep.training(name))
         waiting.setdefault(name if missing.get(name) else "", []).append(number)
     return waiting
 

@@ -103,8 +103,7 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
 
 
 def _place(rows: list[dict[str, Any]]) -> Any:
-    """Return a key that sorts columns in the order of the rows, those that only some rows have next to the
-    others."""
+    """Return a key that sorts columns in the order of the rows."""
     places: dict[str, tuple[int, str]] = {}
     for row in rows:
         at = 0
@@ -115,8 +114,7 @@ def _place(rows: list[dict[str, Any]]) -> Any:
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
-    """Write rows as a Parquet file, completely or not at all. Values of one key with several types become
-    texts."""
+    """Write rows as a Parquet file; values of one key with several types become texts."""
     import pyarrow as pa
 
     from ecs_eco.record.parquet import write_part

@@ -10,7 +10,8 @@ from ecs_eco.config import WorldConfig, for_training
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
 
-COUNTS = ("n", "taken_in", "deaths", "happiness")
+# statistics of species, and their columns in a series
+COUNTS = {"n": "n", "taken_in": "taken_in", "deaths": "deaths", "happiness": "happiness_mean"}
 
 
 class TrainingWorlds:
@@ -29,8 +30,7 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Run `ticks` ticks in each world, at most `renew` in each life of a world, and one tick to learn
-        from the last rollout."""
+        """Run each world, for at most `renew` ticks of its life and one to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -45,8 +45,7 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the ticks that one world runs before the next: at most a rollout, so that none delivers a
-        second one meanwhile."""
+        """Return the ticks that one world runs before the next: at most a rollout."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -75,8 +74,7 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of the animals of each species, averaged over worlds and over blocks of
-        `every` ticks."""
+        """Return statistics of each species, averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -93,23 +91,10 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks, species]
-        each."""
-        parts = []
-        for world in self.worlds:
-            series, s = world.series().to_pydict(), len(world.recorder.names)
-            parts.append(
-                [
-                    np.asarray(series[k], float).reshape(-1, s)
-                    for k in ("n", "taken_in", "deaths", "happiness_mean")
-                ]
-            )
-        n, taken, deaths, happiness = (np.array(columns) for columns in zip(*parts, strict=True))
+        """Return the counts of all worlds together, and mean happiness: f64[ticks, species] each."""
+        parts = [counts_of(world) for world in self.worlds]
         return {
-            "n": n.sum(0),
-            "taken_in": taken.sum(0),
-            "deaths": deaths.sum(0),
-            "happiness": happiness.mean(0),
+            k: (np.mean if k == "happiness" else np.sum)([part[k] for part in parts], axis=0) for k in COUNTS
         }
 
     def history(self) -> tuple[Any, Any]:
@@ -184,6 +169,12 @@ class TrainingWorlds:
             nerves.learner, nerves.learning = None, False
         else:
             nerves.brain, nerves.learner = together.learner.brain, share
+
+
+def counts_of(world: World) -> dict[str, np.ndarray]:
+    """Return the statistics of a world so far: f64[ticks, species] each."""
+    series, shape = world.series().select([*COUNTS.values()]).to_pydict(), (-1, len(world.recorder.names))
+    return {name: np.asarray(series[column], float).reshape(shape) for name, column in COUNTS.items()}
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
-from ecs_eco.engine.errors import ConfigError, Problem, nearest
+from ecs_eco.engine.errors import nearest, refusal
 
 LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
 ANOSMIC = 1e30  # half-saturation at which a nose reads 0
@@ -77,8 +77,7 @@ def without(config: WorldConfig, species: str) -> dict[str, Any]:
 
 
 def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
-    """Set light to the mean of the day at all times, or shift sunrise by half a day, so that the day is
-    dark."""
+    """Set light to the mean of the day at all times, or shift sunrise by half a day."""
     if config.sun is None:
         raise NotApplicable("there is no sun", "a world with [sun]")
     if config.sun.kind == kind:
@@ -118,10 +117,6 @@ OPTION = "--treatment"  # where treatments are named, for error messages
 ABSENT = "no-"  # followed by the name of a species: without that species
 
 
-def anywhere(config: WorldConfig) -> None:
-    """Accept any world."""
-
-
 def needs_policy(config: WorldConfig) -> None:
     """Raise NotApplicable if no species has a policy."""
     if not species_with_policy(config):
@@ -152,7 +147,7 @@ class Treatment:
     learn: bool | None = None  # whether policies learn in the run; None: as in the world file
     at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether a run without learning is the same with and without it
-    check: Callable[[WorldConfig], None] = anywhere  # raises NotApplicable
+    check: Callable[[WorldConfig], None] | None = None  # raises NotApplicable
 
     @property
     def changes_config(self) -> bool:
@@ -161,7 +156,8 @@ class Treatment:
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
         """Return the configuration under this treatment. Raises NotApplicable, ConfigError."""
-        self.check(config)
+        if self.check is not None:
+            self.check(config)
         if self.assignment:
             return load(config, [self.assignment])
         return config if self.changes is None else load(config, self.changes(config))
@@ -209,19 +205,14 @@ def find(name: str, config: WorldConfig) -> Treatment:
     if one is not None:
         known = species_with_policy(config)
         allowed = ", ".join(known) or "none"
-        raise refusal("no such species with a policy", species, allowed, nearest(species, known))
+        raise refusal((), "no such species with a policy", species, allowed, nearest(species, known), OPTION)
     allowed = (
         f"{', '.join(names(config))}, one of the first two for a single species (random-policy:NAME), "
         "or a value: key=value"
     )
-    raise refusal("no such treatment", name, allowed, nearest(name, names(config)))
+    raise refusal((), "no such treatment", name, allowed, nearest(name, names(config)), OPTION)
 
 
 def species_with_policy(config: WorldConfig) -> list[str]:
     """Return the names of the species that have a policy network."""
     return [name for name, species in config.species.items() if species.policy.thinks]
-
-
-def refusal(fault: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:
-    """Return the error for an invalid option of a comparison."""
-    return ConfigError([Problem((), fault, value, allowed, near, source)])

@@ -11,6 +11,7 @@ from ecs_eco.lab.pool import Pool
 RETRIES = 5  # how often a call whose worker was killed is repeated
 Key = TypeVar("Key", bound=Hashable)
 Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class Call(NamedTuple):
@@ -110,6 +111,34 @@ def completed(
         for key, arguments in jobs.items():
             work.add(key, fn, *arguments)
         yield from work
+
+
+def run_jobs(
+    fn: Callable[..., Result],
+    jobs: Mapping[Key, Sequence[Any]],
+    pool: Executor,
+    progress: Callable[[int, int], None],
+    failed: Callable[[Key, BaseException], None],
+    retries: int | None = None,
+) -> dict[Key, Result]:
+    """Call `fn` with the arguments of each job; return the results of those that succeeded.
+
+    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
+    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
+    """
+    results: dict[Key, Result] = {}
+    if not jobs:
+        return results
+    progress(0, len(jobs))
+    for key, future in completed(pool, fn, jobs, retries):
+        if (error := future.exception()) is None:
+            results[key] = future.result()
+        else:
+            failed(key, error)
+            if isinstance(error, BrokenExecutor):
+                break
+        progress(len(results), len(jobs))
+    return results
 
 
 def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:

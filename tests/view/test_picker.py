@@ -4,19 +4,19 @@ import json
 
 import pytest
 
-from ecs_eco.cli.watch import _live, _picker
+from ecs_eco.cli.watch import Options
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.watch import _begun, served
 from tests.view.parks import small
 
 CHANGES = ["species.grass.count=300", "species.deer.count=60", "species.wolf.count=12"]
-HOW = (CHANGES, None, 1, None, "random")
+OPTIONS = Options(CHANGES, None, 1, None, "random")
 
 
 def begun():
-    live = _live("predator-prey", CHANGES, None, 5, 1, None, "random")
-    return Pair(live, picker=_picker(live, "predator-prey", *HOW))
+    live = OPTIONS.live("predator-prey", 5)
+    return Pair(live, picker=OPTIONS.picker(live, "predator-prey"))
 
 
 class Page:

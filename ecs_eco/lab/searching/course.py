@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem
+from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.journal import begin
 from ecs_eco.lab.searching.optimise import Optimiser, merit
@@ -92,7 +92,7 @@ class Search:
     def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
         if number == 0 and ("failed" in result or "refused" in result):
             fault = f"cannot be evaluated: {result.get('failed') or result['refused']}"
-            raise ConfigError([Problem((), fault, source="the world as written")])
+            raise refusal((), fault, source="the world as written")
         entry = self.journal.add(
             "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
         )
@@ -170,8 +170,7 @@ class Search:
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
-        """Return the score with which a candidate advances: a quantile of earlier candidates at that
-        stage."""
+        """Return the score with which a candidate advances: a quantile of earlier candidates there."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
@@ -181,8 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, the best first: by merit or, after further seeds, by the mean over all
-        seeds."""
+        """Return the candidates, the best first: by merit, or by the mean over all seeds after finals."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:
@@ -223,8 +221,7 @@ class Search:
         forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))
 
     def sweep(self) -> None:
-        """Remove the policies of all but the best candidates, and of those whose evaluation did not
-        finish."""
+        """Remove the policies of candidates that are unfinished or not among the best."""
         best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
         kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
         for folder in (self.out / "policies").glob("candidate-*"):

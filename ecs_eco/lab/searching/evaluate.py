@@ -12,7 +12,7 @@ import numpy as np
 from ecs_eco.analysis.cycles import cycle_statistics
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.models.search import OBJECTIVES, Search
+from ecs_eco.config.models.search import Search
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.inputs.code import handed_over
 from ecs_eco.lab.searching.fit import Fit
@@ -28,26 +28,12 @@ def objective(
 ) -> float:
     """Return the weighted mean of a search's goals for a run in which all species lived; `find` resolves
     "module:name", `fit` is the comparison for the goal data."""
-    goals = [
-        (of if of in OBJECTIVES or of in series.reporters else find(of), weight)
-        for of, weight in search.goals
-    ]
-    return float(
-        sum(
-            weight
-            * (
-                likeness(series, fit)
-                if of == "data" and fit is not None
-                else score(of, series, persist, search.wanted)
-            )
-            for of, weight in goals
-        )
-    )
+    scores = [weight * score(of, series, persist, search.wanted, find, fit) for of, weight in search.goals]
+    return float(sum(scores))
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """Return 1 / (1 + the mean difference of statistics from the measured ones [tenths]); 0 if the run is
-    too short for them."""
+    """Return 1 / (1 + the mean difference from the measured statistics [tenths]); 0 for too short a run."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -55,10 +41,17 @@ def likeness(series: Series, fit: Fit) -> float:
 
 
 def score(
-    of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
+    of: str | Callable[[Series], float],
+    series: Series,
+    persist: Sequence[str],
+    wanted: Mapping[str, float],
+    find: Callable[[Any], Any] = handed_over,
+    fit: Fit | None = None,
 ) -> float:
     """Return one goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN
     counts as 0."""
+    if of == "data" and fit is not None:
+        return likeness(series, fit)
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
@@ -67,7 +60,7 @@ def score(
         return population(series, {name: n for name, n in wanted.items() if name in series.species})
     if isinstance(of, str) and of in series.reporters:
         return _clipped(reported(series, of, wanted.get(of)))
-    return _clipped(float(handed_over(of)(series)))
+    return _clipped(float(find(of)(series)))
 
 
 def _clipped(value: float) -> float:
@@ -75,15 +68,13 @@ def _clipped(value: float) -> float:
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """Return the distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it,
-    in [0, 1]."""
+    """Return the distance from extinction, ln(1 + least n) / ln(1 + mean n), of the closest species."""
     distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(distances, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Return the mean over species of ln(p) / ln(0.05), at most 1, of the spectral peak against AR(1)
-    noise."""
+    """Return the mean over species of ln(p) / ln(0.05), at most 1; p is the peak's against AR(1)."""
     statistics = cycle_statistics(series, n_boot=199)
     p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
@@ -246,8 +237,7 @@ def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str,
 
 
 def persisting(config: WorldConfig) -> list[str]:
-    """Return the species whose extinction ends a run: those that [search] names, or all that cannot come
-    back."""
+    """Return the species whose extinction ends a run: of [search], or all that cannot come back."""
     if config.search.persist:
         return list(config.search.persist)
     return [

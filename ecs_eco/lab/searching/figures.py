@@ -52,8 +52,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Draw each number's share of all importance, with the share below which it stays by chance in 19 of
-    20 cases."""
+    """Draw each number's share of all importance, and the share that chance exceeds in 1 of 20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
@@ -102,8 +101,7 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Draw candidates over pairs of the first three numbers, colored by the share of the others that are
-    worse."""
+    """Draw candidates over pairs of the first three numbers, colored by the share that is worse."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
@@ -132,8 +130,7 @@ def pairs(
 
 
 def scaled(axis: Any, p: Parameter) -> None:
-    """Set the axis of a number; on a log scale, with ticks at 1, 2 and 5 of each power of ten, or only 1
-    over more than two."""
+    """Set a log axis, with ticks at 1, 2 and 5 of each power of ten, or at 1 over more than two powers."""
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

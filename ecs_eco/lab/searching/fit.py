@@ -12,7 +12,7 @@ from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.signature import cycle, period_of
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.measurements import Outside, outside_of
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import refusal
 
 SKIP = 0.1  # share of a run that is left out at its start
 
@@ -84,32 +84,20 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     names = [*config.species, *config.reporters]
     outside = outside_of(config.data.model_dump(), config.folder, names, config._source)
     if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
-        raise ConfigError(
-            [
-                Problem(
-                    ("search", "ticks"),
-                    "is shorter than the measurements of [data]",
-                    ticks,
-                    f"at least {int(np.ceil(least / (1 - SKIP))):,}",
-                    source=config._source,
-                )
-            ]
+        raise refusal(
+            ("search", "ticks"),
+            "is shorter than the measurements of [data]",
+            ticks,
+            f"at least {int(np.ceil(least / (1 - SKIP))):,}",
+            source=config._source,
         )
     x = np.stack(list(outside.columns.values()), 1)
     kinds = tuple(config.data.statistics)
     observed = statistics(x, list(outside.columns), outside, kinds)
     if not observed:
         allowed = "lag (of two columns at least), amplitude, mean, or period with data.ticks"
-        raise ConfigError(
-            [
-                Problem(
-                    ("data", "statistics"),
-                    "leaves nothing to compare",
-                    list(kinds),
-                    allowed,
-                    source=config._source,
-                )
-            ]
+        raise refusal(
+            ("data", "statistics"), "leaves nothing to compare", list(kinds), allowed, source=config._source
         )
     words = [repr((outside.ticks, kinds, list(outside.columns))).encode(), outside.times.tobytes()]
     data = hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest()

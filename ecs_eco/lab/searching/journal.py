@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from ecs_eco.engine import files
-from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, RecordingError
+from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError, refusal
 from ecs_eco.inputs.section import Section
 from ecs_eco.record import container, seal
 from ecs_eco.record.container import Container
@@ -190,7 +190,7 @@ def read(path: Path) -> list[Entry]:
 
 def _damaged(path: Path, number: int, fault: str) -> ConfigError:
     allowed = "a journal written by this version, or another --out"
-    return ConfigError([Problem((), f"is damaged: {fault}", allowed=allowed, source=str(path), line=number)])
+    return refusal((), f"is damaged: {fault}", allowed=allowed, source=str(path), line=number)
 
 
 def _seal_of(text: str, before: str) -> str:

@@ -114,8 +114,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """The share of all importance of one number, and the share below which it stays by chance in 19 of 20
-    cases."""
+    """A number's share of all importance, and the share that chance exceeds in 1 of 20 cases."""
 
     name: str
     share: float
@@ -128,8 +127,7 @@ def importances(
     merits: Sequence[float],
     seed: int = 0,
 ) -> list[Importance]:
-    """Return the importance of each number of a space, from the candidates' values and merits (more is
-    better)."""
+    """Return the importance of each number of a space, from the candidates' values and merits."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])

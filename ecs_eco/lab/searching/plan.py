@@ -11,7 +11,7 @@ import numpy as np
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import key_of, real_key
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem, refusal
 from ecs_eco.lab.searching.fit import Fit, fit_of
 from ecs_eco.lab.searching.journal import Journal
 
@@ -68,8 +68,7 @@ class Plan:
         }
 
     def sampling(self) -> Self:
-        """Return the plan of a search that samples a posterior: a run for each candidate, with its own
-        seed."""
+        """Return the plan of a search that samples a posterior: each candidate has a run and a seed."""
         trainings = sorted({training for training, _ in self.cells})
         return replace(
             self,
@@ -91,9 +90,7 @@ def plan_of(config: WorldConfig) -> Plan:
             "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
             "or --range KEY=LOW:HIGH"
         )
-        raise ConfigError(
-            [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
-        )
+        raise refusal(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)
     config._code.require(config._source)
     problems = []
     if search.policies in TRAINED and not any(s.policy.thinks for s in config.species.values()):
@@ -167,8 +164,7 @@ def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Return stages whose length and number of runs grow by equal factors, from one of `first` of the
-    ticks to all at full length."""
+    """Return stages that grow by equal factors, from one run of `first` of the ticks to all in full."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
@@ -186,14 +182,13 @@ class Budget:
     def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
         if minutes is None and trials is None and cpu is None:
             allowed = "a budget in minutes, or a number of trials"
-            raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
+            raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
         self.seconds = None if minutes is None else minutes * 60
         self.trials, self.cpu, self.workers = trials, cpu, workers
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls from the journal; `finalists` returns the number
-        of finalists."""
+        """Start the clock, with the time of earlier calls; `finalists` returns their number."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()
@@ -217,8 +212,7 @@ class Budget:
         return min(1.0, max(shares, default=0.0))
 
     def allows_another(self, running: int) -> bool:
-        """Return whether one more candidate may begin next to those that are running; the first always
-        may."""
+        """Return whether one more candidate may begin; the first always may."""
         n = len(self._journal.of("candidate")) + running
         if self.trials is not None and n >= self.trials:
             return False
@@ -234,8 +228,7 @@ class Budget:
         return self.elapsed > self.seconds - self._reserve()
 
     def _reserve(self) -> float:
-        """Return the seconds to reserve for finals and confirmation, from the times of runs at full
-        length."""
+        """Return the seconds to reserve for finals and confirmation."""
         seconds, plan = self.seconds or 0.0, self._plan
         run = self._seconds_a_run()
         if run is None:
@@ -245,8 +238,7 @@ class Budget:
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _seconds_a_run(self) -> float | None:
-        """Return the seconds of a run at full length with its share of the training; None before there was
-        one."""
+        """Return the seconds of a full run with its share of training; None before the first."""
         last = len(self._plan.stages) - 1
         whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
         seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]

@@ -124,15 +124,8 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
         ]
         for p in plan.parameters
     ]
-    rows.append(["score", "", "", *(number(b["score"]) for b in best)])
-    rows.append(
-        [
-            "score on further seeds",
-            "",
-            "",
-            *("–" if b["finals"] is None else number(b["finals"]) for b in best),
-        ]
-    )
+    for label, score in (("score", "score"), ("score on further seeds", "finals")):
+        rows.append([label, "", "", *("–" if b[score] is None else number(b[score]) for b in best)])
     return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
 
 
@@ -236,8 +229,7 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds: their number, in how many all species lived, Wilson's 95% interval,
-    and each run."""
+    """Return the runs on fresh seeds, and in how many all species lived, with Wilson's 95% interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
@@ -338,9 +330,7 @@ def _text(
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy the files that the world names next to itself, rasters, layers and measurements, to the same
-    names next to the new world; files elsewhere stay where they are, and keep their names if these lead to
-    them."""
+    """Copy rasters, layers and measurements next to the world to the same names next to the new one."""
     land = config.terrain
     names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
     names += [] if config.data is None else [config.data.file]

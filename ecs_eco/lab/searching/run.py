@@ -7,7 +7,7 @@ from typing import Any
 from ecs_eco.config import load
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.engine.arguments import called_with
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import listed, nearest, refusal
 from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.searching.course import Progress, Search
 from ecs_eco.lab.searching.optimise import OPTIMISERS
@@ -81,12 +81,12 @@ def search(
     plan = plan_of(config)
     if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
         near = nearest(optimiser, known)
-        raise ConfigError([Problem((), "no such optimizer", optimiser, listed(known), near, "--optimiser")])
+        raise refusal((), "no such optimizer", optimiser, listed(known), near, "--optimiser")
     if optimiser in SAMPLERS:
         if plan.fit is None:
             allowed = 'a world with [data], and [search] objective = "data"'
             fault = "samples numbers that fit measurements, but the world names none"
-            raise ConfigError([Problem((), fault, optimiser, allowed, source="--optimiser")])
+            raise refusal((), fault, optimiser, allowed, source="--optimiser")
         plan = plan.sampling()
     with ours(out) as claim:
         folder = claim.path if executor == LOCAL else claim.path.absolute()
