@@ -19,7 +19,7 @@ from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer_shared
 from ecs_eco.learning.layers import Layer
 from ecs_eco.learning.orthogonal import orthogonal
-from ecs_eco.learning.policy_network import Split
+from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 
 class PlainNetwork:
@@ -100,7 +100,7 @@ class PlainNetwork:
         return names
 
 
-class Brain(PlainNetwork):
+class Brain(PlainNetwork, PolicyNetwork):
     """The built-in actor-critic network: a choice in each group of actions, and a value.
 
     Parameters
@@ -130,6 +130,8 @@ class Brain(PlainNetwork):
     ((5, 6), (5,))
     """
 
+    called = "brain"
+
     def __init__(
         self,
         n_observations: int,
@@ -154,63 +156,12 @@ class Brain(PlainNetwork):
         """
         return self.named_views(self.weights)
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the weights by name.
-
-        Returns
-        -------
-        dict of str to array of float32
-        """
-        return {name: np.array(weights, order="C") for name, weights in self.named().items()}
-
-    def load(self, state: dict[str, np.ndarray]) -> None:
-        """Set the weights.
-
-        Parameters
-        ----------
-        state : dict of str to array
-            As `state` returns it.
-
-        Raises
-        ------
-        ValueError
-            With each name that is missing, unknown or of another shape.
-        """
-        mine = self.named()
-        if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(
-                f"weights {', '.join(wrong)}: missing or unknown; this brain has {', '.join(mine)}"
-            )
-        for name, weights in mine.items():
-            if np.shape(state[name]) != weights.shape:
-                raise ValueError(
-                    f"{name} has shape {np.shape(state[name])}; this brain needs {weights.shape}"
-                )
-        for name, weights in mine.items():
-            weights[...] = state[name]
-
-    def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits and values.
-
-        Parameters
-        ----------
-        observations : array of float32, shape (n, n_observations)
-        split : callable, optional
-            `world.split`, to use the threads of a world.
-
-        Returns
-        -------
-        logits : array of float32, shape (n, sum(groups))
-        values : array of float32, shape (n,)
-
-        Notes
-        -----
-        The bits of a row depend neither on other rows nor on the number of threads.
-        """
-        n = len(observations)
-        shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)
-        if shape != (n, self.n_observations):
-            raise ValueError(f"observations have shape {shape}; expected (n, {self.n_observations})")
+    def recall(
+        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the result of `forward`, and the memory f32[n, 0] unchanged; the bits of a row depend
+        neither on other rows nor on the number of threads."""
+        n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
             x = np.ascontiguousarray(x)
@@ -220,13 +171,7 @@ class Brain(PlainNetwork):
             infer_shared(0, n, *arguments)
         else:
             split(infer_shared, n, *arguments, work=n * self.size // 800)
-        return logits, values
-
-    def recall(
-        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the result of `forward`, and the memory f32[n, 0] unchanged."""
-        return *self.forward(observations, split), memory
+        return logits, values, memory
 
     def _draw(self, seed: int) -> None:
         """Draw all weights again; biases are zero."""
