@@ -13,12 +13,13 @@ from itertools import pairwise
 import numpy as np
 
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.elementary import arrays
+from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.threads import one_blas_thread
 from ecs_eco.compiled.vectors import LANES
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer_shared
 from ecs_eco.learning.layers import Layer
-from ecs_eco.learning.orthogonal import orthogonal
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 
@@ -178,21 +179,48 @@ class Brain(PlainNetwork, PolicyNetwork):
         matrices = [(name, w) for name, w in self.named().items() if name.endswith("weight")]
         generators = [np.random.Generator(np.random.Philox(key=[seed, n])) for n in range(len(matrices))]
         with nullcontext() if portable.on() else one_blas_thread():
-            drawn = [_orthogonal(g, *w.shape) for g, (_, w) in zip(generators, matrices, strict=True)]
+            drawn = [orthogonal(g, *w.shape) for g, (_, w) in zip(generators, matrices, strict=True)]
         for (name, weights), matrix in zip(matrices, drawn, strict=True):
             weights[...] = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5) * matrix
             if name == "policy.head.weight":
                 weights[self.spreads] = 0
 
 
-def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
+def orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
     """Return a random f64[n_out, n_in] with orthonormal rows or columns, whichever are fewer (Saxe et al.
     2014)."""
-    if portable.on():
-        return orthogonal(generator, n_out, n_in)
-    q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
-    q *= np.sign(np.diag(r))
-    return q if n_out >= n_in else q.T
+    if not portable.on():
+        q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
+        q *= np.sign(np.diag(r))
+        return q if n_out >= n_in else q.T
+    # libraries choose the order of sums by the processor
+    columns = normals(generator, (min(n_out, n_in), max(n_out, n_in)))
+    _orthonormalise(columns)
+    return columns.T if n_out >= n_in else columns
+
+
+def normals(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    """Return normal numbers f64 of this shape (Box and Muller 1958)."""
+    u, v = generator.random((2, *shape))
+    numbers: np.ndarray = np.sqrt(-2.0 * arrays.log1p(-u)) * arrays.cos(2.0 * np.pi * v)
+    return numbers
+
+
+@njit
+def _orthonormalise(vectors):
+    """Orthonormalize the rows f64[k, n], each against those before it, twice (Giraud et al. 2005)."""
+    for i in range(len(vectors)):
+        for _ in range(2):
+            for j in range(i):
+                along = 0.0
+                for c in range(vectors.shape[1]):
+                    along += vectors[i, c] * vectors[j, c]
+                for c in range(vectors.shape[1]):
+                    vectors[i, c] -= along * vectors[j, c]
+        length = 0.0
+        for c in range(vectors.shape[1]):
+            length += vectors[i, c] * vectors[i, c]
+        vectors[i] /= np.sqrt(length)
 
 
 def _whole(n: int) -> int:

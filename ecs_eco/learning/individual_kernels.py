@@ -16,23 +16,19 @@ from ecs_eco.compiled.vectors import LANES, load, prefetch, store
 from ecs_eco.engine.blocks import BLOCK, block_of, flat_block_of, prefetch_row
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.learning.adam import adam
-from ecs_eco.learning.advantages import fill_advantages, summarize
 from ecs_eco.learning.arithmetic import fused_njit
-from ecs_eco.learning.gradient import Layout, gather_observations, layout_of, transpose_weights
-from ecs_eco.learning.loss import LossScratch, LossSettings, allocate_scratch, gather_transitions, take_terms
-from ecs_eco.learning.ppo_kernels import loss_gradient
-from ecs_eco.learning.rollout import STEP
-
-TERMS = (
-    "policy_loss",
-    "value_loss",
-    "entropy",
-    "approx_kl",
-    "clip_fraction",
-    "gradient_norm",
-    "explained_variance",
-    "reward",
+from ecs_eco.learning.gradient import Layout, gather_observations, layout_of, loss_gradient, transpose_weights
+from ecs_eco.learning.loss import (
+    LOSS_TERMS,
+    LossScratch,
+    LossSettings,
+    allocate_scratch,
+    gather_transitions,
+    take_terms,
 )
+from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
+
+TERMS = (*LOSS_TERMS, "gradient_norm", "explained_variance", "reward")
 AHEAD = 8  # animals: this many others are recorded while the data of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 

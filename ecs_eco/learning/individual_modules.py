@@ -18,13 +18,13 @@ from torch.func import functional_call, grad_and_value, vmap
 from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.engine.random import mix_int
 from ecs_eco.learning.adam import adam_each
-from ecs_eco.learning.advantages import fill_advantages, summarize
 from ecs_eco.learning.individual import Animals, Individuals, setting_of
+from ecs_eco.learning.loss import LOSS_TERMS
 from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
-from ecs_eco.learning.rollout import STEP
+from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
+from ecs_eco.learning.torch_ppo import ppo_loss
 
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
@@ -172,8 +172,8 @@ class IndividualModules(Individuals):
                 mask = tensor(chosen.astype(np.float32))
                 gradient, (_, terms) = slope(tensor(weights), fixed | {"chosen": mask})
                 n_steps += 1
-                report[:, : len(TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
-                report[:, len(TERMS)] += adam_each(
+                report[:, : len(LOSS_TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
+                report[:, len(LOSS_TERMS)] += adam_each(
                     weights,
                     gradient.cpu().numpy(),
                     moment_1,
@@ -184,7 +184,7 @@ class IndividualModules(Individuals):
                     ppo.max_grad_norm,
                     ppo.weight_decay,
                 )
-        report[:, : len(TERMS) + 1] /= n_steps
+        report[:, : len(LOSS_TERMS) + 1] /= n_steps
         policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows] = kept
         policy.steps[rows] += n_steps
         policy.updates[rows] = updates + 1

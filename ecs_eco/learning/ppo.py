@@ -14,10 +14,10 @@ import numpy as np
 from ecs_eco.compiled.threads import in_parallel
 from ecs_eco.learning.adam import adam
 from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.loss import LossSettings
-from ecs_eco.learning.ppo_kernels import scratch_for, shared_gradient
+from ecs_eco.learning.gradient import scratch_for, shared_gradient
+from ecs_eco.learning.loss import LOSS_TERMS, LossSettings
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
+from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
 class Learner(TorchLearner):
@@ -78,7 +78,7 @@ class Learner(TorchLearner):
             self._gradient = np.zeros((n_chunks, brain.size), np.float32)
         while len(self._scratch) < self.workers:
             self._scratch.append(scratch_for(brain.layers))
-        terms = np.zeros((n_chunks, len(TERMS) + 1))
+        terms = np.zeros((n_chunks, len(LOSS_TERMS) + 1))
         first, last = self.bands.part(n_chunks)
         numbers = clip, ppo.clip_value, ppo.entropy_coef, ppo.value_weight, shift, scale
         settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(chosen))

@@ -17,15 +17,14 @@ import numpy as np
 import torch
 
 from ecs_eco.compiled.threads import in_parallel
-from ecs_eco.learning.advantages import summarize
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
-from ecs_eco.learning.rollout import Rollout
+from ecs_eco.learning.loss import LOSS_TERMS
+from ecs_eco.learning.rollout import Rollout, summarize
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
 
 # transitions that pass through a module at once: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
-TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
 class TorchLearner:
@@ -95,7 +94,7 @@ class TorchLearner:
         n = len(self._stretches) - 1 if self.brain.memory else rollout.n
         parts = max(1, -(-rollout.n // ppo.minibatch_size))
         edges = [n * i // parts for i in range(parts + 1)]
-        terms, steps = np.zeros(len(TERMS) + 1), 0
+        terms, steps = np.zeros(len(LOSS_TERMS) + 1), 0
         for _ in range(ppo.epochs if n else 0):
             order = generator.permutation(n)
             for start, stop in pairwise(edges):
@@ -111,7 +110,7 @@ class TorchLearner:
         n_transitions = rollout.n
         rollout.clear()
         self.updates += 1
-        return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | {
+        return dict(zip((*LOSS_TERMS, "gradient_norm"), terms.tolist(), strict=True)) | {
             "explained_variance": explained,
             "reward": reward,
             "learning_rate": rate,
@@ -140,7 +139,7 @@ class TorchLearner:
         pieces = list(self._pieces(chosen))
         n = int(np.diff(self._stretches)[chosen].sum()) if self.brain.memory else len(chosen)
         gradients: list[Sequence[torch.Tensor | None]] = [()] * len(pieces)
-        terms = np.zeros((len(pieces), len(TERMS) + 1))
+        terms = np.zeros((len(pieces), len(LOSS_TERMS) + 1))
 
         def work(worker: int) -> None:
             for i in range(worker, len(pieces), self.workers):
@@ -287,7 +286,7 @@ def ppo_loss(
     shift: float | torch.Tensor = 0.0,
     scale: float | torch.Tensor = 1.0,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017, eq. 7
+    """Return PPO's loss of each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017, eq. 7
     and 9).
 
     `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; `choices` i64[n, categorical

@@ -12,8 +12,8 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals
 from ecs_eco.learning.continuous import CONTINUOUS
+from ecs_eco.learning.gradient import BLOCK, scratch_for, shared_gradient
 from ecs_eco.learning.loss import LossSettings
-from ecs_eco.learning.ppo_kernels import BLOCK, scratch_for, shared_gradient
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.torch_ppo import ppo_loss
 
