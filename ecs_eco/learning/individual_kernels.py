@@ -242,6 +242,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
     order = work.order[:n]
     for i in range(n):
         order[i] = i
+    settings = own.learning_rate, own.adam_epsilon, own.max_grad_norm, own.weight_decay
     epochs, parts = own.epochs, max(1, (n + own.minibatch_size - 1) // own.minibatch_size)
     for epoch in range(epochs):
         if parts > 1:
@@ -255,17 +256,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
             transpose_weights(work.network, layout, layers)
             loss_gradient(work.network, layout, layers, len(chosen), offsets, loss, work.loss)
             steps[row] += 1
-            terms[5] += adam(
-                weights,
-                gradient,
-                moment_1,
-                moment_2,
-                steps[row],
-                own.learning_rate,
-                own.adam_epsilon,
-                own.max_grad_norm,
-                own.weight_decay,
-            )
+            terms[5] += adam(weights, gradient, moment_1, moment_2, steps[row], settings)
     for i in range(size):  # copying a slice would check for each number whether the slice repeats it
         kept[np.uint64(i)] = weights[np.uint64(i)]
     take_terms(work.loss, terms)

@@ -165,6 +165,8 @@ class IndividualModules(Individuals):
         report, n_steps = np.zeros_like(animals.report), 0
         report[:, -2], report[:, -1] = explained, reward
         slope = self._each(grad_and_value(self._loss, has_aux=True))
+        rates = setting_of(settings, "learning_rate")
+        how = ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay
         parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch_size))
         there, updates = np.arange(ppo.horizon) < lengths[:, None], policy.updates[rows]
         for epoch in range(ppo.epochs):
@@ -173,16 +175,9 @@ class IndividualModules(Individuals):
                 gradient, (_, terms) = slope(tensor(weights), fixed | {"chosen": mask})
                 n_steps += 1
                 report[:, : len(LOSS_TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
+                slopes, steps_taken = gradient.cpu().numpy(), policy.steps[rows] + n_steps
                 report[:, len(LOSS_TERMS)] += adam_each(
-                    weights,
-                    gradient.cpu().numpy(),
-                    moment_1,
-                    moment_2,
-                    policy.steps[rows] + n_steps,
-                    setting_of(settings, "learning_rate"),
-                    ppo.adam_epsilon,
-                    ppo.max_grad_norm,
-                    ppo.weight_decay,
+                    weights, slopes, moment_1, moment_2, steps_taken, rates, how
                 )
         report[:, : len(LOSS_TERMS) + 1] /= n_steps
         policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows] = kept

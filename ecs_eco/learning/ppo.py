@@ -106,17 +106,9 @@ class Learner(TorchLearner):
         self.bands.whole(n_chunks, self._gradient, terms)
         self.steps += 1
         total: np.ndarray = terms.sum(axis=0)
-        total[-1] = adam(
-            brain.weights,
-            self._gradient[:n_chunks],
-            self.moment_1,
-            self.moment_2,
-            self.steps,
-            rate,
-            ppo.adam_epsilon,
-            ppo.max_grad_norm,
-            ppo.weight_decay,
-        )
+        how = rate, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay
+        gradients = self._gradient[:n_chunks]
+        total[-1] = adam(brain.weights, gradients, self.moment_1, self.moment_2, self.steps, how)
         return total
 
 
