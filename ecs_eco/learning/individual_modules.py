@@ -207,20 +207,9 @@ class IndividualModules(Individuals):
         """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon], and its
         terms."""
         logits, values = self._replay(self._named(weights), one["observations"], one["memory"])
-        loss, terms = ppo_loss(
-            logits,
-            values,
-            one["choices"],
-            one["numbers"],
-            self.groups,
-            one,
-            self.ppo,
-            self.ppo.clip,
-            one["entropy"],
-            one["shift"],
-            one["scale"],
-        )
-        chosen = one["chosen"]
+        entropy, shift, scale, chosen = (one[name] for name in ("entropy", "shift", "scale", "chosen"))
+        ppo = self.ppo
+        loss, terms = ppo_loss(logits, values, one, self.groups, ppo, ppo.clip, entropy, shift, scale)
         n = chosen.sum().clamp(min=1)
         return (loss * chosen).sum() / n, tuple((term.detach() * chosen).sum() / n for term in terms)
 

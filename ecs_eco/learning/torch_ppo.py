@@ -170,25 +170,14 @@ class TorchLearner:
         logits, values, index = self._replay(piece)
         rollout, device = self.rollout, self.brain.device
         step = rollout.steps[index]
-        old = {
+        batch = {
             name: torch.from_numpy(step[name].copy()).to(device)
             for name in ("log_probability", "value", "advantage")
         }
-        choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
-        numbers = torch.from_numpy(rollout.numbers[index]).to(device)
-        loss, terms = ppo_loss(
-            logits,
-            values,
-            choices,
-            numbers,
-            self.brain.groups,
-            old,
-            self.ppo,
-            clip,
-            self.ppo.entropy_coef,
-            shift,
-            scale,
-        )
+        batch["choices"] = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
+        batch["numbers"] = torch.from_numpy(rollout.numbers[index]).to(device)
+        groups, bonus = self.brain.groups, self.ppo.entropy_coef
+        loss, terms = ppo_loss(logits, values, batch, groups, self.ppo, clip, bonus, shift, scale)
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
@@ -276,23 +265,22 @@ class TorchLearner:
 def ppo_loss(
     logits: torch.Tensor,
     values: torch.Tensor,
-    choices: torch.Tensor,
-    numbers: torch.Tensor,
+    batch: dict[str, torch.Tensor],
     groups: Sequence[int],
-    old: dict[str, torch.Tensor],
     ppo: PPO,
     clip: float,
     entropy_weight: float | torch.Tensor,
-    shift: float | torch.Tensor = 0.0,
-    scale: float | torch.Tensor = 1.0,
+    shift: float | torch.Tensor,
+    scale: float | torch.Tensor,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017, eq. 7
-    and 9).
+    """Return PPO's loss of each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
+    eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; `choices` i64[n, categorical
-    groups], `numbers` f32[n, continuous groups] and `old` (log_probability, value, advantage, each f32[n])
-    those at the decision. Advantages are taken as (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; the batch has those at the
+    decision: choices i64[n, categorical groups], numbers f32[n, continuous groups], log_probability, value and
+    advantage, each f32[n]. Advantages are taken as (A - shift) * scale.
     """
+    choices, numbers, old_value = batch["choices"], batch["numbers"], batch["value"]
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
     categorical = choices.shape[1]
     for g, group in enumerate(torch.split(logits, list(groups), dim=1)):
@@ -305,15 +293,15 @@ def ppo_loss(
             z = (numbers[:, g - categorical] - group[:, 0]) * (-spread).exp()
             log_probability = log_probability - (0.5 * z * z + spread + float(HALF_LOG_2_PI))
             entropy = entropy + spread + float(HALF_LOG_2_PI) + 0.5
-    advantage = (old["advantage"] - shift) * scale
-    log_ratio = log_probability - old["log_probability"]
+    advantage = (batch["advantage"] - shift) * scale
+    log_ratio = log_probability - batch["log_probability"]
     ratio = log_ratio.exp()
     clipped = ratio.clamp(1 - clip, 1 + clip)
     policy_loss = -torch.minimum(ratio * advantage, clipped * advantage)
-    target = old["value"] + old["advantage"]
+    target = old_value + batch["advantage"]
     value_loss = (values - target) ** 2
     if ppo.clip_value:
-        held = old["value"] + (values - old["value"]).clamp(-ppo.clip_value, ppo.clip_value)
+        held = old_value + (values - old_value).clamp(-ppo.clip_value, ppo.clip_value)
         value_loss = torch.maximum(value_loss, (held - target) ** 2)
     loss = policy_loss - entropy_weight * entropy + ppo.value_weight * value_loss
     return loss, (policy_loss, value_loss, entropy, ratio - 1 - log_ratio, (ratio != clipped).float())
