@@ -145,17 +145,8 @@ class Individuals(PlainNetwork):
         x = np.ascontiguousarray(x, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         if n:
-            split(
-                infer_individual,
-                n,
-                rows,
-                policy.weights.by_address(),
-                self.layers,
-                x,
-                logits,
-                values,
-                work=n * self.size // WEIGHTS,
-            )
+            arguments = rows, policy.weights.by_address(), self.layers, x, logits, values
+            split(infer_individual, n, *arguments, work=n * self.size // WEIGHTS)
         return logits, values
 
     def store(
@@ -173,16 +164,8 @@ class Individuals(PlainNetwork):
         """
         if not len(rows):
             return
-        full = kernels.record(
-            *_addresses(experience.observations, experience.choices),
-            _addresses(experience.log_probability, experience.value, experience.reward),
-            experience.length,
-            rows,
-            np.ascontiguousarray(x, np.float32),
-            choice,
-            log_probability,
-            values,
-        )
+        x, columns = np.ascontiguousarray(x, np.float32), _rollouts(experience)
+        full = kernels.record(*columns, experience.length, rows, x, choice, log_probability, values)
         if full:
             horizon = self.ppo.horizon
             raise ValueError(
@@ -259,8 +242,7 @@ class Individuals(PlainNetwork):
             len(animals.rows),
             _addresses(policy.weights, policy.moment_1, policy.moment_2),
             (policy.steps, policy.updates, experience.length),
-            *_addresses(experience.observations, experience.choices),
-            _addresses(experience.log_probability, experience.value, experience.reward),
+            *_rollouts(experience),
             *animals[:4],
             np.uint64(self.seed),
             self.layers,
@@ -323,6 +305,12 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     means["learning_rate"] = float(total(rates, dtype=float)) / n
     means["n_transitions"], means["n_animals"] = transitions, n
     return means
+
+
+def _rollouts(experience: Columns) -> tuple[Any, Any, Any]:
+    """Return the addresses of observations, choices, and log-probabilities, values and rewards."""
+    returns = _addresses(experience.log_probability, experience.value, experience.reward)
+    return experience.observations.by_address(), experience.choices.by_address(), returns
 
 
 def _addresses(*columns: Blocked) -> tuple[tuple[np.ndarray, np.ndarray], ...]:

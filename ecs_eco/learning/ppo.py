@@ -82,22 +82,14 @@ class Learner(TorchLearner):
         first, last = self.bands.part(n_chunks)
         numbers = clip, ppo.clip_value, ppo.entropy_coef, ppo.value_weight, shift, scale
         settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(chosen))
+        network = brain.weights, brain.layers, brain.offsets
         log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
 
         def work(worker: int) -> None:
             for chunk in range(first + worker, last, self.workers):
                 index, gradient = chosen[chunk * CHUNK : (chunk + 1) * CHUNK], self._gradient[chunk]
                 shared_gradient(
-                    self._scratch[worker],
-                    brain.weights,
-                    brain.layers,
-                    brain.offsets,
-                    log,
-                    index,
-                    settings,
-                    share,
-                    gradient,
-                    terms[chunk],
+                    self._scratch[worker], *network, log, index, settings, share, gradient, terms[chunk]
                 )
                 if len(brain.spreads):
                     brain.named_views(gradient)["policy.head.weight"][brain.spreads] = 0  # only biases
