@@ -83,7 +83,9 @@ def forward(scratch, layout, layers, rows):
         layer = layer_of(layers, level)
         a, b, matrix = layer.inputs, layer.outputs, layout.weights + layer.weights
         narrow, wide, above = round_up(a, LANES), round_up(b, LANES), rows * layer.above
-        product(scratch, rows * layer.below, narrow, 1, rows, matrix, b, a, matrix + a * b, above, wide, wide)
+        product(
+            scratch, rows * layer.below, narrow, 1, rows, matrix, b, a, matrix + a * b, 0, above, wide, wide
+        )
         if layer.hidden:
             for i in range(above, above + rows * wide, LANES):
                 store(scratch, i, tanh(load(scratch, i)))
@@ -99,7 +101,7 @@ def backward(scratch, layout, layers, rows, n):
         transposed, zeros = layout.transposed + layer.transposed, layout.zeros
         if layer.below:
             b = layer.outputs
-            product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, below, narrow, narrow)
+            product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, 0, below, narrow, narrow)
             _through_tanh(scratch, below, rows * layer.below, rows * narrow)
     for level in range(
         len(layers)
@@ -108,7 +110,9 @@ def backward(scratch, layout, layers, rows, n):
         a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
         narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
         if layer.hidden:
-            product(scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, gradient, b, b)
+            product(
+                scratch, rows * layer.below, 1, narrow, a, deltas, wide, n, layout.zeros, 0, gradient, b, b
+            )
         else:
             _head_gradient(scratch, layout, layer, deltas, rows, n, gradient)
         column_sums(scratch, deltas, rows, wide, gradient + a * b)
@@ -119,7 +123,9 @@ def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
     """Write the gradient by a head's matrix: few outputs fill rows of tiles better than vectors."""
     a, b, turned = layer.inputs, layer.outputs, layout.head
     narrow, wide = round_up(a, LANES), round_up(b, LANES)
-    product(scratch, deltas, 1, wide, b, rows * layer.below, narrow, n, layout.zeros, turned, narrow, narrow)
+    product(
+        scratch, deltas, 1, wide, b, rows * layer.below, narrow, n, layout.zeros, 0, turned, narrow, narrow
+    )
     for i in range(a):
         for o in range(b):
             scratch[np.uint64(gradient + i * b + o)] = scratch[np.uint64(turned + o * narrow + i)]

@@ -12,46 +12,83 @@ from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
 from ecs_eco.engine.blocks import BLOCK as ROWS_OF_BLOCK
 from ecs_eco.engine.blocks import apart, flat_block_of
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
-from ecs_eco.learning.gradient import BLOCK, forward, layout_of
 from ecs_eco.learning.layers import layer_of
-from ecs_eco.learning.tiles import ROWS, round_up
+from ecs_eco.learning.tiles import ROWS, product, round_up
+
+BLOCK = 64  # organisms: four vectors of the widest kind
 
 
 @fused_njit
 def infer_shared(first, last, observations, weights, layers, logits, values):
     """Write the outputs of the same weights f32[size] for organisms first to last of the observations f32[c,
-    n]: logits f32[n, k], values f32[n]."""
-    layout, k = layout_of(layers, min(BLOCK, last - first)), logits.shape[1]
-    scratch = np.zeros(layout.end, np.float32)
-    for i in range(len(weights)):
-        scratch[np.uint64(layout.weights + i)] = weights[i]
+    n]: logits f32[n, k], values f32[n].
+
+    The observations of a block are transposed, (units, organisms), so that all loops run along the organisms,
+    as vector code.
+    """
+    n_observations, n_logits = observations.shape[0], logits.shape[1]
+    widest = units = 0
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
+        widest, units = max(widest, layer.outputs), units + round_up(layer.outputs, ROWS)
+    biases = len(weights) + LANES
+    observed = biases + units * LANES
+    below = observed + n_observations * BLOCK
+    above = below + round_up(widest, ROWS) * BLOCK
+    scratch = np.zeros(above + round_up(widest, ROWS) * BLOCK, np.float32)
+    _lay_weights(weights, layers, biases, scratch)
     for start in range(first, last, BLOCK):
-        size, output = min(BLOCK, last - start), 0
-        rows = round_up(size, ROWS)
-        _take(observations, start, size, scratch)
-        forward(scratch, layout, layers, rows)
+        size = min(BLOCK, last - start)
+        width, bias, output = round_up(size, LANES), biases, 0
+        _take(observations, start, size, scratch, observed)
         for level in range(len(layers)):
             layer = layer_of(layers, level)
+            a, b, source = layer.inputs, layer.outputs, below if layer.below else observed
+            product(scratch, layer.weights, 1, b, b, source, BLOCK, a, bias, LANES, above, BLOCK, width)
+            bias += round_up(b, ROWS) * LANES
             if layer.hidden:
+                for i in range(above, above + b * BLOCK, LANES):
+                    store(scratch, i, tanh(load(scratch, i)))
+                below, above = above, below
                 continue
-            at, wide = rows * layer.above, round_up(layer.outputs, LANES)
-            for i in range(size):
-                for o in range(layer.outputs):
-                    number = scratch[np.uint64(at + i * wide + o)]
-                    if output + o < k:
+            for o in range(b):
+                for i in range(size):
+                    number = scratch[above + o * BLOCK + i]
+                    if output + o < n_logits:
                         logits[start + i, output + o] = number
                     else:
                         values[start + i] = number
-            output += layer.outputs
+            output += b
 
 
 @lone_fused_njit
-def _take(observations, start, size, scratch):
-    """Copy the observations f32[c, n] of organisms from `start` on to the input layer, a row each."""
-    wide = round_up(observations.shape[0], LANES)
-    for k in range(observations.shape[0]):
+def _lay_weights(weights, layers, biases, scratch):
+    """Copy the weights, and write each bias as a whole vector."""
+    for i in range(len(weights)):
+        scratch[i] = weights[i]
+    for level in range(len(layers)):
+        layer = layer_of(layers, level)
+        bias = layer.weights + layer.inputs * layer.outputs
+        for o in range(layer.outputs):
+            for lane in range(LANES):
+                scratch[biases + o * LANES + lane] = weights[bias + o]
+        biases += round_up(layer.outputs, ROWS) * LANES
+
+
+@fused_njit
+def _take(observations, start, size, scratch, to):
+    """Copy the observations of organisms from `start` on into a block: as vectors if each of the n
+    observations is contiguous."""
+    n = observations.shape[0]
+    if size == BLOCK and observations.strides[1] == 4:
+        step = observations.strides[0] // 4
+        for k in range(n):
+            for lane in range(0, BLOCK, LANES):
+                store(scratch, to + k * BLOCK + lane, load(observations, k * step + start + lane))
+        return
+    for k in range(n):
         for i in range(size):
-            scratch[np.uint64(i * wide + k)] = observations[k, start + i]
+            scratch[to + k * BLOCK + i] = observations[k, start + i]
 
 
 @lone_fused_njit

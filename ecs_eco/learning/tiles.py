@@ -19,33 +19,39 @@ def round_up(n, multiple):
 
 
 @fused_njit
-def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, out, step_out, columns):
+def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias_row, out, step_out, columns):
     """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or
     two if the processor has the registers.
 
     Number k of row r of x is at x + r * step_row + k * step of the scratch f32[…], row k of the matrix at
-    matrix + k * step_matrix, row r of the result at out + r * step_out. The bias has a number for each
-    column. Tiles extend beyond rows and columns: the extra input is ignored, the extra output is overwritten
-    later; behind the last row, up to ROWS - 1 rows and LANES numbers are lost. Each number is summed in the
-    order of k, whatever the others are.
+    matrix + k * step_matrix, row r of the result at out + r * step_out. A bias with `bias_row` 0 has a number
+    for each column; otherwise that of row r is a vector, at bias + r * bias_row. Tiles extend beyond rows and
+    columns: the extra input is ignored, the extra output is overwritten later; behind the last row, up to
+    ROWS - 1 rows and LANES numbers are lost. Each number is summed in the order of k, whatever the others
+    are.
     """
+    step_bias = 0 if bias_row else 1
     for r in range(0, rows, ROWS):
         lane = (columns - 1) // LANES * LANES
         while lane >= 0:
             pair = WIDE and lane > 0
             lane -= LANES if pair else 0
             at, w, to = x + r * step_row, matrix + lane, out + r * step_out + lane
+            first = bias + r * bias_row + lane * step_bias
             if pair:
-                _pair(scratch, at, step_row, step, w, step_matrix, n, bias + lane, to, step_out)
+                _pair(
+                    scratch, at, step_row, step, w, step_matrix, n, first, bias_row, step_bias, to, step_out
+                )
             else:
-                _single(scratch, at, step_row, step, w, step_matrix, n, bias + lane, to, step_out)
+                _single(scratch, at, step_row, step, w, step_matrix, n, first, bias_row, to, step_out)
             lane -= LANES
 
 
 @fused_njit
-def _single(scratch, x, step_row, step, matrix, step_matrix, n, bias, out, step_out):
+def _single(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, out, step_out):
     """Compute four rows of a vector."""
-    y0 = y1 = y2 = y3 = load(scratch, bias)
+    y0, y1 = load(scratch, bias), load(scratch, bias + bias_row)
+    y2, y3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
     for _ in range(n):
         w = load(scratch, matrix)
         y0 = y0 + every(scratch, x) * w
@@ -58,10 +64,13 @@ def _single(scratch, x, step_row, step, matrix, step_matrix, n, bias, out, step_
 
 
 @fused_njit
-def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, out, step_out):
+def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, step_bias, out, step_out):
     """Compute four rows of two vectors, y and z."""
-    y0 = y1 = y2 = y3 = load(scratch, bias)
-    z0 = z1 = z2 = z3 = load(scratch, bias + LANES)
+    y0, y1 = load(scratch, bias), load(scratch, bias + bias_row)
+    y2, y3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
+    bias += LANES * step_bias
+    z0, z1 = load(scratch, bias), load(scratch, bias + bias_row)
+    z2, z3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
     for _ in range(n):
         v, w = load(scratch, matrix), load(scratch, matrix + LANES)
         x0, x1 = every(scratch, x), every(scratch, x + step_row)

@@ -24,22 +24,30 @@ def test_products_are_those_of_numpy(rows, n, wide, transposed):
         x.T if transposed else x, matrix, bias, room_left=rows * wide
     )
     step_row, step = (1, rows) if transposed else (n, 1)
-    product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, out, wide, wide)
+    product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, 0, out, wide, wide)
     np.testing.assert_allclose(
         room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5, atol=2e-5
     )
+
+
+def test_a_bias_may_be_of_rows():
+    rng = np.random.default_rng(2)
+    x, matrix, bias = made(rng, 8, 3), made(rng, 3, 48), made(rng, 8)
+    room, (_, at_matrix, at_bias, out) = room_of(x, matrix, np.repeat(bias, LANES), room_left=8 * 48)
+    product(room, 0, 3, 1, 8, at_matrix, 48, 3, at_bias, LANES, out, 48, 48)
+    np.testing.assert_allclose(room[out:].reshape(8, 48), x @ matrix + bias[:, None], rtol=2e-5, atol=2e-5)
 
 
 def test_a_number_does_not_depend_on_the_others():
     rng = np.random.default_rng(5)
     x, matrix, bias = made(rng, 2 * ROWS, 7), made(rng, 7, 2 * LANES), made(rng, 2 * LANES)
     among, (_, at_matrix, at_bias, out) = room_of(x, matrix, bias, room_left=4 * ROWS * LANES)
-    product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, out, 2 * LANES, 2 * LANES)
+    product(among, 0, 7, 1, 2 * ROWS, at_matrix, 2 * LANES, 7, at_bias, 0, out, 2 * LANES, 2 * LANES)
     expected = among[out:].reshape(2 * ROWS, -1)[ROWS:, LANES:]
     alone, (_, at_matrix, at_bias, out) = room_of(
         x[ROWS:], matrix[:, LANES:], bias[LANES:], room_left=ROWS * LANES
     )
-    product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, out, LANES, LANES)
+    product(alone, 0, 7, 1, ROWS, at_matrix, LANES, 7, at_bias, 0, out, LANES, LANES)
     np.testing.assert_array_equal(alone[out:].reshape(ROWS, LANES), expected)
 
 
