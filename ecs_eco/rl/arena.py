@@ -17,6 +17,7 @@ from ecs_eco.nervous.external import External, Sensed
 from ecs_eco.rl import spaces
 
 RENDERED = ("rgb_array",)
+GRID = 16  # cells along a side of the world, in `state`
 WIDTH = 480  # px of the longer side of a picture
 PAPER = (247, 246, 242)
 
@@ -55,9 +56,13 @@ class Arena:
         self.door: External | None = None
         self.ended = 0  # the tick after which the time is over
         self.seed, self.episode = self.config.seed, -1
-        door = External(self._made(self.config.seed, populate=False), species, partial)  # without organisms
+        self._spaces()
+
+    def _spaces(self) -> None:
+        """Create the spaces, from a world without organisms."""
+        door = External(self._made(self.config.seed, populate=False), self.species, self.partial)
         self.channels, self.options = door.channels, door.options
-        self.observation_space = spaces.observation_space(self.config.species[species], self.config.dims)
+        self.observation_space = spaces.observation_space(self.config.species[self.species], self.config.dims)
         self.action_space = spaces.action_space(door.options, door.low, door.high)
 
     def begin(self, seed: int | None = None) -> Sensed:
@@ -115,6 +120,20 @@ class Arena:
     def close(self) -> None:
         """Release the world."""
         self.world = self.door = None
+
+    def state(self) -> np.ndarray:
+        """Return how many organisms of each species are in each cell of a grid: f32[species, GRID, GRID]."""
+        world = self.opened().world
+        out = np.zeros((len(self.config.species), GRID, GRID), np.float32)
+        for i, name in enumerate(self.config.species):
+            table = world.tables[name]
+            rows = table.rows()
+            x, y = (
+                np.clip((getattr(table[Position], axis)[rows] / length * GRID).astype(int), 0, GRID - 1)
+                for axis, length in zip("xy", world.space.size, strict=False)
+            )
+            np.add.at(out[i], (y, x), 1)
+        return out
 
     def _made(self, seed: int, **how: Any) -> World:
         return World.from_config(self.config, seed=seed, **(self.build | how))

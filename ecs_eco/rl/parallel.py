@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Position
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
-from ecs_eco.rl.arena import Arena, Shown
+from ecs_eco.rl.arena import GRID, Arena, Shown
 from ecs_eco.rl.registration import needed
 
 try:
@@ -21,7 +20,6 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "pettingzoo") from None
 
-GRID = 16  # cells along a side of the world, in `state`
 Agent = Any  # a uid, or with a pool a name
 Step = tuple[
     dict[Agent, np.ndarray],
@@ -35,55 +33,15 @@ Step = tuple[
 class Parallel(Shown, ParallelEnv):
     """All members of a species as a PettingZoo ParallelEnv, each an agent under its uid.
 
-    Parameters
-    ----------
-    world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
-    species : str
-    pool : int, optional
-        Number of names of agents, for libraries that need `possible_agents`: they are given in the order of
-        birth, and the episode is truncated when they are used up. Default: agents are uids.
-    max_cycles : int, optional
-        Ticks of an episode; default: `ticks` of the world file.
-    render_mode : {"rgb_array"}, optional
-    **build
-        Other arguments of `World.from_config`, such as `policies` and `threads`.
-
-    Raises
-    ------
-    ConfigError
-        If the species has nothing to decide.
-
     Notes
     -----
     A newborn appears in all five dicts of the step in which it first senses, with a reward of 0. An agent that
     died has a last entry: its last reading and reward, `terminated`, and the cause of death in `info`. After
     `max_cycles` ticks all agents are truncated; `agents` is empty once the species is extinct.
-
-    Examples
-    --------
-    >>> from ecs_eco.rl import parallel_env
-    >>> env = parallel_env("predator-prey", "wolf", max_cycles=50)
-    >>> observations, infos = env.reset(seed=1)
-    >>> actions = {agent: env.action_space(agent).sample() for agent in env.agents}
-    >>> rewards = env.step(actions)[1]
-    >>> len(rewards) >= 250
-    True
-    >>> env.close()
     """
 
-    def __init__(
-        self,
-        world: Any,
-        species: str,
-        pool: int | None = None,
-        *,
-        max_cycles: int | None = None,
-        render_mode: str | None = None,
-        **build: Any,
-    ) -> None:
-        arena = self.arena = Arena(world, species, max_cycles, False, render_mode, build)
-        self.render_mode, self.pool = render_mode, pool
+    def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
+        self.arena, self.render_mode, self.pool = arena, render_mode, pool
         self.metadata = {
             "name": f"{arena.config.name}_{arena.species}",
             "render_modes": ["rgb_array"],
@@ -219,17 +177,7 @@ class Parallel(Shown, ParallelEnv):
         -------
         array of float32, shape (species, 16, 16)
         """
-        world = self.arena.opened().world
-        out = np.zeros((len(self.arena.config.species), GRID, GRID), np.float32)
-        for i, name in enumerate(self.arena.config.species):
-            table = world.tables[name]
-            rows = table.rows()
-            x, y = (
-                np.clip((getattr(table[Position], axis)[rows] / length * GRID).astype(int), 0, GRID - 1)
-                for axis, length in zip("xy", world.space.size, strict=False)
-            )
-            np.add.at(out[i], (y, x), 1)
-        return out
+        return self.arena.state()
 
     def close(self) -> None:
         """Release the world.
@@ -305,4 +253,49 @@ class Parallel(Shown, ParallelEnv):
         }
 
 
-parallel_env = Parallel
+def parallel_env(
+    world: Any,
+    species: str,
+    pool: int | None = None,
+    *,
+    max_cycles: int | None = None,
+    render_mode: str | None = None,
+    **build: Any,
+) -> Parallel:
+    """Return a species as a PettingZoo ParallelEnv, in which each member is an agent.
+
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    pool : int, optional
+        Number of names of agents, for libraries that need `possible_agents`: they are given in the order of
+        birth, and the episode is truncated when they are used up. Default: agents are uids.
+    max_cycles : int, optional
+        Ticks of an episode; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    **build
+        Other arguments of `World.from_config`, such as `policies` and `threads`.
+
+    Returns
+    -------
+    Parallel
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import parallel_env
+    >>> env = parallel_env("predator-prey", "wolf", max_cycles=50)
+    >>> observations, infos = env.reset(seed=1)
+    >>> actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    >>> rewards = env.step(actions)[1]
+    >>> len(rewards) >= 250
+    True
+    >>> env.close()
+    """
+    return Parallel(Arena(world, species, max_cycles, False, render_mode, build), pool, render_mode)

@@ -17,15 +17,10 @@ except ModuleNotFoundError as error:
 
 
 class SlotsVecEnv(VecEnv):
-    """Slots as a VecEnv of Stable-Baselines3, for `stable_baselines3.PPO("MlpPolicy", vec_env(slots(…)))`.
+    """A VecEnv of Stable-Baselines3 over slots. It has no empty slots: take fewer than there are bodies.
 
     Stable-Baselines3 does not support a Dict of actions: if there are options and numbers, actions are a Box,
     see `ecs_eco.rl.spaces.flattened`.
-
-    Parameters
-    ----------
-    envs : Slots
-        As `slots` returns it; take fewer slots than there are organisms, because a VecEnv has no empty ones.
     """
 
     def __init__(self, envs: Slots) -> None:
@@ -80,4 +75,17 @@ class SlotsVecEnv(VecEnv):
         return [self.envs.render()]
 
 
-vec_env = SlotsVecEnv
+def vec_env(envs: Slots) -> SlotsVecEnv:
+    """Return slots as a VecEnv of Stable-Baselines3.
+
+    Parameters
+    ----------
+    envs : Slots
+        As `slots` returns it; take fewer slots than there are organisms, because a VecEnv has no empty ones.
+
+    Returns
+    -------
+    SlotsVecEnv
+        For `stable_baselines3.PPO("MlpPolicy", vec_env(slots(…)))`.
+    """
+    return SlotsVecEnv(envs)

@@ -18,53 +18,15 @@ except ModuleNotFoundError as error:
 
 
 class Body(Shown, Env):
-    """One organism of a species as a Gymnasium Env, from now to its death, which is termination.
+    """One organism as a Gymnasium Env, from now to its death, which is termination.
 
     `reset` with a seed starts a new world. Without one, the next episode is the life of another member of the
     same world, drawn at random, until the world is `max_cycles` ticks old or the species is extinct.
-    `gymnasium.make("ecs_eco/Deer-v0")` builds one, too.
-
-    Parameters
-    ----------
-    world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
-    species : str
-    max_cycles : int, optional
-        Ticks of a world; default: `ticks` of the world file.
-    render_mode : {"rgb_array"}, optional
-    flat : bool, default False
-        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
-    **build
-        Other arguments of `World.from_config`.
-
-    Raises
-    ------
-    ConfigError
-        If the species has nothing to decide.
-
-    Examples
-    --------
-    >>> from ecs_eco.rl import body
-    >>> env = body("predator-prey", "deer", max_cycles=50)
-    >>> observation, info = env.reset(seed=1)
-    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
-    >>> env.close()
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
-
-    def __init__(
-        self,
-        world: Any,
-        species: str,
-        *,
-        max_cycles: int | None = None,
-        render_mode: str | None = None,
-        flat: bool = False,
-        **build: Any,
-    ) -> None:
-        arena = self.arena = Arena(world, species, max_cycles, True, render_mode, build)
-        self.render_mode = render_mode
+    def __init__(self, arena: Arena, render_mode: str | None = None, flat: bool = False) -> None:
+        self.arena, self.render_mode = arena, render_mode
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
         self.channels, self.options = arena.channels, arena.options
         self.observation_space, self.action_space = arena.observation_space, arena.actions_as(flat)
         self.uid = 0  # of the organism; 0: none is alive
@@ -140,4 +102,45 @@ class Body(Shown, Env):
         self.uid, self._sensed = 0, None
 
 
-body = Body
+def body(
+    world: Any,
+    species: str,
+    *,
+    max_cycles: int | None = None,
+    render_mode: str | None = None,
+    flat: bool = False,
+    **build: Any,
+) -> Body:
+    """Return one organism of a species as a Gymnasium Env, as `gymnasium.make("ecs_eco/Deer-v0")` does.
+
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    max_cycles : int, optional
+        Ticks of a world; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    flat : bool, default False
+        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+    **build
+        Other arguments of `World.from_config`.
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import body
+    >>> env = body("predator-prey", "deer", max_cycles=50)
+    >>> observation, info = env.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    >>> env.close()
+    """
+    return Body(Arena(world, species, max_cycles, True, render_mode, build), render_mode, flat)

@@ -26,26 +26,6 @@ Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 class Slots(Shown, VectorEnv):
     """Members of a species as a Gymnasium VectorEnv: each of n slots has a living organism until it dies.
 
-    Parameters
-    ----------
-    world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
-    species : str
-    n, num_envs : int
-        Number of slots; give one of them. `gymnasium.make_vec` calls it `num_envs`.
-    max_cycles, max_episode_steps : int, optional
-        Ticks of an episode; default: `ticks` of the world file.
-    render_mode : {"rgb_array"}, optional
-    flat : bool, default False
-        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
-    **build
-        Other arguments of `World.from_config`, such as `policies` and `threads`.
-
-    Raises
-    ------
-    ConfigError
-        If the species has nothing to decide.
-
     Notes
     -----
     Death is termination: `final_obs` in the infos has the last reading. In the same step a free slot takes a
@@ -53,40 +33,12 @@ class Slots(Shown, VectorEnv):
     `mask` in the infos is False. Members without a slot decide by the species' own policy, at random if it has
     none. After `max_cycles` ticks all slots are truncated; if the species is extinct, a new world starts in the
     same step.
-
-    Examples
-    --------
-    >>> from ecs_eco.rl import slots
-    >>> envs = slots("predator-prey", "deer", 16, max_cycles=50)
-    >>> observations, infos = envs.reset(seed=1)
-    >>> observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
-    >>> rewards.shape
-    (16,)
-    >>> envs.close()
     """
 
-    autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL requires
-    metadata = {"autoreset_mode": autoreset_mode, "render_modes": ["rgb_array"]}
-
-    def __init__(
-        self,
-        world: Any,
-        species: str,
-        n: int | None = None,
-        *,
-        num_envs: int | None = None,
-        max_cycles: int | None = None,
-        max_episode_steps: int | None = None,
-        render_mode: str | None = None,
-        flat: bool = False,
-        **build: Any,
-    ) -> None:
-        n = num_envs if n is None else n
-        if n is None:
-            raise TypeError("slots: n is missing; expected a whole number from 1 on")
-        cycles = max_episode_steps if max_cycles is None else max_cycles
-        arena = self.arena = Arena(world, species, cycles, True, render_mode, build)
-        self.num_envs, self.render_mode = whole_number("n", n, 1), render_mode
+    def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
+        self.arena, self.num_envs, self.render_mode = arena, whole_number("n", n, 1), render_mode
+        self.autoreset_mode = AutoresetMode.SAME_STEP  # as TorchRL requires
+        self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.channels, self.options = arena.channels, arena.options
         self.single_observation_space, self.single_action_space = (
             arena.observation_space,
@@ -208,4 +160,56 @@ def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return at
 
 
-slots = Slots
+def slots(
+    world: Any,
+    species: str,
+    n: int | None = None,
+    *,
+    num_envs: int | None = None,
+    max_cycles: int | None = None,
+    max_episode_steps: int | None = None,
+    render_mode: str | None = None,
+    flat: bool = False,
+    **build: Any,
+) -> Slots:
+    """Return n organisms of a species as a Gymnasium VectorEnv.
+
+    Parameters
+    ----------
+    world : str, Path, Mapping, WorldConfig or World
+        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+    species : str
+    n, num_envs : int
+        Number of slots; give one of them. `gymnasium.make_vec` calls it `num_envs`.
+    max_cycles, max_episode_steps : int, optional
+        Ticks of an episode; default: `ticks` of the world file.
+    render_mode : {"rgb_array"}, optional
+    flat : bool, default False
+        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+    **build
+        Other arguments of `World.from_config`, such as `policies` and `threads`.
+
+    Returns
+    -------
+    Slots
+
+    Raises
+    ------
+    ConfigError
+        If the species has nothing to decide.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import slots
+    >>> envs = slots("predator-prey", "deer", 16, max_cycles=50)
+    >>> observations, infos = envs.reset(seed=1)
+    >>> observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
+    >>> rewards.shape
+    (16,)
+    >>> envs.close()
+    """
+    n = num_envs if n is None else n
+    if n is None:
+        raise TypeError("slots: n is missing; expected a whole number from 1 on")
+    cycles = max_episode_steps if max_cycles is None else max_cycles
+    return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode, flat)
