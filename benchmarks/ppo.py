@@ -25,9 +25,8 @@ import torch
 
 from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import PPO, Brain, Learner, choose
-from ecs_eco.learning.gradient import backward, forward, gather_observations, layout_of
+from ecs_eco.learning.gradient import BLOCK, backward, forward, gather_observations, layout_of
 from ecs_eco.learning.loss import LossSettings, allocate_scratch, gather_transitions, output_gradient
-from ecs_eco.learning.ppo_kernels import BLOCK
 from ecs_eco.learning.torch_ppo import CHUNK
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()

@@ -209,7 +209,9 @@ def _entry(module: str, name: str) -> str:
         return _directive("autoexception", f"{module}.{name}", "")
     if inspect.isclass(thing):
         members = "" if module.endswith(".systems") else MEMBERS
-        return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name == "World"))
+        return _directive(
+            "autoclass", f"{module}.{name}", members + INHERITED * (name in ("World", "Brain", "ModuleBrain"))
+        )
     return _directive("autofunction", f"{module}.{name}", "")  # also for an extra, which autodoc replaces
 
 

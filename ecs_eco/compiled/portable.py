@@ -3,7 +3,7 @@
 Off unless the variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba are loaded. It
 fixes the choices that compilers and libraries would make by processor, see `variables`. Where libraries offer
 no choice it replaces them: elementary functions by `ecs_eco.compiled.libm`, the initial orthogonal matrices
-of networks by `ecs_eco.learning.orthogonal`.
+of networks by `ecs_eco.learning.brain`.
 
 This module imports nothing that loads numpy.
 """

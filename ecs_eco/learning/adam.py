@@ -14,13 +14,14 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 
 @summing_njit
-def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, decay=0.0):
+def adam(weights, gradients, moment_1, moment_2, step, settings):
     """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its
-    norm.
+    norm. The settings are learning rate, epsilon, largest norm of the gradient, and weight decay.
 
     Weight decay is decoupled from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
     nothing changes.
     """
+    rate, epsilon, max_norm, decay = settings
     gradient = gradients[0]
     for c in range(1, len(gradients)):
         for i in range(len(gradient)):
@@ -45,19 +46,11 @@ def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, 
 
 
 @summing_njit
-def adam_each(weights, gradients, moment_1, moment_2, steps, rates, epsilon, max_norm, decay):
-    """Take a step of Adam with each row of weights f32[k, size]; return the norms of the gradients f64[k]."""
+def adam_each(weights, gradients, moment_1, moment_2, steps, rates, settings):
+    """Take a step of Adam with each row of weights f32[k, size], whose settings are the rates [k] and the
+    others; return the norms of the gradients f64[k]."""
     norms = np.empty(len(weights))
     for i in range(len(weights)):
-        norms[i] = adam(
-            weights[i],
-            gradients[i : i + 1],
-            moment_1[i],
-            moment_2[i],
-            steps[i],
-            rates[i],
-            epsilon,
-            max_norm,
-            decay,
-        )
+        own = (rates[i], *settings)
+        norms[i] = adam(weights[i], gradients[i : i + 1], moment_1[i], moment_2[i], steps[i], own)
     return norms

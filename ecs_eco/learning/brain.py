@@ -13,13 +13,14 @@ from itertools import pairwise
 import numpy as np
 
 from ecs_eco.compiled import portable
+from ecs_eco.compiled.elementary import arrays
+from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.threads import one_blas_thread
 from ecs_eco.compiled.vectors import LANES
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer_shared
 from ecs_eco.learning.layers import Layer
-from ecs_eco.learning.orthogonal import orthogonal
-from ecs_eco.learning.policy_network import Split
+from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 
 class PlainNetwork:
@@ -100,7 +101,7 @@ class PlainNetwork:
         return names
 
 
-class Brain(PlainNetwork):
+class Brain(PlainNetwork, PolicyNetwork):
     """The built-in actor-critic network: a choice in each group of actions, and a value.
 
     Parameters
@@ -130,6 +131,8 @@ class Brain(PlainNetwork):
     ((5, 6), (5,))
     """
 
+    called = "brain"
+
     def __init__(
         self,
         n_observations: int,
@@ -154,63 +157,12 @@ class Brain(PlainNetwork):
         """
         return self.named_views(self.weights)
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the weights by name.
-
-        Returns
-        -------
-        dict of str to array of float32
-        """
-        return {name: np.array(weights, order="C") for name, weights in self.named().items()}
-
-    def load(self, state: dict[str, np.ndarray]) -> None:
-        """Set the weights.
-
-        Parameters
-        ----------
-        state : dict of str to array
-            As `state` returns it.
-
-        Raises
-        ------
-        ValueError
-            With each name that is missing, unknown or of another shape.
-        """
-        mine = self.named()
-        if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(
-                f"weights {', '.join(wrong)}: missing or unknown; this brain has {', '.join(mine)}"
-            )
-        for name, weights in mine.items():
-            if np.shape(state[name]) != weights.shape:
-                raise ValueError(
-                    f"{name} has shape {np.shape(state[name])}; this brain needs {weights.shape}"
-                )
-        for name, weights in mine.items():
-            weights[...] = state[name]
-
-    def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits and values.
-
-        Parameters
-        ----------
-        observations : array of float32, shape (n, n_observations)
-        split : callable, optional
-            `world.split`, to use the threads of a world.
-
-        Returns
-        -------
-        logits : array of float32, shape (n, sum(groups))
-        values : array of float32, shape (n,)
-
-        Notes
-        -----
-        The bits of a row depend neither on other rows nor on the number of threads.
-        """
-        n = len(observations)
-        shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)
-        if shape != (n, self.n_observations):
-            raise ValueError(f"observations have shape {shape}; expected (n, {self.n_observations})")
+    def recall(
+        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the result of `forward`, and the memory f32[n, 0] unchanged; the bits of a row depend
+        neither on other rows nor on the number of threads."""
+        n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
             x = np.ascontiguousarray(x)
@@ -220,34 +172,55 @@ class Brain(PlainNetwork):
             infer_shared(0, n, *arguments)
         else:
             split(infer_shared, n, *arguments, work=n * self.size // 800)
-        return logits, values
-
-    def recall(
-        self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the result of `forward`, and the memory f32[n, 0] unchanged."""
-        return *self.forward(observations, split), memory
+        return logits, values, memory
 
     def _draw(self, seed: int) -> None:
         """Draw all weights again; biases are zero."""
         matrices = [(name, w) for name, w in self.named().items() if name.endswith("weight")]
         generators = [np.random.Generator(np.random.Philox(key=[seed, n])) for n in range(len(matrices))]
         with nullcontext() if portable.on() else one_blas_thread():
-            drawn = [_orthogonal(g, *w.shape) for g, (_, w) in zip(generators, matrices, strict=True)]
+            drawn = [orthogonal(g, *w.shape) for g, (_, w) in zip(generators, matrices, strict=True)]
         for (name, weights), matrix in zip(matrices, drawn, strict=True):
             weights[...] = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5) * matrix
             if name == "policy.head.weight":
                 weights[self.spreads] = 0
 
 
-def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
+def orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
     """Return a random f64[n_out, n_in] with orthonormal rows or columns, whichever are fewer (Saxe et al.
     2014)."""
-    if portable.on():
-        return orthogonal(generator, n_out, n_in)
-    q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
-    q *= np.sign(np.diag(r))
-    return q if n_out >= n_in else q.T
+    if not portable.on():
+        q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
+        q *= np.sign(np.diag(r))
+        return q if n_out >= n_in else q.T
+    # libraries choose the order of sums by the processor
+    columns = normals(generator, (min(n_out, n_in), max(n_out, n_in)))
+    _orthonormalise(columns)
+    return columns.T if n_out >= n_in else columns
+
+
+def normals(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    """Return normal numbers f64 of this shape (Box and Muller 1958)."""
+    u, v = generator.random((2, *shape))
+    numbers: np.ndarray = np.sqrt(-2.0 * arrays.log1p(-u)) * arrays.cos(2.0 * np.pi * v)
+    return numbers
+
+
+@njit
+def _orthonormalise(vectors):
+    """Orthonormalize the rows f64[k, n], each against those before it, twice (Giraud et al. 2005)."""
+    for i in range(len(vectors)):
+        for _ in range(2):
+            for j in range(i):
+                along = 0.0
+                for c in range(vectors.shape[1]):
+                    along += vectors[i, c] * vectors[j, c]
+                for c in range(vectors.shape[1]):
+                    vectors[i, c] -= along * vectors[j, c]
+        length = 0.0
+        for c in range(vectors.shape[1]):
+            length += vectors[i, c] * vectors[i, c]
+        vectors[i] /= np.sqrt(length)
 
 
 def _whole(n: int) -> int:

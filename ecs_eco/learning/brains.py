@@ -34,10 +34,10 @@ def brain_of(
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
     from ecs_eco.learning.mlp import MLP
-    from ecs_eco.learning.module_brain import ModuleBrain, make
+    from ecs_eco.learning.module_brain import ModuleBrain, as_brain, made
 
     if network is not None:
-        return make(network, n_observations, groups, seed, device)
+        return as_brain(made(network, n_observations, groups, seed), n_observations, groups, device)
     brain = ModuleBrain(MLP(n_observations, groups, hidden, trunk), n_observations, groups, device)
     brain.load(Brain(n_observations, groups, hidden, seed, trunk).state())
     return brain

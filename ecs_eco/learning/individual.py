@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,22 @@ if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
 
 WEIGHTS = 170  # used, both ways in learning, in the 30 ns that `split` counts per organism
+
+
+class Animals(NamedTuple):
+    """Animals that learn, k of them."""
+
+    rows: np.ndarray  # i64[k], of their table
+    uid: np.ndarray  # u64[k]
+    bootstrap: np.ndarray  # f32[k]: the values of their current states
+    settings: np.ndarray  # f64[k, Hyperparameters]
+    report: np.ndarray  # f64[k, TERMS], written while they learn
+    memory: np.ndarray  # f32[k, memory] at the beginning of their rollouts
+    numbers: np.ndarray  # f32[k, horizon, continuous groups], drawn
+
+    def part(self, which: slice | np.ndarray) -> Animals:
+        """Return some of them."""
+        return Animals(*(array[which] for array in self))
 
 
 class Individuals(PlainNetwork):
@@ -129,17 +145,8 @@ class Individuals(PlainNetwork):
         x = np.ascontiguousarray(x, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         if n:
-            split(
-                infer_individual,
-                n,
-                rows,
-                policy.weights.by_address(),
-                self.layers,
-                x,
-                logits,
-                values,
-                work=n * self.size // WEIGHTS,
-            )
+            arguments = rows, policy.weights.by_address(), self.layers, x, logits, values
+            split(infer_individual, n, *arguments, work=n * self.size // WEIGHTS)
         return logits, values
 
     def store(
@@ -157,16 +164,8 @@ class Individuals(PlainNetwork):
         """
         if not len(rows):
             return
-        full = kernels.record(
-            *_addresses(experience.observations, experience.choices),
-            _addresses(experience.log_probability, experience.value, experience.reward),
-            experience.length,
-            rows,
-            np.ascontiguousarray(x, np.float32),
-            choice,
-            log_probability,
-            values,
-        )
+        x, columns = np.ascontiguousarray(x, np.float32), _rollouts(experience)
+        full = kernels.record(*columns, experience.length, rows, x, choice, log_probability, values)
         if full:
             horizon = self.ppo.horizon
             raise ValueError(
@@ -201,51 +200,56 @@ class Individuals(PlainNetwork):
         plasticity: tuple[Any, Any, Any] | None,
         split: Split,
         own: Mapping[str, np.ndarray] | None = None,
+        memory: np.ndarray | None = None,
+        numbers: np.ndarray | None = None,
     ) -> dict[str, float]:
         """Train the animals of `rows` i64[n] on their rollouts, and empty these; `bootstrap` f32[n] are
         the values of their current states.
 
         `plasticity` has their learning rates, discounts and entropy coefficients, each f32[n] or one number
-        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each. With a learning rate
-        of 0 an animal drops its rollout and does not change. Returns the means over those that learned, named
-        as those of `Learner.update`, and their number n_animals. Raises FloatingPointError if a gradient is
-        not finite.
+        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each, for the built-in
+        network. `memory` f32[n, memory] are their memories at the beginning of their rollouts, `numbers`
+        f32[n, horizon, n_numbers] their draws for continuous actions. With a learning rate of 0 an animal
+        drops its rollout and does not change. Returns the means over those that learned, named as those of
+        `Learner.update`, and their number n_animals. Raises FloatingPointError if a gradient is not finite.
         """
         n = len(rows)
         settings = self._settings(n, plasticity, own or {})
-        rates, epochs = setting_of(settings, "learning_rate"), setting_of(settings, "epochs")
-        report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
+        rates, lengths = setting_of(settings, "learning_rate"), experience.length[rows]
+        report = np.zeros((n, len(kernels.TERMS)))
+        memory = np.zeros((n, self.memory), np.float32) if memory is None else memory
+        numbers = np.zeros((n, self.ppo.horizon, 0), np.float32) if numbers is None else numbers
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
-
-        start, stop = self.bands.part(n)
-        mine = slice(start, stop)
-        if stop > start:
-            split(
-                kernels.train,
-                stop - start,
-                _addresses(policy.weights, policy.moment_1, policy.moment_2),
-                (policy.steps, policy.updates, experience.length),
-                *_addresses(experience.observations, experience.choices),
-                _addresses(experience.log_probability, experience.value, experience.reward),
-                rows[mine],
-                uid[mine],
-                bootstrap[mine],
-                settings[mine],
-                np.uint64(self.seed),
-                self.layers,
-                self.offsets,
-                report[mine],
-                work=int(lengths[mine] @ epochs[mine]) * self.size // WEIGHTS,
-            )
-        if self.bands.size > 1:
+        animals = Animals(rows, uid, bootstrap, settings, report, memory, numbers)
+        first, last = self.bands.part(n) if self.by_row else (0, n)
+        if last > first:
+            self._train(policy, experience, animals.part(slice(first, last)), split)
+        if self.by_row and self.bands.size > 1:
             self._tell(policy, rows, report)
-            experience.length[rows] = 0
+        experience.length[rows] = 0
         learnt = (rates != 0) & (lengths > 0)
         require_finite(report, uid)
         told = report, lengths, rates
         if np.count_nonzero(learnt) < n:
             told = report[learnt], lengths[learnt], rates[learnt]
-        return summary(*self.bands.learnt(self, *told))
+        return summary(*(self.bands.learnt(self, *told) if self.by_row else told))
+
+    def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
+        """Take the animals' steps of Adam, and write their reports."""
+        epochs = setting_of(animals.settings, "epochs")
+        split(
+            kernels.train,
+            len(animals.rows),
+            _addresses(policy.weights, policy.moment_1, policy.moment_2),
+            (policy.steps, policy.updates, experience.length),
+            *_rollouts(experience),
+            *animals[:4],
+            np.uint64(self.seed),
+            self.layers,
+            self.offsets,
+            animals.report,
+            work=int(experience.length[animals.rows] @ epochs) * self.size // WEIGHTS,
+        )
 
     def _settings(
         self, n: int, plasticity: tuple[Any, Any, Any] | None, own: Mapping[str, np.ndarray]
@@ -301,6 +305,12 @@ def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[
     means["learning_rate"] = float(total(rates, dtype=float)) / n
     means["n_transitions"], means["n_animals"] = transitions, n
     return means
+
+
+def _rollouts(experience: Columns) -> tuple[Any, Any, Any]:
+    """Return the addresses of observations, choices, and log-probabilities, values and rewards."""
+    returns = _addresses(experience.log_probability, experience.value, experience.reward)
+    return experience.observations.by_address(), experience.choices.by_address(), returns
 
 
 def _addresses(*columns: Blocked) -> tuple[tuple[np.ndarray, np.ndarray], ...]:

@@ -16,23 +16,19 @@ from ecs_eco.compiled.vectors import LANES, load, prefetch, store
 from ecs_eco.engine.blocks import BLOCK, block_of, flat_block_of, prefetch_row
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.learning.adam import adam
-from ecs_eco.learning.advantages import fill_advantages, summarize
 from ecs_eco.learning.arithmetic import fused_njit
-from ecs_eco.learning.gradient import Layout, gather_observations, layout_of, transpose_weights
-from ecs_eco.learning.loss import LossScratch, LossSettings, allocate_scratch, gather_transitions, take_terms
-from ecs_eco.learning.ppo_kernels import loss_gradient
-from ecs_eco.learning.rollout import STEP
-
-TERMS = (
-    "policy_loss",
-    "value_loss",
-    "entropy",
-    "approx_kl",
-    "clip_fraction",
-    "gradient_norm",
-    "explained_variance",
-    "reward",
+from ecs_eco.learning.gradient import Layout, gather_observations, layout_of, loss_gradient, transpose_weights
+from ecs_eco.learning.loss import (
+    LOSS_TERMS,
+    LossScratch,
+    LossSettings,
+    allocate_scratch,
+    gather_transitions,
+    take_terms,
 )
+from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
+
+TERMS = (*LOSS_TERMS, "gradient_norm", "explained_variance", "reward")
 AHEAD = 8  # animals: this many others are recorded while the data of one are fetched
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
@@ -246,6 +242,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
     order = work.order[:n]
     for i in range(n):
         order[i] = i
+    settings = own.learning_rate, own.adam_epsilon, own.max_grad_norm, own.weight_decay
     epochs, parts = own.epochs, max(1, (n + own.minibatch_size - 1) // own.minibatch_size)
     for epoch in range(epochs):
         if parts > 1:
@@ -259,17 +256,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
             transpose_weights(work.network, layout, layers)
             loss_gradient(work.network, layout, layers, len(chosen), offsets, loss, work.loss)
             steps[row] += 1
-            terms[5] += adam(
-                weights,
-                gradient,
-                moment_1,
-                moment_2,
-                steps[row],
-                own.learning_rate,
-                own.adam_epsilon,
-                own.max_grad_norm,
-                own.weight_decay,
-            )
+            terms[5] += adam(weights, gradient, moment_1, moment_2, steps[row], settings)
     for i in range(size):  # copying a slice would check for each number whether the slice repeats it
         kept[np.uint64(i)] = weights[np.uint64(i)]
     take_terms(work.loss, terms)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,13 +18,13 @@ from torch.func import functional_call, grad_and_value, vmap
 from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.engine.random import mix_int
 from ecs_eco.learning.adam import adam_each
-from ecs_eco.learning.advantages import fill_advantages, summarize
-from ecs_eco.learning.individual import Individuals, require_finite, setting_of, summary
+from ecs_eco.learning.individual import Animals, Individuals, setting_of
+from ecs_eco.learning.loss import LOSS_TERMS
 from ecs_eco.learning.module_brain import ModuleBrain, made
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
-from ecs_eco.learning.rollout import STEP
+from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
+from ecs_eco.learning.torch_ppo import ppo_loss
 
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
@@ -54,14 +54,8 @@ class IndividualModules(Individuals):
     ) -> None:
         self.network = network
         self.brain = ModuleBrain(made(network, n_observations, groups, seed), n_observations, groups, device)
-        module = self.brain.module
-        self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
-            n_observations,
-            tuple(groups),
-            (),
-            ppo,
-            seed,
-        )
+        module, self.ppo, self.seed = self.brain.module, ppo, seed
+        self.n_observations, self.groups, self.hidden = n_observations, tuple(groups), ()
         self.offsets, self.n_logits, self.memory = self.brain.offsets, self.brain.n_logits, self.brain.memory
         self.n_numbers = self.brain.n_numbers
         self.names = [name for name, p in module.named_parameters() if p.requires_grad]
@@ -76,10 +70,6 @@ class IndividualModules(Individuals):
         self.dims |= {"memory": self.memory} if self.memory else {}
         self._each: Callable[..., Any] = vmap
         self._try()
-
-    def reset(self, ppo: PPO) -> None:
-        """Set other hyperparameters."""
-        self.ppo = ppo
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return the weights f32[k, size] that the module's constructor draws for newborn: the same for
@@ -129,45 +119,14 @@ class IndividualModules(Individuals):
                     later[here] = out[2].cpu().numpy()
         return logits, values, later
 
-    def learn(
-        self,
-        policy: Columns,
-        experience: Columns,
-        rows: np.ndarray,
-        uid: np.ndarray,
-        bootstrap: np.ndarray,
-        plasticity: tuple[Any, Any, Any] | None,
-        split: Split,
-        own: Mapping[str, np.ndarray] | None = None,
-        memory: np.ndarray | None = None,
-        numbers: np.ndarray | None = None,
-    ) -> dict[str, float]:
-        """Learn as `Individuals.learn` does; `memory` f32[n, memory] are the animals' memories at the
-        beginning of their rollouts, `numbers` f32[n, horizon, n_numbers] their draws for continuous
-        actions. `own` hyperparameters are not supported."""
-        settings = self._settings(len(rows), plasticity, {})
-        rates = setting_of(settings, "learning_rate")
-        lengths = experience.length[rows]
+    def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
+        """Take the animals' steps of Adam, and write their reports."""
+        rates, lengths = setting_of(animals.settings, "learning_rate"), experience.length[animals.rows]
         learning = np.flatnonzero((rates != 0) & (lengths > 0))
-        report = np.zeros((len(rows), len(TERMS) + 3))
-        drawn = np.zeros((len(rows), self.ppo.horizon, 0), np.float32) if numbers is None else numbers
         with self.brain.reproducible(), one_torch_thread():
             for start in range(0, len(learning), ANIMALS):
                 here = learning[start : start + ANIMALS]
-                began = np.zeros((len(here), self.memory), np.float32) if memory is None else memory[here]
-                report[here] = self._fit(
-                    policy,
-                    experience,
-                    rows[here],
-                    uid[here],
-                    bootstrap[here],
-                    settings[here],
-                    began,
-                    drawn[here],
-                )
-        experience.length[rows] = 0
-        require_finite(report, uid)
-        return summary(report[learning], lengths[learning], rates[learning])
+                animals.report[here] = self._fit(policy, experience, animals.part(here))
 
     def _think(self, weights: np.ndarray, x: np.ndarray, memory: np.ndarray) -> Any:
         """Run each animal's network on one observation."""
@@ -186,108 +145,71 @@ class IndividualModules(Individuals):
             name: part.view(shape) for name, part, shape in zip(self.names, parts, self.shapes, strict=True)
         }
 
-    def _fit(
-        self,
-        policy: Columns,
-        experience: Columns,
-        rows: np.ndarray,
-        uid: np.ndarray,
-        bootstrap: np.ndarray,
-        settings: np.ndarray,
-        began: np.ndarray,
-        numbers: np.ndarray,
-    ) -> np.ndarray:
+    def _fit(self, policy: Columns, experience: Columns, animals: Animals) -> np.ndarray:
         """Train animals, each on its rollout, and write weights and moments; return f64[k, terms …]."""
-        ppo, tensor = self.ppo, self.brain.tensor
+        ppo, tensor, rows, settings = self.ppo, self.brain.tensor, animals.rows, animals.settings
         lengths = experience.length[rows].astype(np.int64)
-        steps, (mean, deviation, explained, reward) = self._advantages_of(
-            experience, rows, lengths, bootstrap, setting_of(settings, "discount")
-        )
+        steps, (mean, deviation, explained, reward) = self._advantages_of(experience, animals, lengths)
         normal = ppo.normalise_advantage & (lengths > 1)
-        shift, scale = np.where(normal, mean, 0), np.where(normal, 1 / (deviation + 1e-8), 1)
-        fixed = (
-            tensor(experience.observations[rows]),
-            tensor(experience.choices[rows].astype(np.int64)),
-            tensor(numbers),
-            *(tensor(steps[name]) for name in ("log_probability", "value", "advantage")),
-            tensor(began),
-        )
-        scalars = tuple(
-            tensor(v.astype(np.float32)) for v in (setting_of(settings, "entropy_coef"), shift, scale)
-        )
+        fixed = {name: tensor(steps[name]) for name in ("log_probability", "value", "advantage")} | {
+            "observations": tensor(experience.observations[rows]),
+            "choices": tensor(experience.choices[rows].astype(np.int64)),
+            "numbers": tensor(animals.numbers),
+            "memory": tensor(animals.memory),
+            "entropy": tensor(setting_of(settings, "entropy_coef")),
+            "shift": tensor(np.where(normal, mean, 0).astype(np.float32)),
+            "scale": tensor(np.where(normal, 1 / (deviation + 1e-8), 1).astype(np.float32)),
+        }
         kept = policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows]
         weights, moment_1, moment_2 = kept
-        report, n_steps = np.zeros((len(rows), len(TERMS) + 3)), 0
+        report, n_steps = np.zeros_like(animals.report), 0
         report[:, -2], report[:, -1] = explained, reward
         slope = self._each(grad_and_value(self._loss, has_aux=True))
+        rates = setting_of(settings, "learning_rate")
+        how = ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay
         parts = 1 if self.memory else max(1, -(-ppo.horizon // ppo.minibatch_size))
         there, updates = np.arange(ppo.horizon) < lengths[:, None], policy.updates[rows]
         for epoch in range(ppo.epochs):
-            for chosen in _minibatches(there, parts, self.seed, uid, updates, epoch):
-                gradient, (_, terms) = slope(
-                    tensor(weights), *fixed, tensor(chosen.astype(np.float32)), *scalars
-                )
+            for chosen in _minibatches(there, parts, self.seed, animals.uid, updates, epoch):
+                mask = tensor(chosen.astype(np.float32))
+                gradient, (_, terms) = slope(tensor(weights), fixed | {"chosen": mask})
                 n_steps += 1
-                report[:, : len(TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
-                report[:, len(TERMS)] += adam_each(
-                    weights,
-                    gradient.cpu().numpy(),
-                    moment_1,
-                    moment_2,
-                    policy.steps[rows] + n_steps,
-                    setting_of(settings, "learning_rate"),
-                    ppo.adam_epsilon,
-                    ppo.max_grad_norm,
-                    ppo.weight_decay,
+                report[:, : len(LOSS_TERMS)] += torch.stack(terms, dim=1).cpu().numpy()
+                slopes, steps_taken = gradient.cpu().numpy(), policy.steps[rows] + n_steps
+                report[:, len(LOSS_TERMS)] += adam_each(
+                    weights, slopes, moment_1, moment_2, steps_taken, rates, how
                 )
-        report[:, : len(TERMS) + 1] /= n_steps
+        report[:, : len(LOSS_TERMS) + 1] /= n_steps
         policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows] = kept
         policy.steps[rows] += n_steps
         policy.updates[rows] = updates + 1
         return report
 
     def _advantages_of(
-        self,
-        experience: Columns,
-        rows: np.ndarray,
-        lengths: np.ndarray,
-        bootstrap: np.ndarray,
-        discount: np.ndarray,
+        self, experience: Columns, animals: Animals, lengths: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the transitions of animals with advantages, STEP[k, horizon] with zeros beyond each one's
         length, and the statistics of `summarize` for each, f64[4, k]."""
-        steps, ended = np.zeros((len(rows), self.ppo.horizon), STEP), np.zeros(self.ppo.horizon, np.bool_)
+        shape, gae_lambda = (len(lengths), self.ppo.horizon), np.float32(self.ppo.gae_lambda)
+        steps, ended = np.zeros(shape, STEP), np.zeros(self.ppo.horizon, np.bool_)
         for name in ("log_probability", "value", "reward"):
-            steps[name] = getattr(experience, name)[rows]
-        said = []
+            steps[name] = getattr(experience, name)[animals.rows]
+        discount, said = setting_of(animals.settings, "discount"), []
         for i, n in enumerate(lengths.tolist()):
-            later, gain = np.array(bootstrap[i : i + 1], np.float32), np.zeros(1, np.float32)
-            fill_advantages(steps[i, :n], ended, later, gain, discount[i], np.float32(self.ppo.gae_lambda))
+            later, gain = animals.bootstrap[i : i + 1].copy(), np.zeros(1, np.float32)
+            fill_advantages(steps[i, :n], ended, later, gain, discount[i], gae_lambda)
             said.append(summarize(steps[i, :n]))
         return steps, np.array(said).T
 
     def _loss(
-        self,
-        weights: torch.Tensor,
-        observations: torch.Tensor,
-        choices: torch.Tensor,
-        numbers: torch.Tensor,
-        log_probability: torch.Tensor,
-        value: torch.Tensor,
-        advantage: torch.Tensor,
-        began: torch.Tensor,
-        chosen: torch.Tensor,
-        entropy: torch.Tensor,
-        shift: torch.Tensor,
-        scale: torch.Tensor,
+        self, weights: torch.Tensor, one: dict[str, torch.Tensor]
     ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
         """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon], and its
         terms."""
-        logits, values = self._replay(self._named(weights), observations, began)
-        old = {"log_probability": log_probability, "value": value, "advantage": advantage}
-        loss, terms = ppo_loss(
-            logits, values, choices, numbers, self.groups, old, self.ppo, self.ppo.clip, entropy, shift, scale
-        )
+        logits, values = self._replay(self._named(weights), one["observations"], one["memory"])
+        entropy, shift, scale, chosen = (one[name] for name in ("entropy", "shift", "scale", "chosen"))
+        ppo = self.ppo
+        loss, terms = ppo_loss(logits, values, one, self.groups, ppo, ppo.clip, entropy, shift, scale)
         n = chosen.sum().clamp(min=1)
         return (loss * chosen).sum() / n, tuple((term.detach() * chosen).sum() / n for term in terms)
 
@@ -310,39 +232,25 @@ class IndividualModules(Individuals):
         """Choose to run animal by animal if torch cannot run several at once. Raises ValueError if such a
         network cannot learn at all."""
         n, horizon = 2, 3
-        flat = (horizon,)
-        seen, chosen = (horizon, self.n_observations), (horizon, len(self.offsets) - 1)
-        shapes = (
-            (self.size,),
-            seen,
-            chosen,
-            (horizon, self.n_numbers),
-            flat,
-            flat,
-            flat,
-            (self.memory,),
-            flat,
-            (),
-            (),
-            (),
-        )
-        kinds = [np.int64 if shape is chosen else np.float32 for shape in shapes]
-        zeros = [
-            self.brain.tensor(np.zeros((n, *shape), kind)) for shape, kind in zip(shapes, kinds, strict=True)
-        ]
+        weights, memory = np.zeros((n, self.size), np.float32), np.zeros((n, self.memory), np.float32)
+        seen, zeros = np.zeros((n, horizon, self.n_observations), np.float32), torch.zeros(n, horizon)
+        blank = dict.fromkeys(("log_probability", "value", "advantage", "chosen"), zeros) | {
+            "observations": torch.from_numpy(seen),
+            "choices": torch.zeros((n, horizon, len(self.offsets) - 1), dtype=torch.int64),
+            "numbers": torch.zeros(n, horizon, self.n_numbers),
+            "memory": torch.from_numpy(memory),
+            **dict.fromkeys(("entropy", "shift", "scale"), torch.zeros(n)),
+        }
+        blank = {name: tensor.to(self.brain.device) for name, tensor in blank.items()}
         for each in (vmap, one_by_one):
             self._each = each
             try:
                 with one_torch_thread(), self.brain.reproducible(), warnings.catch_warnings():
                     # of operations that vmap itself would run one by one
                     warnings.simplefilter("error", UserWarning)
-                    each(grad_and_value(self._loss, has_aux=True))(*zeros)
+                    each(grad_and_value(self._loss, has_aux=True))(self.brain.tensor(weights), blank)
                     with torch.no_grad():  # the operations may differ then
-                        self._think(
-                            np.zeros((n, self.size), np.float32),
-                            zeros[1][:, 0].cpu().numpy(),
-                            zeros[7].cpu().numpy(),
-                        )
+                        self._think(weights, seen[:, 0], memory)
                 return
             except Exception as error:
                 failed = error
@@ -356,8 +264,11 @@ def one_by_one(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return what torch.func.vmap returns for a function, with the items of its arguments taken one after
     the other."""
 
-    def mapped(*arguments: torch.Tensor) -> Any:
-        return _stacked([function(*(a[i] for a in arguments)) for i in range(len(arguments[0]))])
+    def item(argument: Any, i: int) -> Any:
+        return {k: v[i] for k, v in argument.items()} if isinstance(argument, dict) else argument[i]
+
+    def mapped(*arguments: Any) -> Any:
+        return _stacked([function(*(item(a, i) for a in arguments)) for i in range(len(arguments[0]))])
 
     return mapped
 

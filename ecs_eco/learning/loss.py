@@ -21,6 +21,7 @@ from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import round_up
 
 BLOCK = 32  # transitions
+LOSS_TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 # where the sums of the loss's terms begin in `LossScratch.terms`, behind the policy's
 VALUE, ENTROPY, KL, CLIPPED = BLOCK, 2 * BLOCK, 3 * BLOCK, 4 * BLOCK
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -100,13 +99,8 @@ class MLP(nn.Module):
         return nn.functional.linear(above[1], weight, policy["head"].bias), values
 
 
-@dataclass(frozen=True)
-class Plain:
-    """The weights of a plain network, as `Brain.state()` returns them."""
-
-    hidden: tuple[int, ...]
-    trunk: str
-    state: dict[str, np.ndarray]
+Plain = tuple[tuple[int, ...], str, dict[str, np.ndarray]]
+"""A plain network: its hidden layers, its trunk, and its weights as `Brain.state()` returns them."""
 
 
 def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
@@ -123,20 +117,19 @@ def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
         and not module._forward_pre_hooks
     ):
         state = {name: tensor.detach().cpu().numpy().copy() for name, tensor in module.state_dict().items()}
-        return Plain(module.hidden, "shared" if module.shared else "separate", state)
-    return None if type(module) is not nn.Sequential else _sequential(list(module), n_observations, n_logits)
-
-
-def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> Plain | None:
-    linear: list[Any] = layers[::2]
-    tanh = layers[1::2]
-    if (
-        len(layers) < 3
-        or {type(x) for x in linear} != {nn.Linear}
-        or {type(x) for x in tanh} != {nn.Tanh}
-        or len(layers) % 2 == 0
-    ):
+        return module.hidden, "shared" if module.shared else "separate", state
+    if type(module) is not nn.Sequential or not _alternate(list(module)):
         return None
+    return _sequential(list(module)[::2], n_observations, n_logits)
+
+
+def _alternate(layers: list[nn.Module]) -> bool:
+    """Return whether the layers are Linear and Tanh in turn, Linear at both ends."""
+    kinds = [type(layer) for layer in layers]
+    return len(kinds) > 2 and kinds == [nn.Linear, nn.Tanh] * (len(kinds) // 2) + [nn.Linear]
+
+
+def _sequential(linear: list[Any], n_observations: int, n_logits: int) -> Plain:
     inputs, outputs = int(linear[0].in_features), int(linear[-1].out_features)
     if inputs != n_observations or outputs not in (n_logits, n_logits + 1):
         raise ValueError(
@@ -147,11 +140,9 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
     state: dict[str, np.ndarray] = {}
     for i, layer in enumerate(linear):
         weight = layer.weight.detach().cpu().numpy().astype(np.float32)
-        bias = (
-            np.zeros(len(weight), np.float32)
-            if layer.bias is None
-            else layer.bias.detach().cpu().numpy().astype(np.float32)
-        )
+        bias = np.zeros(len(weight), np.float32)
+        if layer.bias is not None:
+            bias = layer.bias.detach().cpu().numpy().astype(np.float32)
         if i < len(linear) - 1:
             state |= {f"trunk.{i}.weight": weight, f"trunk.{i}.bias": bias}
     value = slice(n_logits, n_logits + 1) if outputs > n_logits else slice(0, 1)
@@ -162,7 +153,7 @@ def _sequential(layers: list[nn.Module], n_observations: int, n_logits: int) -> 
         "value.head.weight": weight[value] * (not unknown),
         "value.head.bias": bias[value] * (not unknown),
     }
-    return Plain(tuple(int(x.out_features) for x in linear[:-1]), "shared", state)
+    return tuple(int(x.out_features) for x in linear[:-1]), "shared", state
 
 
 def from_torch(module: nn.Module) -> nn.Module:
@@ -195,12 +186,7 @@ def from_torch(module: nn.Module) -> nn.Module:
             "or `policy.network` for any other"
         )
     layers = list(module)
-    last: Any = layers[-1] if layers else None
-    first: Any = layers[0] if layers else None
-    if (
-        not layers
-        or _sequential(layers, getattr(first, "in_features", 0), getattr(last, "out_features", 0)) is None
-    ):
+    if not _alternate(layers):
         raise ValueError(
             f"layers {', '.join(type(x).__name__ for x in layers)}: "
             "expected Linear and Tanh in turn, Linear at both ends"

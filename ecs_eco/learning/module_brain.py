@@ -28,7 +28,7 @@ CHUNK = 2048  # rows that a module receives at once
 LANES = 16
 
 
-class ModuleBrain:
+class ModuleBrain(PolicyNetwork):
     """A torch module in the place of a `Brain`.
 
     Parameters
@@ -57,6 +57,7 @@ class ModuleBrain:
     """
 
     by_row = False  # torch computes a chunk of rows at once
+    called = "network"
 
     def __init__(
         self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
@@ -84,68 +85,17 @@ class ModuleBrain:
             name: p.detach().cpu().numpy() for name, p in self.module.named_parameters() if p.requires_grad
         }
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the module's parameters and buffers.
+    def _parts(self) -> dict[str, np.ndarray]:
+        return {name: tensor.detach().cpu().numpy() for name, tensor in self.module.state_dict().items()}
 
-        Returns
-        -------
-        dict of str to array
-        """
-        return {
-            name: tensor.detach().cpu().numpy().copy() for name, tensor in self.module.state_dict().items()
-        }
-
-    def load(self, state: dict[str, np.ndarray]) -> None:
-        """Set the module's parameters and buffers.
-
-        Parameters
-        ----------
-        state : dict of str to array
-            As `state` returns it.
-
-        Raises
-        ------
-        ValueError
-            With each name that is missing, unknown or of another shape.
-        """
-        mine = self.module.state_dict()
-        if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(
-                f"weights {', '.join(wrong)}: missing or unknown; this network has {', '.join(mine)}"
-            )
-        for name, tensor in mine.items():
-            if np.shape(state[name]) != tuple(tensor.shape):
-                raise ValueError(
-                    f"{name} has shape {np.shape(state[name])}; this network needs {tuple(tensor.shape)}"
-                )
-        self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
-
-    def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits and values; a network with a memory starts without any.
-
-        Parameters
-        ----------
-        observations : array of float32, shape (n, n_observations)
-        split : callable, optional
-            Unused; as for `Brain.forward`.
-
-        Returns
-        -------
-        logits : array of float32, shape (n, sum(groups))
-        values : array of float32, shape (n,)
-        """
-        memory = np.zeros((len(observations), self.memory), np.float32)
-        return self.recall(observations, memory, split)[:2]
+    def _set(self, state: dict[str, np.ndarray]) -> None:
+        self.module.load_state_dict({name: torch.from_numpy(np.array(part)) for name, part in state.items()})
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return logits, values, and the next memory f32[n, memory], of organisms with this memory."""
-        n = len(observations)
-        if np.shape(observations) != (n, self.n_observations):
-            raise ValueError(
-                f"observations have shape {np.shape(observations)}; expected (n, {self.n_observations})"
-            )
+        n = self._rows(observations)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
         with self.reproducible(), torch.inference_mode(), one_torch_thread():
@@ -243,17 +193,6 @@ class ModuleBrain:
         return out
 
 
-def make(
-    network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int, device: str = "cpu"
-) -> PolicyNetwork:
-    """Return the brain of a network's class, or of a function that returns one: a `Brain` if it is a plain
-    MLP on the CPU.
-
-    Its random weights follow from the seed. Raises ValueError if it cannot be created or is unsuitable.
-    """
-    return as_brain(made(network, n_observations, groups, seed), n_observations, groups, device)
-
-
 def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int) -> Any:
     """Return `network(n_observations, groups)`, whose random weights follow from the seed. Raises
     ValueError if it raises."""
@@ -271,9 +210,10 @@ def as_brain(
     module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu"
 ) -> PolicyNetwork:
     """Return a module as a brain: a `Brain` if it is a plain MLP on the CPU, otherwise a `ModuleBrain`."""
-    if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
-        brain = Brain(n_observations, groups, weights.hidden, 0, weights.trunk)
-        brain.load(weights.state)
+    if device == "cpu" and (known := plain(module, n_observations, sum(groups))) is not None:
+        hidden, trunk, state = known
+        brain = Brain(n_observations, groups, hidden, 0, trunk)
+        brain.load(state)
         return brain
     return ModuleBrain(module, n_observations, groups, device)
 

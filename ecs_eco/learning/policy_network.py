@@ -1,9 +1,8 @@
-"""The interface of a policy network, which `Brain` and `ModuleBrain` share."""
+"""A policy network that all members of a species share: the common part of `Brain` and `ModuleBrain`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 
@@ -11,7 +10,7 @@ Split = Callable[..., None]
 """`World.split`: calls kernel(first, last, *arguments) for parts of 0…n, on all threads."""
 
 
-class PolicyNetwork(Protocol):
+class PolicyNetwork:
     """A policy and a value over the same observations.
 
     Its outputs are the logits of the categorical groups, group g's at offsets[g]:offsets[g + 1], then mean
@@ -25,22 +24,84 @@ class PolicyNetwork(Protocol):
     n_logits: int  # outputs
     memory: int  # numbers that it keeps between decisions
     by_row: bool  # whether a row's bits depend on no other row: processes may share the rows
+    called: str  # in errors
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; a network with a
-        memory starts with an empty one."""
+        """Return logits and values; a network with a memory starts with an empty one.
+
+        Parameters
+        ----------
+        observations : array of float32, shape (n, n_observations)
+        split : callable, optional
+            `world.split`, to use the threads of a world; torch modules ignore it.
+
+        Returns
+        -------
+        logits : array of float32, shape (n, sum(groups))
+        values : array of float32, shape (n,)
+        """
+        memory = np.zeros((len(observations), self.memory), np.float32)
+        return self.recall(observations, memory, split)[:2]
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return outputs, values, and the next memory f32[n, memory], of organisms with this memory."""
+        """Return logits, values, and the next memory f32[n, memory], of organisms with this memory."""
+        raise NotImplementedError
 
     def named(self) -> dict[str, np.ndarray]:
-        """Return the weights that learning changes, by name."""
+        """Return the weights that learning changes by name, with shapes as in torch; on the CPU they are
+        views."""
+        raise NotImplementedError
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the weights by name."""
+        """Return a copy of the weights by name, for a torch module of its parameters and buffers.
+
+        Returns
+        -------
+        dict of str to array
+        """
+        return {name: np.array(part, order="C") for name, part in self._parts().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Load the weights of `state()`. Raises ValueError that names missing or unknown weights and wrong
-        shapes."""
+        """Set the weights.
+
+        Parameters
+        ----------
+        state : dict of str to array
+            As `state` returns it.
+
+        Raises
+        ------
+        ValueError
+            With each name that is missing, unknown or of another shape.
+        """
+        mine = self._parts()
+        if wrong := sorted(set(state) ^ set(mine)):
+            raise ValueError(
+                f"weights {', '.join(wrong)}: missing or unknown; this {self.called} has {', '.join(mine)}"
+            )
+        for name, part in mine.items():
+            if np.shape(state[name]) != part.shape:
+                raise ValueError(
+                    f"{name} has shape {np.shape(state[name])}; this {self.called} needs {part.shape}"
+                )
+        self._set(state)
+
+    def _parts(self) -> dict[str, np.ndarray]:
+        """Return the arrays of `state`."""
+        return self.named()
+
+    def _set(self, state: dict[str, np.ndarray]) -> None:
+        """Set the weights to those of a valid `state`."""
+        for name, part in self.named().items():
+            part[...] = state[name]
+
+    def _rows(self, observations: np.ndarray) -> int:
+        """Return the number of observations. Raises ValueError for another shape."""
+        n = len(observations)
+        if np.shape(observations) != (n, self.n_observations):
+            raise ValueError(
+                f"observations have shape {np.shape(observations)}; expected (n, {self.n_observations})"
+            )
+        return n

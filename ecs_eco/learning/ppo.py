@@ -14,10 +14,10 @@ import numpy as np
 from ecs_eco.compiled.threads import in_parallel
 from ecs_eco.learning.adam import adam
 from ecs_eco.learning.brain import Brain
-from ecs_eco.learning.loss import LossSettings
-from ecs_eco.learning.ppo_kernels import scratch_for, shared_gradient
+from ecs_eco.learning.gradient import scratch_for, shared_gradient
+from ecs_eco.learning.loss import LOSS_TERMS, LossSettings
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import CHUNK, TERMS, TorchLearner
+from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
 class Learner(TorchLearner):
@@ -78,26 +78,18 @@ class Learner(TorchLearner):
             self._gradient = np.zeros((n_chunks, brain.size), np.float32)
         while len(self._scratch) < self.workers:
             self._scratch.append(scratch_for(brain.layers))
-        terms = np.zeros((n_chunks, len(TERMS) + 1))
+        terms = np.zeros((n_chunks, len(LOSS_TERMS) + 1))
         first, last = self.bands.part(n_chunks)
         numbers = clip, ppo.clip_value, ppo.entropy_coef, ppo.value_weight, shift, scale
         settings, share = LossSettings(*map(np.float32, numbers)), np.float32(1 / len(chosen))
+        network = brain.weights, brain.layers, brain.offsets
         log = rollout.observations, rollout.choices, rollout.numbers, rollout.steps
 
         def work(worker: int) -> None:
             for chunk in range(first + worker, last, self.workers):
                 index, gradient = chosen[chunk * CHUNK : (chunk + 1) * CHUNK], self._gradient[chunk]
                 shared_gradient(
-                    self._scratch[worker],
-                    brain.weights,
-                    brain.layers,
-                    brain.offsets,
-                    log,
-                    index,
-                    settings,
-                    share,
-                    gradient,
-                    terms[chunk],
+                    self._scratch[worker], *network, log, index, settings, share, gradient, terms[chunk]
                 )
                 if len(brain.spreads):
                     brain.named_views(gradient)["policy.head.weight"][brain.spreads] = 0  # only biases
@@ -106,17 +98,9 @@ class Learner(TorchLearner):
         self.bands.whole(n_chunks, self._gradient, terms)
         self.steps += 1
         total: np.ndarray = terms.sum(axis=0)
-        total[-1] = adam(
-            brain.weights,
-            self._gradient[:n_chunks],
-            self.moment_1,
-            self.moment_2,
-            self.steps,
-            rate,
-            ppo.adam_epsilon,
-            ppo.max_grad_norm,
-            ppo.weight_decay,
-        )
+        how = rate, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay
+        gradients = self._gradient[:n_chunks]
+        total[-1] = adam(brain.weights, gradients, self.moment_1, self.moment_2, self.steps, how)
         return total
 
 

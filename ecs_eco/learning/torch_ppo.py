@@ -17,15 +17,14 @@ import numpy as np
 import torch
 
 from ecs_eco.compiled.threads import in_parallel
-from ecs_eco.learning.advantages import summarize
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
-from ecs_eco.learning.rollout import Rollout
+from ecs_eco.learning.loss import LOSS_TERMS
+from ecs_eco.learning.rollout import Rollout, summarize
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
 
 # transitions that pass through a module at once: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
-TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
 class TorchLearner:
@@ -95,7 +94,7 @@ class TorchLearner:
         n = len(self._stretches) - 1 if self.brain.memory else rollout.n
         parts = max(1, -(-rollout.n // ppo.minibatch_size))
         edges = [n * i // parts for i in range(parts + 1)]
-        terms, steps = np.zeros(len(TERMS) + 1), 0
+        terms, steps = np.zeros(len(LOSS_TERMS) + 1), 0
         for _ in range(ppo.epochs if n else 0):
             order = generator.permutation(n)
             for start, stop in pairwise(edges):
@@ -111,7 +110,7 @@ class TorchLearner:
         n_transitions = rollout.n
         rollout.clear()
         self.updates += 1
-        return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | {
+        return dict(zip((*LOSS_TERMS, "gradient_norm"), terms.tolist(), strict=True)) | {
             "explained_variance": explained,
             "reward": reward,
             "learning_rate": rate,
@@ -140,7 +139,7 @@ class TorchLearner:
         pieces = list(self._pieces(chosen))
         n = int(np.diff(self._stretches)[chosen].sum()) if self.brain.memory else len(chosen)
         gradients: list[Sequence[torch.Tensor | None]] = [()] * len(pieces)
-        terms = np.zeros((len(pieces), len(TERMS) + 1))
+        terms = np.zeros((len(pieces), len(LOSS_TERMS) + 1))
 
         def work(worker: int) -> None:
             for i in range(worker, len(pieces), self.workers):
@@ -171,25 +170,14 @@ class TorchLearner:
         logits, values, index = self._replay(piece)
         rollout, device = self.rollout, self.brain.device
         step = rollout.steps[index]
-        old = {
+        batch = {
             name: torch.from_numpy(step[name].copy()).to(device)
             for name in ("log_probability", "value", "advantage")
         }
-        choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
-        numbers = torch.from_numpy(rollout.numbers[index]).to(device)
-        loss, terms = ppo_loss(
-            logits,
-            values,
-            choices,
-            numbers,
-            self.brain.groups,
-            old,
-            self.ppo,
-            clip,
-            self.ppo.entropy_coef,
-            shift,
-            scale,
-        )
+        batch["choices"] = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
+        batch["numbers"] = torch.from_numpy(rollout.numbers[index]).to(device)
+        groups, bonus = self.brain.groups, self.ppo.entropy_coef
+        loss, terms = ppo_loss(logits, values, batch, groups, self.ppo, clip, bonus, shift, scale)
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
@@ -277,23 +265,22 @@ class TorchLearner:
 def ppo_loss(
     logits: torch.Tensor,
     values: torch.Tensor,
-    choices: torch.Tensor,
-    numbers: torch.Tensor,
+    batch: dict[str, torch.Tensor],
     groups: Sequence[int],
-    old: dict[str, torch.Tensor],
     ppo: PPO,
     clip: float,
     entropy_weight: float | torch.Tensor,
-    shift: float | torch.Tensor = 0.0,
-    scale: float | torch.Tensor = 1.0,
+    shift: float | torch.Tensor,
+    scale: float | torch.Tensor,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017, eq. 7
-    and 9).
+    """Return PPO's loss of each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
+    eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; `choices` i64[n, categorical
-    groups], `numbers` f32[n, continuous groups] and `old` (log_probability, value, advantage, each f32[n])
-    those at the decision. Advantages are taken as (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; the batch has those at the
+    decision: choices i64[n, categorical groups], numbers f32[n, continuous groups], log_probability, value and
+    advantage, each f32[n]. Advantages are taken as (A - shift) * scale.
     """
+    choices, numbers, old_value = batch["choices"], batch["numbers"], batch["value"]
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
     categorical = choices.shape[1]
     for g, group in enumerate(torch.split(logits, list(groups), dim=1)):
@@ -306,15 +293,15 @@ def ppo_loss(
             z = (numbers[:, g - categorical] - group[:, 0]) * (-spread).exp()
             log_probability = log_probability - (0.5 * z * z + spread + float(HALF_LOG_2_PI))
             entropy = entropy + spread + float(HALF_LOG_2_PI) + 0.5
-    advantage = (old["advantage"] - shift) * scale
-    log_ratio = log_probability - old["log_probability"]
+    advantage = (batch["advantage"] - shift) * scale
+    log_ratio = log_probability - batch["log_probability"]
     ratio = log_ratio.exp()
     clipped = ratio.clamp(1 - clip, 1 + clip)
     policy_loss = -torch.minimum(ratio * advantage, clipped * advantage)
-    target = old["value"] + old["advantage"]
+    target = old_value + batch["advantage"]
     value_loss = (values - target) ** 2
     if ppo.clip_value:
-        held = old["value"] + (values - old["value"]).clamp(-ppo.clip_value, ppo.clip_value)
+        held = old_value + (values - old_value).clamp(-ppo.clip_value, ppo.clip_value)
         value_loss = torch.maximum(value_loss, (held - target) ** 2)
     loss = policy_loss - entropy_weight * entropy + ppo.value_weight * value_loss
     return loss, (policy_loss, value_loss, entropy, ratio - 1 - log_ratio, (ratio != clipped).float())

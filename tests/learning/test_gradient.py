@@ -12,8 +12,8 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals
 from ecs_eco.learning.continuous import CONTINUOUS
+from ecs_eco.learning.gradient import BLOCK, scratch_for, shared_gradient
 from ecs_eco.learning.loss import LossSettings
-from ecs_eco.learning.ppo_kernels import BLOCK, scratch_for, shared_gradient
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.torch_ppo import ppo_loss
 
@@ -68,19 +68,12 @@ def _autograd(network, weights, rollout, index, ppo, shift=SHIFT, scale=SCALE):
         name: torch.from_numpy(steps[name].astype(float))
         for name in ("log_probability", "value", "advantage")
     }
-    loss, terms = ppo_loss(
-        outputs[:, :-1],
-        outputs[:, -1],
-        torch.from_numpy(rollout.choices[index].astype(np.int64)),
-        torch.from_numpy(rollout.numbers[index].astype(float)),
-        network.groups,
-        old,
-        ppo,
-        CLIP,
-        ppo.entropy_coef,
-        shift,
-        scale,
-    )
+    batch = old | {
+        "choices": torch.from_numpy(rollout.choices[index].astype(np.int64)),
+        "numbers": torch.from_numpy(rollout.numbers[index].astype(float)),
+    }
+    logits, values, bonus = outputs[:, :-1], outputs[:, -1], ppo.entropy_coef
+    loss, terms = ppo_loss(logits, values, batch, network.groups, ppo, CLIP, bonus, shift, scale)
     loss.mean().backward()
     return weights.grad.numpy(), np.array([float(term.detach().sum()) for term in terms])
 

@@ -7,8 +7,7 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals, Learner, choose
-from ecs_eco.learning.advantages import fill_advantages, summarize
-from ecs_eco.learning.rollout import STEP
+from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
 
 GROUPS, MASK = (3, 2), (1 << 64) - 1
 

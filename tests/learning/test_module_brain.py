@@ -10,7 +10,7 @@ from torch import nn
 from ecs_eco.compiled.workers import Workers
 from ecs_eco.learning import MLP, Brain, ModuleBrain, from_torch
 from ecs_eco.learning.brains import brain_of
-from ecs_eco.learning.module_brain import as_brain, as_module, make
+from ecs_eco.learning.module_brain import as_brain, as_module
 from tests.learning.networks import Gru, Plain
 
 GROUPS = (3, 2)
@@ -98,7 +98,7 @@ class Elsewhere(Plain):
 )
 def test_what_cannot_be_a_brain_is_said_with_what_it_gave_and_should_give(network, message):
     with pytest.raises(ValueError, match=re.escape(message)):
-        make(network, 4, GROUPS, seed=1)
+        brain_of(network, 4, GROUPS, (), 1)
 
 
 def test_a_module_that_takes_a_state_says_how_large_it_is():
@@ -108,7 +108,7 @@ def test_a_module_that_takes_a_state_says_how_large_it_is():
             del self.memory
 
     with pytest.raises(ValueError, match=r"set self.memory to the numbers that each organism keeps"):
-        make(Silent, 4, GROUPS, seed=1)
+        brain_of(Silent, 4, GROUPS, (), 1)
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
@@ -122,7 +122,7 @@ def test_a_device_that_is_not_there_is_refused():
 def test_weights_follow_from_the_seed_alone():
     torch.manual_seed(5)
     before = torch.get_rng_state()
-    first, again, other = (make(Plain, 4, GROUPS, seed).state() for seed in (1, 1, 2))
+    first, again, other = (brain_of(Plain, 4, GROUPS, (), seed).state() for seed in (1, 1, 2))
     assert torch.equal(before, torch.get_rng_state())
     assert all(np.array_equal(first[name], again[name]) for name in first)
     assert any((first[name] != other[name]).any() for name in first)
@@ -142,8 +142,8 @@ def test_the_built_in_network_as_a_module_says_the_same_and_is_recognised(trunk)
 
 
 def test_only_a_module_that_does_what_the_kernels_do_goes_their_way():
-    assert isinstance(make(MLP, 4, GROUPS, 1), Brain)
-    assert isinstance(make(changed(MLP), 4, GROUPS, 1), ModuleBrain)
+    assert isinstance(brain_of(MLP, 4, GROUPS, (), 1), Brain)
+    assert isinstance(brain_of(changed(MLP), 4, GROUPS, (), 1), ModuleBrain)
     hooked = MLP(4, GROUPS)
     hooked.register_forward_hook(lambda *_: None)
     assert isinstance(as_brain(hooked, 4, GROUPS), ModuleBrain)
@@ -174,7 +174,7 @@ def test_other_layers_are_refused_by_from_torch(net):
 
 @pytest.mark.parametrize("network", [Plain, Gru])
 def test_a_thought_depends_neither_on_threads_nor_on_how_many_think(network):
-    brain = make(network, 24, GROUPS, 1)
+    brain = brain_of(network, 24, GROUPS, (), 1)
     rng = np.random.default_rng(1)
     x, memory = (
         rng.standard_normal((5000, 24), dtype=np.float32),
@@ -191,7 +191,7 @@ def test_a_thought_depends_neither_on_threads_nor_on_how_many_think(network):
 
 
 def test_wrong_weights_are_named():
-    brain = make(Plain, 4, GROUPS, 1)
+    brain = brain_of(Plain, 4, GROUPS, (), 1)
     state = brain.state()
     with pytest.raises(
         ValueError, match=r"weights trunk.9.weight: missing or unknown; this network has trunk.0.weight"

@@ -117,7 +117,7 @@ def test_adam_agrees_with_torch(max_norm):
         if max_norm:
             torch.nn.utils.clip_grad_norm_([theirs], max_norm)
         optimiser.step()
-        adam(weights, gradients, moment_1, moment_2, step, 0.01, 1e-5, max_norm)
+        adam(weights, gradients, moment_1, moment_2, step, (0.01, 1e-5, max_norm, 0.0))
     np.testing.assert_allclose(weights, theirs.detach().numpy(), rtol=1e-5, atol=1e-6)
 
 
