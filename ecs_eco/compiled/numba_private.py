@@ -88,7 +88,7 @@ class _Borrowing(Lower):
         self.counting, self.borrowing = self.context, self.context.subtarget(enable_nrt=False)
         self.borrowed = _borrowed(self.blocks, self.fndesc.typemap, self.context.data_model_manager)
 
-    def lower_inst(self, inst: Any) -> None:
+    def lower_inst(self, inst: ir.Stmt) -> None:
         """Lower one statement."""
         name = inst.target.name if isinstance(inst, ir.Assign) else getattr(inst, "value", None)
         self.context = self.borrowing if name in self.borrowed else self.counting
@@ -96,7 +96,9 @@ class _Borrowing(Lower):
         self.context = self.counting
 
 
-def _borrowed(blocks: dict[int, Any], kinds: dict[str, Any], models: DataModelManager) -> set[str]:
+def _borrowed(
+    blocks: dict[int, ir.Block], kinds: dict[str, types.Type], models: DataModelManager
+) -> set[str]:
     """Return the variables that hold only arrays of the caller and are not returned."""
     managed = {name for name, kind in kinds.items() if models[kind].contains_nrt_meminfo()}
     statements = [one for block in blocks.values() for one in block.body]
@@ -111,7 +113,7 @@ def _borrowed(blocks: dict[int, Any], kinds: dict[str, Any], models: DataModelMa
         owned |= own
 
 
-def _reads(value: Any, kinds: dict[str, Any], owned: set[str]) -> bool:
+def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> bool:
     """Return whether a value is an argument, or a part or tuple of arrays that are not owned."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)

@@ -22,7 +22,7 @@ ENDED = 130  # exit code of a worker that was asked to end
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Let processes that start in this context have one thread, and import nothing from their folder."""
+    """Give processes that start in this context one thread, and no imports from their folder."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:

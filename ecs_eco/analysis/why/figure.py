@@ -97,16 +97,16 @@ def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
     for k in range(len(used)):
-        ax.bar(middle, share[:, k], width, bottom=base, linewidth=0, **_fill(k))
+        hue, hatch = _fill(k)
+        ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=hatch, edgecolor="white")
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
 
 
-def _fill(k: int) -> dict[str, Any]:
-    """Return the style of the area of the k-th cause of death."""
-    hue, hatch = PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
-    return {"facecolor": hue, "hatch": hatch, "edgecolor": "white"}
+def _fill(k: int) -> tuple[str, str]:
+    """Return color and hatching of the k-th cause of death."""
+    return PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
 
 
 def _energy(ax: Axes, case: Case, species: str) -> None:
@@ -119,9 +119,11 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
     base = np.zeros(len(middle))
     for k, (_, _, colour) in enumerate(OUT):
-        style: Any = {"color": colour, "hatch": HATCHES[k], "edgecolor": "white"}
-        ax.fill_between(middle, base, base - per[:, k + 1], lw=0, alpha=0.85, **style)
-        base = base - per[:, k + 1]
+        end = base - per[:, k + 1]
+        ax.fill_between(
+            middle, base, end, lw=0, alpha=0.85, color=colour, hatch=HATCHES[k], edgecolor="white"
+        )
+        base = end
     ax.axhline(0, color=SOFT, lw=0.8)
     span = np.nanquantile(np.abs(np.concatenate([per[:, 0], base])), 0.98) if np.isfinite(base).any() else 1.0
     ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
@@ -132,7 +134,10 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
 
     if not any_shown:
         return
-    causes = [Patch(**_fill(k), label=cause) for k, cause in enumerate(used)]
+    fills = [(_fill(k), cause) for k, cause in enumerate(used)]
+    causes = [
+        Patch(facecolor=hue, hatch=hatch, edgecolor="white", label=cause) for (hue, hatch), cause in fills
+    ]
     flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
     flows += [
         Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
