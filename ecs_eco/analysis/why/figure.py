@@ -97,8 +97,8 @@ def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
     for k in range(len(used)):
-        hue, hatch = _fill(k)
-        ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=hatch, edgecolor="white")
+        hue, pattern = _fill(k)
+        ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=pattern, edgecolor="white")
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
@@ -136,7 +136,7 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
         return
     fills = [(_fill(k), cause) for k, cause in enumerate(used)]
     causes = [
-        Patch(facecolor=hue, hatch=hatch, edgecolor="white", label=cause) for (hue, hatch), cause in fills
+        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause) for (hue, pattern), cause in fills
     ]
     flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
     flows += [
