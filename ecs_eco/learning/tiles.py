@@ -79,8 +79,10 @@ def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, st
         z0, z1, z2, z3 = z0 + x0 * w, z1 + x1 * w, z2 + x2 * w, z3 + x3 * w
         x += step
         matrix += step_matrix
+    _put(
+        scratch, out + LANES, step_out, z0, z1, z2, z3
+    )  # first: it may extend into the next row's first vector
     _put(scratch, out, step_out, y0, y1, y2, y3)
-    _put(scratch, out + LANES, step_out, z0, z1, z2, z3)
 
 
 @fused_njit

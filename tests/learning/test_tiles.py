@@ -1,8 +1,18 @@
+import inspect
+from typing import Any
+
 import numpy as np
 import pytest
 
 from ecs_eco.compiled.vectors import LANES
 from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
+
+
+def product_in_tiles_of(wide):
+    """`product` for processors with (AVX-512) and without registers for two vectors; never from the cache."""
+    names: dict[str, Any] = {**product.py_func.__globals__, "WIDE": wide}
+    exec(inspect.getsource(product.py_func), names)
+    return names["product"]
 
 
 def room_of(*parts, room_left):
@@ -27,6 +37,24 @@ def test_products_are_those_of_numpy(rows, n, wide, transposed):
     product(room, 0, step_row, step, rows, at_matrix, wide, n, at_bias, 0, out, wide, wide)
     np.testing.assert_allclose(
         room[out:].reshape(rows, wide), x @ matrix.astype(float) + bias, rtol=2e-5, atol=2e-5
+    )
+
+
+@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("columns", [3, 20, 33, 64, 70])
+def test_rows_of_any_length_lie_without_gaps_in_tiles_of_both_widths(wide, columns):
+    rng, rows, n = np.random.default_rng(columns), 8, 5
+    padded = round_up(columns, LANES)
+    x, bias = made(rng, rows, n), np.zeros(padded, np.float32)
+    matrix = np.zeros((n, padded), np.float32)
+    matrix[:, :columns] = made(rng, n, columns)
+    space, (_, at_matrix, at_bias, out) = room_of(x, matrix, bias, room_left=rows * columns + 2 * LANES)
+    product_in_tiles_of(wide)(space, 0, n, 1, rows, at_matrix, padded, n, at_bias, 0, out, columns, columns)
+    np.testing.assert_allclose(
+        space[out : out + rows * columns].reshape(rows, columns),
+        x @ matrix[:, :columns].astype(float),
+        rtol=2e-5,
+        atol=2e-5,
     )
 
 
