@@ -1,6 +1,6 @@
 """Positions and surroundings: edges, neighbors, sight, fields, terrain, sun and water.
 
-Kernels of this package take arrays and numbers. Their use by organisms belongs to `ecs_eco.nervous` and
+Kernels of this package take views (named tuples of arrays), arrays and numbers. Their use by organisms belongs to `ecs_eco.nervous` and
 `ecs_eco.systems`.
 """
 
