@@ -45,7 +45,6 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.ecosystem import World as Ecosystem
-from ecs_eco.lab.arm import check_policies
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
@@ -226,7 +225,10 @@ def _run(
     if islands:
         check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
-    check_policies(policies, config)
+    if policies:
+        from ecs_eco.lab.arm import check_policies
+
+        check_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     if islands:
         from ecs_eco.lab.archipelago import Archipelago

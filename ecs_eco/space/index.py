@@ -71,12 +71,7 @@ class Index:
         if self.start.size != self.space.n_cells + 1:
             self.start = np.zeros(self.space.n_cells + 1, np.int64)
         self.flat, self.top = sort_cells(
-            alive,
-            Places(x, y, z),
-            uid,
-            self.space.extent,
-            self._cell,
-            Entries._make((*self._all, self.start)),
+            alive, Places(x, y, z), uid, self.space.extent, self._cell, Entries(*self._all, self.start)
         )
         self._show()
 
@@ -106,8 +101,8 @@ class Index:
             table.uid,
             self.space.extent,
             self._cell,
-            Entries._make((*entries, self.start)),
-            Entries._make((*spare, self.start)),
+            Entries(*entries, self.start),
+            Entries(*spare, self.start),
         )
         self._all, self._spare = spare, entries
         self._show()
@@ -115,8 +110,9 @@ class Index:
 
     def _show(self) -> None:
         self.n = n = int(self.start[-1])
-        self.rows, self.x, self.y, self.z, self.uid = living = tuple(column[:n] for column in self._all)
-        self.entries = Entries._make((*living, self.start))
+        rows, x, y, z, uid = self._all
+        self.entries = Entries(rows[:n], x[:n], y[:n], z[:n], uid[:n], self.start)
+        self.rows, self.x, self.y, self.z, self.uid, _ = self.entries
 
 
 def changes(table: Table, version: int) -> list[np.ndarray]:

@@ -47,26 +47,13 @@ def carry(world: Any, table: Any, odd: Any) -> None:
     """Move copies of the positions by currents of extreme speed."""
     from ecs_eco.components import Position
     from ecs_eco.space import water
+    from ecs_eco.space.geometry import Places
 
-    p, high, space = table[Position], table.high, world.space
-    x, y, z = (column[:high].copy() for column in (p.x, p.y, p.z))
+    p, high, space = table[Position], table.high, world.space.extent
+    places = Places(*(column[:high].copy() for column in (p.x, p.y, p.z)))
     alive, still, dt = table.alive[:high], odd(np.float32, (3, 3)), np.float32(world.dt)
-    water.carry(alive, *odd(np.float32, (3, high)), dt, space.lengths, space.torus, x, y, z)
-    water.drift(
-        0,
-        high,
-        alive,
-        still,
-        space.lengths[2],
-        odd(np.float32, ())[()],
-        dt,
-        space.lengths,
-        space.torus,
-        space.volume,
-        x,
-        y,
-        z,
-    )
+    water.carry(alive, *odd(np.float32, (3, high)), dt, space, places)
+    water.drift(0, high, alive, still, odd(np.float32, ())[()], dt, space, places)
 
 
 def breed(table: Any, odd: Any) -> None:
