@@ -119,10 +119,13 @@ def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> boo
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
     if value.op == "call":
         reads = isinstance(kinds[value.func.name], types.NamedTupleClass)
-    elif value.op == "getitem":  # indexing with an array copies
-        reads = isinstance(kinds[value.index.name], types.Integer | types.SliceType)
+    elif value.op in ("getattr", "getitem", "static_getitem", "exhaust_iter"):
+        # a list or an object may drop what it holds, and an array as index copies elements
+        reads = isinstance(kinds[value.value.name], types.Array | types.BaseTuple) and (
+            value.op != "getitem" or isinstance(kinds[value.index.name], types.Integer | types.SliceType)
+        )
     else:
-        reads = value.op in ("getattr", "static_getitem", "build_tuple", "exhaust_iter", "cast", "phi")
+        reads = value.op in ("build_tuple", "cast", "phi")
     return reads and owned.isdisjoint(one.name for one in value.list_vars())
 
 

@@ -1,8 +1,10 @@
 """Kernels count references only to the arrays that they create."""
 
 import gc
+import weakref
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 
@@ -65,6 +67,15 @@ def all_together(herd: Herd, rows: np.ndarray, rounds: int) -> float:
     return sum_
 
 
+@njit
+def replaced(arrays: Any) -> float:
+    """Take an array out of a list, replace it there, create others, and return the sum of the first."""
+    first = arrays[0]
+    arrays[0] = np.full(first.size, -1.0)
+    others = np.full(first.size, -2.0)
+    return float(first.sum()) + 0.0 * others[0]
+
+
 LOOP = """
 @njit
 def sum_of(herd: Herd, n):
@@ -122,3 +133,14 @@ def test_created_arrays_are_freed_and_arguments_are_not() -> None:
     assert runtime.memsys_get_stats_alloc() - runtime.memsys_get_stats_free() == before
     np.testing.assert_array_equal(herd.x, np.arange(8))
     np.testing.assert_array_equal(herd.mass, np.full(8, 3.0))
+
+
+def test_an_array_that_its_list_drops_lives_until_the_kernel_is_done() -> None:
+    array = np.full(1000, 3.0)
+    dropped, arrays = weakref.ref(array), numba.typed.List([array])
+    del array
+    gc.collect()
+    assert dropped() is not None
+    assert replaced(arrays) == 3000.0
+    gc.collect()
+    assert dropped() is None

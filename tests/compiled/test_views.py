@@ -105,7 +105,7 @@ def test_a_kernel_with_an_argument_that_may_be_left_out_takes_them_as_numba_does
     assert (longer(ring), longer(ring, 3.0)) == (20.0, 30.0)
 
 
-def test_fields_of_views_stand_in_the_place_of_these() -> None:
+def test_views_are_replaced_by_their_fields() -> None:
     ring, mine, _ = some(1)
     assert fields_of((1, ring, (2, 3), mine)) == (1, *ring, (2, 3), *mine)
 
