@@ -114,13 +114,13 @@ def _borrowed(
 
 
 def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> bool:
-    """Return whether a value is an argument, or a part or tuple of arrays that are not owned."""
+    """Return whether a value is an argument, or a part or tuple of arrays that are not owned; a list or an
+    object may drop what it holds, and an array as index copies elements."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
     if value.op == "call":
         reads = isinstance(kinds[value.func.name], types.NamedTupleClass)
     elif value.op in ("getattr", "getitem", "static_getitem", "exhaust_iter"):
-        # a list or an object may drop what it holds, and an array as index copies elements
         reads = isinstance(kinds[value.value.name], types.Array | types.BaseTuple) and (
             value.op != "getitem" or isinstance(kinds[value.index.name], types.Integer | types.SliceType)
         )

@@ -57,7 +57,7 @@ def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return the alternative to changing a key below a type; `held` is that of the type itself."""
+    """Return the alternative to changing a key below a type; `held` belongs to the type itself."""
     for part in members_of(kind) if key else ():
         if get_origin(part) in (dict, list):
             return _instead(key[1:], get_args(part)[-1], held)

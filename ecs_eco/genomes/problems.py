@@ -115,7 +115,7 @@ def _of_places(
 
 
 def _faults(key: Key, gene: Gene, faults: Iterable[tuple[bool, str, str, str]]) -> Iterator[Problem]:
-    """Yield the problems that a gene has: whether it has it, the field, what is wrong, and what is expected."""
+    """Yield the problems of a gene; `faults` are whether it has one, its field, fault and expected value."""
     for wrong, field, what, allowed in faults:
         if wrong:
             value = getattr(gene, field)

@@ -4,7 +4,7 @@ or updated if only births and deaths took place."""
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -60,8 +60,8 @@ class Index:
     def _allocate(self, n: int) -> None:
         self._cell = np.full(n, NOWHERE, np.int32)
         x, y, z = (np.empty(n, np.float32) for _ in range(3))
-        self._all: tuple[np.ndarray, ...] = np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64)
-        self._spare: tuple[np.ndarray, ...] | None = None
+        self._all: Any = np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64)
+        self._spare: Any = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
         """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long, with places in

@@ -163,7 +163,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the properties and substances of bodies of a kind; remains have also those of the dead."""
+        """Return the properties and substances of bodies of a kind; remains include those of the dead."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
