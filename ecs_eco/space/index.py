@@ -4,7 +4,7 @@ or updated if only births and deaths took place."""
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -54,14 +54,14 @@ class Index:
         self.top = 0  # the largest uid so far
         self.flat = True
         self.lock = threading.Lock()  # held by the thread that builds it
-        self.start = np.zeros(space.n_cells + 1, np.int64)
         self._allocate(0)
 
     def _allocate(self, n: int) -> None:
+        self.start = np.zeros(self.space.n_cells + 1, np.int64)
         self._cell = np.full(n, NOWHERE, np.int32)
         x, y, z = (np.empty(n, np.float32) for _ in range(3))
-        self._all: Any = np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64)
-        self._spare: Any = None
+        self._all = Entries(np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64), self.start)
+        self._spare: Entries | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
         """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long, with places in
@@ -69,9 +69,9 @@ class Index:
         if alive.size > self._cell.size:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # leaves space for newborn
         if self.start.size != self.space.n_cells + 1:
-            self.start = np.zeros(self.space.n_cells + 1, np.int64)
+            self._allocate(self._cell.size)
         self.flat, self.top = sort_cells(
-            alive, Places(x, y, z), uid, self.space.extent, self._cell, Entries(*self._all, self.start)
+            alive, Places(x, y, z), uid, self.space.extent, self._cell, self._all
         )
         self._show()
 
@@ -82,7 +82,7 @@ class Index:
         k = gone.size + born.size
         if (
             4 * k > self.n
-            or self.n + k > self._all[0].size
+            or self.n + k > self._all.rows.size
             or table.high > self._cell.size
             or (born.size and uids[0] <= self.top)
         ):
@@ -90,8 +90,8 @@ class Index:
         if born.size:
             self.top = int(uids[-1])
         entries, spare = self._all, self._spare
-        if spare is None or spare[0].size != entries[0].size:
-            spare = tuple(map(np.empty_like, entries))
+        if spare is None or spare.rows.size != entries.rows.size:
+            spare = Entries._make((*map(np.empty_like, entries[:-1]), self.start))
         self.flat &= not put_in(
             gone,
             their,
@@ -101,8 +101,8 @@ class Index:
             table.uid,
             self.space.extent,
             self._cell,
-            Entries(*entries, self.start),
-            Entries(*spare, self.start),
+            entries,
+            spare,
         )
         self._all, self._spare = spare, entries
         self._show()
@@ -110,7 +110,7 @@ class Index:
 
     def _show(self) -> None:
         self.n = n = int(self.start[-1])
-        rows, x, y, z, uid = self._all
+        rows, x, y, z, uid, _ = self._all
         self.entries = Entries(rows[:n], x[:n], y[:n], z[:n], uid[:n], self.start)
         self.rows, self.x, self.y, self.z, self.uid, _ = self.entries
 
