@@ -129,7 +129,10 @@ def repeat(
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
     listed = ", ".join(f"{k} {v}" for k, v in other.items())
     why = f"; it was recorded with other versions: {listed}" if other else ""
-    why += f"; it {mode}" if (mode := portable.other_mode(manifest)) else ""
+    if mode := portable.other_mode(manifest):
+        why += f"; it {mode}"
+    elif (cpu := manifest.get("target", {}).get("cpu")) != (here := portable.target()["cpu"]):
+        why += f"; it was recorded on another processor ({cpu}; this one is {here})"
     return {
         "world": config.name,
         "ticks": done,
