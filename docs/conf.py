@@ -1,4 +1,4 @@
-"""Settings of the site; `python tools/build_site.py` builds it from a staged copy of this folder."""
+"""Sphinx settings of the site, which `python tools/build_site.py` builds from a staged copy of this folder."""
 
 import re
 from importlib.metadata import version as version_of
@@ -14,9 +14,9 @@ exclude_patterns = ["_static"]
 
 myst_enable_extensions = ["colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
-suppress_warnings = ["myst.header"]  # the changelog skips a level
+suppress_warnings = ["myst.header"]  # the changelog skips a heading level
 
-nb_execution_timeout = 900  # [s] of one cell; a busy machine takes ten times as long as a free one
+nb_execution_timeout = 900  # [s] per cell; a busy machine can take ten times as long as an idle one
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 
@@ -55,13 +55,13 @@ copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 
 SPAN = re.compile(r"(`[^`\n]+`)")
-# the type of a parameter is shown as code: Sphinx would link each of its words
+# show the type of a parameter as code; otherwise Sphinx tries to link each of its words
 TYPE = re.compile(r"^( *[\w*]+(?:, [\w*]+)*) : (.+)$", re.MULTILINE)
 EXAMPLE = re.compile(r"(^ *>>> .*?(?:\n *\n|\Z))", re.MULTILINE | re.DOTALL)
 
 
 def as_rst(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Turn a docstring, whose only mark-up is `code` and examples, into reStructuredText."""
+    """Convert a docstring, whose only markup is `code` and examples, to reStructuredText."""
     parts = EXAMPLE.split("\n".join(lines))
     parts[::2] = [_escaped(TYPE.sub(r"\1 : `\2`", part)) for part in parts[::2]]
     lines[:] = "".join(parts).split("\n")
@@ -75,14 +75,14 @@ def _escaped(text: str) -> str:
 
 
 def skip_internal(_app: Any, what: str, _name: str, thing: Any, _skip: bool, _options: Any) -> bool | None:
-    """Leave methods out that are for the package itself."""
+    """Skip methods that are internal to the package."""
     method = callable(thing) or isinstance(thing, classmethod | staticmethod)
     return True if what == "class" and method and not is_public(thing) else None
 
 
 def setup(app: Any) -> None:
-    """Read docstrings as ours are written."""
+    """Connect the functions that convert docstrings and skip internal methods."""
     for _, module, name in entries():
-        thing_of(module, name)  # before autodoc imports it as type checkers do, which pydantic refuses
+        thing_of(module, name)  # before autodoc imports it with TYPE_CHECKING set, which pydantic rejects
     app.connect("autodoc-process-docstring", as_rst, priority=400)  # before napoleon
     app.connect("autodoc-skip-member", skip_internal)
