@@ -38,7 +38,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     RuntimeError
         If the processes have built different worlds.
     ConfigError
-        If the state of this world cannot be divided, or not into this many bands.
+        If the state of this world cannot be divided into this many bands, or at all.
 
     Notes
     -----

@@ -38,8 +38,7 @@ def together(
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
     returns the same world. With `state`, each process holds only a part of it. Returns the result of `lead`
     and the bands in process 0, and None in the others. An error in one process ends all processes with exit
-    code 1, or 2 for an invalid file. If whole worlds come to differ between processes, that is a
-    RuntimeError.
+    code 1, or 2 for an invalid file. Whole worlds that come to differ between processes raise a RuntimeError.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []

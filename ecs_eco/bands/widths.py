@@ -114,8 +114,8 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
-    """Return the ghost widths. Raise a ConfigError that lists everything in a world that cannot be divided,
-    or not among this many processes."""
+    """Return the ghost widths. Raise a ConfigError that lists everything that prevents a division of the
+    world among this many processes."""
     problems = [
         Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
         for key, what in (*_of_world(world), *_of_tables(world))
@@ -235,5 +235,5 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:
-    """Return the minimum height of a band in rows of cells: ghosts come only from adjacent bands."""
+    """Return the minimum height of a band in rows of cells, as ghosts come only from adjacent bands."""
     return max(widths.rows(world))

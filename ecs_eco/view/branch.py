@@ -118,7 +118,7 @@ def check(world: World, change: Message | None) -> None:
 
 
 def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any]) -> Live:
-    """Return a second world in a frozen state of this world."""
+    """Return a second world that starts from a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(
             f"what if: the system {function_name(handed[0])} was passed to this world as "

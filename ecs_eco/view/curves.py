@@ -53,7 +53,7 @@ class Curves:
             first -= 1
         if first == len(self.points):
             return None
-        before = min(first, 1)  # the first rate needs the point before
+        before = min(first, 1)  # the first rate needs the previous point
         points = self.points[first - before :]
         return series(
             np.array([point.tick for point in points]),

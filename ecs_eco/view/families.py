@@ -108,9 +108,9 @@ class Families:
 
 
 ABOVE = 48  # maximum number of ancestors in the list
-BESIDE = 12  # siblings
-BELOW = 24  # children
-EACH = 4  # grandchildren of one child
+BESIDE = 12  # maximum number of siblings
+BELOW = 24  # maximum number of children
+EACH = 4  # maximum number of grandchildren per child
 
 
 def tree(known: Genealogy, families: Families, request: Message) -> Message:

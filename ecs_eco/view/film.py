@@ -54,7 +54,7 @@ def write(
     fps: float,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3]. The file appears only when complete.
+    """Write a film of these ticks, painted as u8[height, width, 3]. The file appears only once it is complete.
 
     Raises FilmError, OSError.
     """

@@ -35,7 +35,7 @@ class Credentials:
         self._gone: deque[str] = deque(maxlen=REMEMBERED)
 
     def code(self, minutes: float = MINUTES) -> str:
-        """Return a new code, valid for one exchange within these minutes."""
+        """Return a new code, valid for one exchange within this many minutes."""
         code = secrets.token_urlsafe(24)
         with self._lock:
             self._good[code] = self._clock() + 60 * minutes
@@ -102,8 +102,8 @@ class Guard:
 
     The Host is checked because a foreign page can make its own name resolve to 127.0.0.1 (DNS rebinding). The
     page's files contain no data and need no credential. WebSockets carry data, so they must name their Origin
-    and send the credential as a subprotocol, the only header that a page can set there. Cookies ignore ports,
-    so another server on this machine would receive them too; they are not used.
+    and send the credential as a subprotocol, the only header that a page can set there. There are no cookies,
+    because they ignore ports: another server on this machine would receive them too.
     """
 
     def __init__(

@@ -86,7 +86,7 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return the position, age, sex and energy of a living organism, None for those it lacks, and a trace
+    """Return the position, age, sex and energy of a living organism (None for any that it lacks), and a trace
     that contains only the current tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:

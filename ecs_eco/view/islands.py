@@ -1,4 +1,4 @@
-"""The map of an archipelago as a page: population sizes, migrants, and a click to open any island.
+"""A page with the map of an archipelago. It shows population sizes and migrants; a click opens an island.
 
 The map of a run in progress is updated at each barrier. Each opened island is replayed in its own process.
 """

@@ -59,7 +59,7 @@ class Live(Watched):
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self.last_states: dict[int, Message] = {}  # of dead organisms by uid, in order of death
+        self.last_states: dict[int, Message] = {}  # dead organisms by uid, in order of death
         world.on_death.append(self._has_died)
         self._announced = len(world.intervened), uses_of(world)
 
@@ -206,8 +206,8 @@ class Live(Watched):
                     self.last_states.pop(next(iter(self.last_states)))
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return the trace. Only the last few selected organisms keep
-        theirs."""
+        """Add a point to an organism's trace and return the trace. Only the traces of the last few selected
+        organisms are kept."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:

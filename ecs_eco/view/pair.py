@@ -1,7 +1,7 @@
-"""Two worlds as one source: the page's world next to a branch or another world. Also the choice of a new world.
+"""Two worlds as one source (the page's world and a branch or another world), and the choice of a new world.
 
 The first world provides the page's clock, charts and organisms. The second follows that clock in the same
-thread. Pages receive its frame after the first world's, and messages "beside".
+thread. Pages receive the second frame after the first, and messages "beside".
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ SEEDS = 2**53  # from here on, numbers in a page are no longer exact
 class Picker:
     """The worlds that a page can start: the shipped worlds and the displayed world.
 
-    `build(world, seed)` returns a world's source, a `Pair`; seed None is the seed of the world file. Any
-    error in building a world may be raised.
+    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed of the world file. It
+    may raise any error that occurs while building a world.
     """
 
     def __init__(self, world: str, title: str, build: Callable[[str, int | None], Any]) -> None:
@@ -63,7 +63,7 @@ class Picker:
         return said("info", words, "begin")
 
     def begin(self) -> Any:
-        """Return the source of the requested world, or an explanation why it cannot be started."""
+        """Return the source of the requested world, or an explanation of why it cannot be started."""
         assert self.wanted is not None
         (world, seed), self.wanted = self.wanted, None
         try:

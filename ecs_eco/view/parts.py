@@ -203,5 +203,5 @@ def _groups(path: Path) -> Iterator[Group]:
                     (int(s.min), int(s.max)) if s is not None and s.has_min_max else (0, 2**63 - 1)
                 )
         if "tick" not in spans:
-            raise RecordingError(f"{path}: has no column tick")
+            raise RecordingError(f"{path}: has no `tick` column")
         yield Group(path, number, group.num_rows, spans["tick"], spans.get("uid"), names)

@@ -63,8 +63,8 @@ class Past:
 
     @cached_property
     def _first_young(self) -> np.ndarray:
-        """The tick in which each species first reproduced from parents, or infinity if never: f64[s]. If
-        there are too many births, the tick of the first birth after the first tick."""
+        """The tick of each species' first birth to parents, or infinity if there is none: f64[s]. If there
+        are too many births, the tick of the first birth after the first tick."""
         r = self._recording
         first = np.full(len(r.species), np.inf)
         few = r.births.rows <= LARGEST
@@ -75,8 +75,8 @@ class Past:
         return first
 
     def levels(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
-        """Return population sizes, mean happiness, reports and depths at these ticks, which must be those of
-        the recording's curves. Depths are omitted if the run is too long."""
+        """Return population sizes, mean happiness, reports and depths at these ticks, which must be the ticks
+        of the recording's curves. Depths are omitted if the run is too long."""
         r, config = self._recording, self._recording.manifest["config"]["species"]
         out: dict[Key, np.ndarray] = {("n", name): n for name, n in r.curves["n"].items()}
         for name in (name for name in r.species if config[name].get("happiness")):

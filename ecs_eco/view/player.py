@@ -1,4 +1,4 @@
-"""The player: advances time at the speed that pages request, and sends them what they display.
+"""The player, which advances time at the speed requested by pages and sends them what they display.
 
 It runs in the world's thread. Requests from pages arrive in `inbox` from the server's thread and are read
 between ticks. Frames are never queued: the next frame is made from the current state once the page has

@@ -168,7 +168,7 @@ CELLS = 65_536  # maximum number of ground cells sent; larger grounds are sent a
 
 
 def kinds_of(world: World) -> tuple[list[str], list[str]]:
-    """Return the names of the species and object types that have positions, without landmarks of the ground."""
+    """Return the names of the species and object types that have positions, excluding landmarks."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in world.species_names() if name in placed]
     declared = placed if world.config is None else world.config.objects

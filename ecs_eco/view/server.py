@@ -1,4 +1,4 @@
-"""The viewer's server, in a separate thread: serves the page's files, and a WebSocket for each page."""
+"""The viewer's server, in a separate thread: it serves the page's files and a WebSocket for each page."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from ecs_eco.view.shown import Inbox
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
 PAGES = 32  # maximum number of pages open at the same time
-STRANGERS = 64  # connections without the credential; one more closes the oldest
-BACKLOG = 32  # connections waiting to be accepted
+STRANGERS = 64  # maximum number of connections without the credential; one more closes the oldest
+BACKLOG = 32  # maximum number of connections waiting to be accepted
 PATIENCE = 10.0  # [s] time limit for the header of a first request
 UNREAD = 1 << 18  # [bytes] buffered by the operating system for a page that does not read
 WAITING = 64  # pending messages for a page that does not read; beyond that, it is disconnected

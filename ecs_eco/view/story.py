@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-FACTOR = 2.0  # growth since the last low that counts as a boom; decline since the last high for a crash
+FACTOR = 2.0  # growth since the last low for a boom, or decline since the last high for a crash
 LEAST = 20  # minimum high population in a boom or crash; smaller ones often double at random
 NAMED = 0.15  # minimum share of deaths for a cause to be named
 SOON = 5  # initial ticks in which first births, mostly of plants, are not reported
@@ -70,7 +70,8 @@ class Story:
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
     def changes(self, n: np.ndarray) -> bool:
-        """Return whether a species has appeared or died out since the last `note`, or if there was none."""
+        """Return whether a species has appeared or died out since the last `note`; also True before the
+        first."""
         return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(

@@ -1,4 +1,4 @@
-// Scrolling charts stacked on a common tick axis: populations, happiness, genes, births and deaths, with nights shaded.
+// Scrolling charts of populations, happiness, genes, births and deaths, stacked on a common tick axis, with nights shaded.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
@@ -252,7 +252,7 @@ export class Charts {
     this.figures.at();
   }
 
-  /** The lines with data. @param {string} key */
+  /** The names of lines that have data. @param {string} key */
   names(key) {
     const plants = key === "causes" || key === "energy" ? this.plants : []; // their curves would dwarf all others
     return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null) || this.other?.lines[key]?.[name]);

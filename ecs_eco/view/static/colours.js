@@ -26,8 +26,8 @@ export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 1
 const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
 
 /**
- * Assigns each kind the safe color nearest to its own hue: species before objects, closest pairs first. If there are more kinds than
- * colors, repeated colors are shifted toward the ink color.
+ * Assigns each kind the safe color nearest to its own hue: species before objects, closest pairs first.
+ * If there are more kinds than colors, repeated colors are shifted toward the ink color.
  * @param {import("./protocol.js").Kind[]} kinds
  * @param {boolean} dark
  * @returns {string[]}

@@ -30,7 +30,7 @@ export class Eye {
     this.controls.maxPolarAngle = size.length > 2 ? Math.PI * 0.92 : Math.PI * 0.49;
     /** @type {Preset} */
     this.preset = "side";
-    this.touched = false; // whether the user has moved the camera since the preset
+    this.touched = false; // whether the user has moved the camera since the preset was chosen
     this.controls.addEventListener("start", () => {
       this.touched = true;
       this.flight = null;
@@ -39,7 +39,7 @@ export class Eye {
     this.flight = null;
     /** @type {Vector3 | null} */
     this.followed = null;
-    /** @type {() => number[][]} left, top, right and bottom [px] of each element over the scene */
+    /** @type {() => number[][]} the left, top, right and bottom [px] of each element over the scene */
     this.cover = () => [];
     /** @type {number[][]} the same at the last check */
     this.covered = [];

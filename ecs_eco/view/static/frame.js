@@ -1,9 +1,9 @@
-// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need them, 4 more bytes per organism. Blocks are views of
-// the frame's bytes, so nothing is copied.
+// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need them, 4 more bytes per organism.
+// Blocks are views of the frame's bytes, so nothing is copied.
 
 export const MAGIC = 0x31434545; // "EEC1"
-export const WORDS = 6; // 16-bit words per organism: x, y, z, heading | value << 8, uid (two words)
-export const LONGS = 3; // 32-bit words per organism; the last is the lower half of the uid
+export const WORDS = 6; // number of 16-bit words per organism, for x, y, z, heading | value << 8, and uid (two words)
+export const LONGS = 3; // number of 32-bit words per organism, of which the last is the lower half of the uid
 
 /**
  * @typedef {object} Block The organisms of one kind.

@@ -3,7 +3,7 @@
 /** @typedef {import("./protocol.js").Relative} Relative @typedef {import("./protocol.js").TreeMessage} TreeMessage */
 
 export const COLUMN = 64; // [px]
-export const BOX = [58, 42]; // [px] of one organism
+export const BOX = [58, 42]; // [px] width and height of an organism
 const GAP = 62; // minimum distance from a parent to its child [px]
 const STEPS = [5, 30]; // minimum and maximum distance between consecutive ticks of birth [px]
 const SPAN = 320; // approximate total height of the ticks [px]
@@ -15,8 +15,8 @@ const GRANDCHILDREN = [3, 1]; // shown for an only child, and for each of two ch
  * @typedef {object} Place
  * @property {string} key
  * @property {Relative | null} life null: "+12"
- * @property {number} x of its center [px]
- * @property {number} y of its top [px]
+ * @property {number} x center of the box [px]
+ * @property {number} y top of the box [px]
  * @property {number} hidden number of organisms represented by "+12"
  * @property {boolean} opens whether a click expands the group
  * @property {string} what description
@@ -32,7 +32,7 @@ export class Genealogy {
     this.lives = new Map(tree.lives.map((life) => [life.uid, life]));
     this.focal = /** @type {Relative} */ (this.lives.get(tree.uid));
     this.siblings = tree.siblings;
-    this.shown = 0; // children of the focal organism
+    this.shown = 0; // number of displayed children of the focal organism
     this.width = this.height = 0; // [px]
     /** @type {[number, number][]} ticks of birth and their heights [px] */
     this.axis = [];

@@ -1,4 +1,4 @@
-// The genome of one organism: letters, genes marked in color, and their decoded values.
+// The genome of one organism, with genes marked in color and their decoded values.
 
 import { genes as hues } from "./colours.js";
 import { h, number } from "./dom.js";

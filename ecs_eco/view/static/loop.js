@@ -17,7 +17,7 @@ export class Loop {
     /** @type {import("./protocol.js").State | null} */
     this.state = null;
     this.asked = false; // whether the page has requested to go back
-    this.held = false; // whether time was stopped without confirmation from the server yet
+    this.held = false; // whether a stop was requested but not yet confirmed by the server
     this.possible = hello.mode === "replay" || Boolean(hello.rewinds);
     this.why = this.possible ? "" : hello.stays || "this world cannot go back in time";
     this.say();

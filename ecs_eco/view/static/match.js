@@ -88,8 +88,8 @@ export function match(before, block, old, oldBefore, share) {
 }
 
 /**
- * Interpolates from `b[j …]` to `a[i …]`. 16-bit differences take the shorter way around a torus; between walls, no difference is large
- * enough to wrap.
+ * Interpolates from `b[j …]` to `a[i …]`. On a torus, 16-bit differences take the shorter path.
+ * Between walls, no difference is large enough to wrap.
  * @param {Uint16Array} a
  * @param {number} i
  * @param {Uint16Array} b

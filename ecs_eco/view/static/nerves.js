@@ -1,5 +1,5 @@
-// The nervous system of one organism: sensors on the left; reflex network, policy and happiness in the middle; actions on the right with y (reflex),
-// p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values are updated in place.
+// The nervous system of one organism, with sensors on the left, reflex network, policy and happiness in the middle, and actions on the right.
+// Actions have y (reflex), p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values are updated in place.
 
 import { number, s } from "./dom.js";
 import { rampColour } from "./colours.js";

@@ -1,4 +1,4 @@
-// While the camera follows an organism, everything between it and the camera fades: bodies, objects, plants and rocks, but not the ground.
+// While the camera follows an organism, bodies, objects, plants and rocks between it and the camera fade. The ground does not.
 
 import { HIDES } from "./shaders.js";
 

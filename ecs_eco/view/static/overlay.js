@@ -154,7 +154,7 @@ export function door(why) {
   root.replaceChildren(`${why} Enter the address that the terminal shows now:`, form);
 }
 
-/** The parts of the stage covered by cards: left, top, right and bottom [px] of each. @param {number[]} [from] a corner of the stage */
+/** The left, top, right and bottom [px] of each part of the stage that is covered by a card. @param {number[]} [from] a corner of the stage */
 export function covered([x, y] = [0, 0]) {
   const stage = $("stage").getBoundingClientRect(), left = stage.left + x, top = stage.top + y;
   const boxes = ["legend", "cameras", "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());

@@ -1,5 +1,5 @@
-// When to draw: scenes at each browser frame, charts a few times per second. If drawing is slow (without a graphics card, or with two worlds in
-// view), scenes are drawn at most half of the time; otherwise the browser would have no time left for clicks and messages.
+// When to draw: scenes at each browser frame, charts a few times per second. If drawing is slow, scenes are drawn at most half of the time,
+// because otherwise the browser would have no time left for clicks and messages.
 
 const SLOW = 80; // [ms] if a frame takes longer, a pause of the same length follows
 const LONGEST = 1000; // [ms] maximum pause

@@ -1,4 +1,4 @@
-// The panel of the selected organism: facts, kin, nervous system, genome, and happiness and energy over time.
+// The panel of the selected organism, with facts, kin, nervous system, genome, and happiness and energy over time.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";

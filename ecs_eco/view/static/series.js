@@ -1,4 +1,4 @@
-// Series of numbers by tick: appending, export as text and shading of nights. Also the choice of charts.
+// Helpers for series of numbers by tick, and the choice of charts.
 
 import { uPlot } from "./vendor.js";
 import { css } from "./theme.js";

@@ -93,7 +93,7 @@ void main() {
 
 /** Everything that covers the followed organism fades: a fine, irregular pattern of pixels is left out. */
 export const HIDES = /* glsl */ `
-uniform vec4 clear;       // the followed organism: pixel, depth and radius of fading [px] (0: none)
+uniform vec4 clear;       // pixel and depth of the followed organism, and radius of fading [px] (0: none)
 
 bool hides() {
   if (clear.w <= 0.0 || gl_FragCoord.z >= clear.z) return false;

@@ -1,4 +1,4 @@
-// The field of view of the selected organism: range, directions and seen targets. Rays end at the first body that they hit.
+// Draws the field of view of the selected organism, with range, directions and seen targets. Rays end at the first body that they hit.
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";

@@ -1,4 +1,4 @@
-// The timeline: labeled ticks, a lane for each species with births above and deaths below, and diamonds for events. Dragging changes the tick.
+// The timeline, with labeled ticks, a lane for each species (births above, deaths below) and diamonds for events. Dragging changes the tick.
 // The timeline shows all time or a part of it.
 
 import { bars, heightOf, words } from "./detailed.js";

@@ -1,4 +1,4 @@
-// Time controls with buttons and keys: play, pause, step, speed, and the displayed period and its repetition.
+// Buttons and keys that play, pause, step, and set the speed, the displayed period and its repetition.
 
 import { $, number } from "./dom.js";
 import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
