@@ -34,8 +34,7 @@ FORMER = {  # public modules of earlier versions; an entry for a package covers 
 
 
 def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) -> Callable[[str], Any]:
-    """Return a package's `__getattr__`, given the module that defines each name, and the subpackages
-    (`rooms`)."""
+    """Return a package's `__getattr__`, given the module of each name, and the subpackages (`rooms`)."""
 
     def find(name: str) -> Any:
         present = present_name(f"{package}.{name}")

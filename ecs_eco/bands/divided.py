@@ -164,8 +164,7 @@ class Divided(OneBand):
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Send organisms that are outside this band to the processes of their bands. The tables must not have
-        ghosts."""
+        """Send organisms outside this band to the processes of their bands. The tables must have no ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -290,8 +289,7 @@ class Divided(OneBand):
         return self.births.sites_of(table, stands.shape)
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Store the learning statistics of individuals in this tick, one entry each, for the record; return
-        them."""
+        """Store this tick's learning statistics of individuals, one entry each, for the record; return them."""
         if len(arrays[0]) and self.world.recorder is not None:
             name = next(
                 t.name

@@ -44,8 +44,8 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] concatenated over all processes in rank order; n is the same for all arrays of
-        a process."""
+        """Return arrays [n, …] concatenated over all processes in rank order; a process's arrays have the
+        same n."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm
@@ -105,8 +105,8 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return the (component, field) pairs of a table: blocked fields only if `heavy`, and only components in
-    `seen`, if given."""
+    """Return (component, field) pairs of a table: blocked fields only if `heavy`; only components `seen`, if
+    given."""
     return [
         (component, field)
         for component, held in table.columns.items()

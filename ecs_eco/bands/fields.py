@@ -73,8 +73,7 @@ class BandField:
 
 
 def halo_of(field: Field, dt: float, noses: float) -> int:
-    """Return how many rows of a field beyond a band are needed if noses are at most `noses` [m] from the
-    centers of bodies."""
+    """Return how many field rows beyond a band are needed if noses are at most `noses` m from body centers."""
     return max(field._plan(dt)[0], 2 + math.ceil(noses * float(field.inverse[1])))
 
 

@@ -65,8 +65,7 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
     """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach each
-    for its eater, the eater's rivals, and items closer to these; one more if an eater may win several
-    items."""
+    for its eater, that eater's rivals, and closer items; one more if an eater may win several."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach

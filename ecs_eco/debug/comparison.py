@@ -19,8 +19,7 @@ ROUNDING = np.float32(1e-6)
 
 
 class Snapshot:
-    """A table before a system acts: identities, counts, shapes, and copies of positions, energy and free
-    rows."""
+    """A table before a system acts: identities, counts, shapes, and copied positions, energy and free rows."""
 
     def __init__(self, table: Table) -> None:
         self.identity = {name: getattr(table, name).copy() for name in IDENTITY}

@@ -49,7 +49,7 @@ class Debug:
     def watch(
         self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
-        """Run a system or a flush and check its changes; a flush inside a system splits the system's check in
+        """Run a system or flush and check its changes; a flush inside a system splits the system's check in
         two."""
         outer = self.before
         if outer is not None:

@@ -143,8 +143,7 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions carried out in ticks `first` to `end` - 1 that the world file does not plan,
-    as in a world file."""
+    """Return the interventions in ticks `first` to `end` - 1 that were not planned, as in a world file."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

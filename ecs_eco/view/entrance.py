@@ -65,8 +65,7 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce a new address if the last is no longer valid and a page has just used a code of this
-        server."""
+        """Announce a new address if the last is no longer valid and a page has just used one of this server."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):

@@ -36,8 +36,7 @@ class Genealogy:
         self._lives: tuple[tuple[int, ...], Lives] | None = None
 
     def birth(self, uid: int, names: Sequence[str] = ()) -> dict[str, Any] | None:
-        """Return the tick, species, parents and further columns of an organism's birth, or None if no birth
-        is known."""
+        """Return the tick, species, parents and further columns of an organism's birth, or None if unknown."""
         return self.noted.births.find(uid, ("tick", "species", *PARENTS, *names))
 
     def died(self, uid: int, since: int = 0) -> dict[str, Any] | None:
@@ -78,8 +77,7 @@ class Genealogy:
         return known[uid]
 
     def life(self, uid: int) -> dict[str, Any] | None:
-        """Return an organism's species, tick of birth, death, age at death [s] and parents, or None if
-        unknown."""
+        """Return an organism's species, birth tick, death, age at death [s] and parents, or None if unknown."""
         birth = self.birth(uid)
         if birth is None:
             return None

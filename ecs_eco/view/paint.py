@@ -23,9 +23,8 @@ ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # angles along the rounded end of
 def outlines(
     shape: str, places: np.ndarray, heading: np.ndarray, size: Sequence[np.ndarray], side: bool = False
 ) -> np.ndarray:
-    """Return the corners of capsules or boxes f64[n, corners, 2] [m], as seen from above or, with `side`,
-    along the y axis. `places` f64[n, 2] are their centers; `size` holds lengths, widths and heights
-    f64[n]."""
+    """Return the corners of capsules or boxes f64[n, corners, 2] [m], seen from above or, with `side`, along
+    the y axis. `places` f64[n, 2] are their centers; `size` has lengths, widths, heights f64[n]."""
     length, width, height = (np.asarray(s, float)[:, None] / 2 for s in size)
     cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
     if side:  # bodies that face toward or away from the viewer look shorter
@@ -143,8 +142,7 @@ class Painter:
         return path
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Create the axes: the world on the left, and species strips on the right or, for a wide world,
-        below."""
+        """Create the axes: the world, and a strip for each species on its right or, if it is wide, below it."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
         room = (

@@ -141,8 +141,7 @@ class Kept(Blocks):
 
 
 class Parts(Blocks):
-    """All parts of one kind, such as "births"; `words` lists the words of each text column, in the order of
-    their numbers."""
+    """All parts of one kind, such as "births"; `words` lists the words of each text column by number."""
 
     def __init__(
         self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool

@@ -67,8 +67,7 @@ class Player(Inbox):
             self._wake.wait(wait)
 
     def poll(self) -> tuple[bool, float]:
-        """Serve the pages; return at once whether a tick is due and, if not, the time until the next call
-        [s]."""
+        """Serve the pages; return whether a tick is due and, if not, the time until the next call [s]."""
         if self.source.tick != self._passed:
             self._passed = self.source.tick
             self.source.passed()

@@ -111,8 +111,7 @@ def compute(
 
 
 def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world from the last checkpoint before the end of a tick or, if there is none, from the
-    start."""
+    """Return the world at the last checkpoint before the end of a tick or, if there is none, at the start."""
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
     if file is not None:
         return World.restore(file, record=False)

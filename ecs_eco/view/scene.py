@@ -219,8 +219,7 @@ def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | Non
 
 
 def grows(world: World, name: str) -> bool:
-    """Return whether a sessile species is a plant (it grows, reproduces or is eaten) and not a resting
-    animal."""
+    """Return whether a sessile species is a plant (it grows, reproduces or is eaten), not a resting animal."""
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)

@@ -11,8 +11,7 @@ IDLE = {"none", "still", "rest"}
 
 
 def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Sequence[str] = ()) -> str:
-    """Return a sentence for a message "organism"; `foods` are the species it eats, `enemies` the species that
-    eat it."""
+    """Return a sentence for a message "organism", given the species that it eats and those that eat it."""
     name = str(state["species"]).capitalize()
     died = state.get("died")
     if not state["alive"] and died:

@@ -72,8 +72,7 @@ class Client:
 
 
 class Strangers(dict[object, asyncio.Transport]):
-    """Connections without the credential, by address, oldest first; their number is limited to protect file
-    handles."""
+    """Connections without the credential, by address, oldest first, limited in number to protect file handles."""
 
     def add(self, address: object, transport: asyncio.Transport) -> None:
         """Add a connection; close the oldest if there are too many."""

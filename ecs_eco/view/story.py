@@ -39,8 +39,7 @@ class Course:
     way: int = 0  # last entry: +1 a boom, −1 a crash
 
     def turn(self, n: int) -> int:
-        """Return +1 if population size n is a boom since the last low, −1 if it is a crash since the last
-        high, and 0 otherwise."""
+        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
         if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
             return 1
         return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
