@@ -25,7 +25,7 @@ class Widths(NamedTuple):
 
     sensing: float  # [m] ghosts before sensing: longest sensing range, or flow into this band's fields
     acting: float  # [m] ghosts after moving: all whose fate may affect this band's organisms in this tick
-    halos: list[int]  # rows beyond the edges, for each field
+    halos: list[int]  # number of rows beyond the edges, for each field
     properties: bool  # whether any sensor reads more than positions and bodies
 
     def rows(self, world: SpatialWorld) -> tuple[int, int]:

@@ -32,7 +32,7 @@ class Curves:
 
     @property
     def ticks(self) -> list[int]:
-        """The ticks of the points."""
+        """The tick of each point."""
         return [point.tick for point in self.points]
 
     def add(self, point: Point) -> None:

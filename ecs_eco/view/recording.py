@@ -32,9 +32,9 @@ class Recording:
     """A folder written by `ecs-eco run`, read lazily: a damaged file raises an error when first read.
 
     `first` and `last` are the first and last recorded ticks. `scene` is a world built like the recorded one
-    but without organisms, which contains everything that does not change. It is None if it cannot be built
-    here, and `why` gives the reason. Raises FileNotFoundError for a folder without a run, and RecordingError
-    for a run without a recorded tick.
+    but without organisms; it contains everything that does not change. It is None if it cannot be built here,
+    and `why` gives the reason. Raises FileNotFoundError for a folder without a run, and RecordingError for a
+    run without a recorded tick.
     """
 
     def __init__(self, path: str | Path) -> None:

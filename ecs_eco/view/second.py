@@ -40,7 +40,7 @@ class Second:
         change: Message | None = None,
     ) -> None:
         self.of, self.source, self.begins, self.told = of, source, begins, told
-        # the tick of a live world is the next tick, of a recording the last one
+        # a live world's tick is the next one; a recording's tick is the last one
         self.shift = source.ahead - of.ahead
         self.refused, self.common, self._ask, self._change = list[str](), 0, ask, change
         self._sent, self._fated = -1, -1

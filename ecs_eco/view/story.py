@@ -36,7 +36,7 @@ class Course:
     gone: bool
     bred: bool
     peak: Turn | None = None  # the high before the last crash
-    way: int = 0  # last entry: +1 a boom, −1 a crash
+    way: int = 0  # +1 after a boom, −1 after a crash
 
     def turn(self, n: int) -> int:
         """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
