@@ -1,9 +1,9 @@
 """ecs-eco: artificial ecosystems whose organisms live, learn, breed and die, with no selection except
 survival and reproduction.
 
-A world consists of entities in columns; systems act on them; brains learn while their owners live. This
-module has the public names and no code: `from ecs_eco import World, System, component, f32`. They load when
-first used, so importing the package is cheap. docs/explanation/architecture.md describes the folders.
+A world stores its entities in columns; systems act on them, and brains learn while their owners live. This
+module only lists the public names: `from ecs_eco import World, System, component, f32`. They load on first
+use, so importing the package is cheap. docs/explanation/architecture.md describes the folders.
 """
 
 import sys
@@ -13,11 +13,9 @@ if (
     and not sys.flags.safe_path
     and sys.orig_argv[-len(sys.argv)].removeprefix("-m").removesuffix(".__main__") == __name__
 ):
-    # `python -m ecs_eco`: first, so that modules in the current folder cannot shadow others
+    # under `python -m ecs_eco`, before other imports: modules in the current folder must not shadow them
     _here = sys.path.pop(0)
-    if __path__ == [
-        f"{_here}/{__name__}"
-    ]:  # for a checkout that is not installed, which subprocesses need too
+    if __path__ == [f"{_here}/{__name__}"]:  # keep an uninstalled checkout, which subprocesses need too
         sys.path.append(_here)
 from typing import TYPE_CHECKING
 
@@ -126,5 +124,5 @@ _ROOMS = [name for name in __all__ if name not in _HOME]
 __getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()}, _ROOMS)
 __dir__ = listing(globals(), __all__)
 find_former_names()
-_begin_portable()  # before any import of numpy, if ECS_ECO_PORTABLE is set
+_begin_portable()  # if ECS_ECO_PORTABLE is set; must precede any import of numpy
 __version__ = "0.2.0"

@@ -1,4 +1,4 @@
-"""`python -m ecs_eco`: the command `ecs-eco` if its script is not on the path."""
+"""Run the `ecs-eco` command as `python -m ecs_eco`, in case its script is not on the path."""
 
 from ecs_eco.cli import main
 

@@ -1,4 +1,4 @@
-"""Tables as HTML, for the output cells of notebooks."""
+"""HTML tables for the output cells of notebooks."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-ROWS = 8  # most organisms of a table that are shown
-COLUMNS = 12  # most scalar fields that are shown
+ROWS = 8  # maximum number of organisms shown per table
+COLUMNS = 12  # maximum number of scalar fields shown
 
 
 def grid(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str, note: str = "") -> str:
-    """Return an HTML table with a line above and below it; all text is escaped."""
+    """Return an HTML table with a caption above and a note below; all text is escaped."""
     parts = [f"<p><b>{escape(caption)}</b></p><table><thead><tr>"]
     parts += [f"<th>{escape(str(cell))}</th>" for cell in head]
     parts.append("</tr></thead><tbody>")
@@ -23,7 +23,7 @@ def grid(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str,
 
 
 def shown(value: object) -> str:
-    """Return a value as the text of a cell: fractions with six digits, integers with thousands separators."""
+    """Return a value as cell text: floats with six digits, integers with thousands separators."""
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, int | np.integer):
@@ -34,7 +34,7 @@ def shown(value: object) -> str:
 
 
 def of_entities(name: str, uid: np.ndarray, living: np.ndarray, columns: Mapping[type[Any], object]) -> str:
-    """Return the first of the `living` rows i64[n] of a table, with their scalar fields."""
+    """Return the first few `living` rows i64[n] of a table and their scalar fields as HTML."""
     rows = living[:ROWS]
     fields = [
         (f"{kind.__name__}.{field}", column)

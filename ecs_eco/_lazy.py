@@ -1,6 +1,6 @@
-"""Lazily loaded names of packages, and aliases for former module names.
+"""Lazy loading of the names in a package, and aliases for former module names.
 
-This module imports nothing from the package, so that every `__init__` can use it.
+This module imports nothing from the package, so every `__init__` can use it.
 """
 
 import re
@@ -14,7 +14,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-FORMER = {  # public modules of former versions; for a package, also its contents
+FORMER = {  # public modules of earlier versions; an entry for a package covers its contents
     "ecs_eco.analysis.crossed": "ecs_eco.analysis.seed_grid",
     "ecs_eco.archipelago": "ecs_eco.lab",
     "ecs_eco.components.Desires": "ecs_eco.components.HappinessWeights",
@@ -34,13 +34,12 @@ FORMER = {  # public modules of former versions; for a package, also its content
 
 
 def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) -> Callable[[str], Any]:
-    """Return a package's `__getattr__` for a dict from names to the modules that define them, and for
-    `rooms`, its subpackages."""
+    """Return a package's `__getattr__`, given the module of each name, and the subpackages (`rooms`)."""
 
     def find(name: str) -> Any:
         present = present_name(f"{package}.{name}")
         if present and file_of(name) != name:  # a class
-            warnings.warn(f"{package}.{name} is {present} now", DeprecationWarning, stacklevel=2)
+            warnings.warn(f"{package}.{name} is now {present}", DeprecationWarning, stacklevel=2)
             return getattr(import_module(package), present.rpartition(".")[2])
         if name in rooms or present:
             return import_module(f"{package}.{name}")
@@ -52,7 +51,7 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
 
 
 def present_name(name: str) -> str | None:
-    """Return the present name of a module with a former name, None for all other names."""
+    """Return the current name of a module with a former name, or None for any other name."""
     package, _, module = name.rpartition(".")
     if name in FORMER or package not in FORMER:
         return FORMER.get(name)
@@ -60,14 +59,14 @@ def present_name(name: str) -> str | None:
 
 
 def stored_name(component: type[Any]) -> str:
-    """Return the name of a component in checkpoints and digests, which is its first name."""
+    """Return the name of a component in checkpoints and digests: the name it had first."""
     name = f"{component.__module__.rpartition('.')[0]}.{component.__name__}"
     return next((old for old, now in FORMER.items() if now == name), name).rpartition(".")[2]
 
 
 class Later:
-    """A module that is imported when one of its names is first used: a slow import for functions that are
-    rarely called. An import under TYPE_CHECKING provides the types."""
+    """A module that is imported when one of its names is first used, for slow imports that few functions
+    need. Add an import under TYPE_CHECKING for the types."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -77,40 +76,37 @@ class Later:
 
 
 def file_of(name: str) -> str:
-    """Return the module that defines a class in a package with one class per file: give_birth for
-    GiveBirth."""
+    """Return the module name of a class in a package with one class per file: give_birth for GiveBirth."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], list[str]]:
-    """Return a package's `__dir__`: its public names, loaded or not, and the standard names of modules."""
+    """Return a package's `__dir__`: its public names, loaded or not, and the standard module attributes."""
     return lambda: sorted({*public, *(name for name in loaded if name.startswith("__"))})
 
 
 class Former(MetaPathFinder, Loader):
-    """Finds modules by their former names, with a DeprecationWarning that names the present module."""
+    """Finds modules by their former names, with a DeprecationWarning that gives the current name."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return a spec for a former name, None for all other names."""
+        """Return a spec for a former name, or None for any other name."""
         return ModuleSpec(name, self) if present_name(name) else None
 
     def exec_module(self, module: ModuleType) -> None:
-        """Replace the module of the former name by the present module."""
+        """Replace the module under the former name with the current module."""
         name = module.__name__
         present = str(present_name(name))
-        warnings.warn(f"{name} is {present} now", DeprecationWarning, stacklevel=2)
+        warnings.warn(f"{name} is now {present}", DeprecationWarning, stacklevel=2)
         there = import_module(present)
-        if hasattr(
-            there, "__path__"
-        ):  # a stand-in, because importing submodules sets attributes of the parent
+        if hasattr(there, "__path__"):  # a stand-in, as importing submodules sets attributes on it
             module.__dict__.update(__path__=[], __getattr__=partial(getattr, there))
         else:
             sys.modules[name] = there
 
 
 def find_former_names() -> None:
-    """Enable imports by former names, before the search for files."""
+    """Enable imports by former names, which take precedence over files."""
     if not any(isinstance(finder, Former) for finder in sys.meta_path):
         sys.meta_path.insert(0, Former())

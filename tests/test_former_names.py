@@ -36,7 +36,7 @@ def test_a_former_name_gives_the_same_object(former: str, name: str, present: ob
 def test_a_former_name_warns_with_the_present_one(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in [name for name in sys.modules if name.startswith("ecs_eco.sweeps")]:
         monkeypatch.delitem(sys.modules, module)
-    with pytest.warns(DeprecationWarning, match=r"ecs_eco\.sweeps is ecs_eco\.lab now"):
+    with pytest.warns(DeprecationWarning, match=r"ecs_eco\.sweeps is now ecs_eco\.lab"):
         import_module("ecs_eco.sweeps")
     assert "ecs_eco.worlds.pretrain" in FORMER
 
@@ -51,7 +51,7 @@ def test_the_package_leads_to_former_packages_and_lists_the_present_one() -> Non
 
 
 def test_a_class_by_its_former_name_warns_and_keeps_that_name_in_checkpoints() -> None:
-    with pytest.warns(DeprecationWarning, match=r"components\.Vigour is ecs_eco\.components\.SpeedScale now"):
+    with pytest.warns(DeprecationWarning, match=r"components\.Vigour is now ecs_eco\.components\.SpeedScale"):
         assert components.Vigour is components.SpeedScale
     assert (stored_name(components.SpeedScale), stored_name(components.Body)) == ("Vigour", "Body")
     with pytest.raises(AttributeError, match="has no 'Vigor'"):

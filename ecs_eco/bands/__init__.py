@@ -1,7 +1,7 @@
-"""One world on many processes: each does the work of a band of the map, and may hold only that band.
+"""One world on many processes, each of which works on a band of the map and may hold only that band.
 
-A system declares its divisible work through `world.bands` (`ecs_eco.space.one_band`). Runs of many worlds
-belong to `ecs_eco.lab`. mpi4py is imported on use. See docs/explanation/bands.md.
+A system declares its divisible work through `world.bands` (`ecs_eco.space.one_band`). To run many worlds, use
+`ecs_eco.lab`. mpi4py is imported only when needed. See docs/explanation/bands.md.
 """
 
 from ecs_eco._lazy import lazy

@@ -1,4 +1,4 @@
-"""Bands on MPI: the assignment of work to processes, and the exchange of results."""
+"""Bands over MPI: assign work to processes and exchange the results."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
-LEAST = 64  # organisms; work on fewer is repeated in every process, because an exchange would take as long
+LEAST = 64  # with fewer organisms, every process repeats the work, as an exchange would take as long
 
 
 @dataclass
 class Traffic:
-    """Communication of a process: calls, bytes received, seconds including waiting."""
+    """Communication statistics of a process: calls, bytes received, and seconds including waiting."""
 
     calls: int = 0
     received: int = 0
@@ -36,10 +36,11 @@ class Traffic:
 
 
 class Bands(OneBand):
-    """The processes of an MPI communicator, each with a band of the map; `divide` returns them.
+    """The processes of an MPI communicator, each with a band of the map, as returned by `divide`.
 
-    A band is a range of whole rows of cells of the neighbor index, cut so that all bands have about as many
-    organisms of the species in question. Work without a place, such as gradients, is divided equally.
+    A band is a range of whole rows of cells of the neighbor index, cut so that all bands have about equally
+    many organisms of the species in question. Work that is not tied to a position, such as gradients, is
+    divided equally.
     """
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
@@ -47,20 +48,20 @@ class Bands(OneBand):
         self.workers = world.workers
         self.traffic = Traffic()
         self.wishes = False  # whether this process has been asked to stop
-        self._rows: dict[int, Any] = {}  # the MPI type of a row, by its size in bytes
+        self._rows: dict[int, Any] = {}  # MPI type of a row, by its size in bytes
 
     # --- assignment of work ---------------------------------------------------------------------------------
 
     def bounds(self, n: int) -> list[int]:
-        """Return the boundaries of the parts of n items: size + 1 numbers."""
+        """Return the size + 1 boundaries that divide n items among the processes."""
         return [n * k // self.size for k in range(self.size + 1)]
 
     def part(self, n: int) -> tuple[int, int]:
-        """Return the range first … last − 1 of n independent items that this process handles."""
+        """Return (first, last): this process handles items first … last − 1 of n independent items."""
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
     def cut(self, index: Index) -> tuple[np.ndarray, np.ndarray]:
-        """Return the boundaries of bands in rows of cells and in entries of an index: i64[size + 1] each."""
+        """Return the band boundaries i64[size + 1] in rows of cells, and the same in index entries."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
         above = np.searchsorted(along, aims)
@@ -76,8 +77,8 @@ class Bands(OneBand):
     # --- shared work ----------------------------------------------------------------------------------------
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Restrict `World.split` over the entries of an index, or over the rows of its cells, to this
-        process's band within the block. Afterwards the `outputs` [index.n, …] are completed."""
+        """Within the block, restrict `World.split` over the entries of an index, or over its rows of cells,
+        to this process's band. Afterwards, fill in the `outputs` [index.n, …] of the other processes."""
         # with equal numbers of entries and rows, the two cases are indistinguishable
         if self.size == 1 or index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
             return nullcontext()
@@ -99,12 +100,12 @@ class Bands(OneBand):
             self._complete(out, entries)
 
     def whole(self, n: int, *arrays: np.ndarray) -> None:
-        """Complete arrays [n, …] of which each process has written the rows of its `part(n)`."""
+        """Complete arrays [n, …] in which each process has written only the rows of its `part(n)`."""
         for array in arrays:
             self._complete(array, self.bounds(n))
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return an array [n, …] of which each process has the rows of its `part(n)`."""
+        """Return a whole array [n, …] if each process has only the rows of its `part(n)`."""
         out = np.empty((n, *part.shape[1:]), part.dtype)
         first, last = self.part(n)
         out[first:last] = part
@@ -112,7 +113,7 @@ class Bands(OneBand):
         return out
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy the array of each name from the process that handles it (`mine`) to all other processes."""
+        """Copy each named array from the process that handles it (`mine`) to all other processes."""
         if self.size == 1:
             return
         start = time.perf_counter()
@@ -147,7 +148,7 @@ class Bands(OneBand):
     # --- stopping together ----------------------------------------------------------------------------------
 
     def stops(self) -> bool:
-        """Note that this process should stop, and wait for the others to agree: `agree`."""
+        """Request a stop, which takes effect when all processes `agree`."""
         self.wishes = True
         return False
 
@@ -158,7 +159,7 @@ class Bands(OneBand):
 
 
 def mpi() -> Any:
-    """Return the module mpi4py.MPI; raise a ConfigError with installation instructions if missing."""
+    """Return the module mpi4py.MPI; if it is missing, raise a ConfigError with installation instructions."""
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:

@@ -1,4 +1,4 @@
-"""Division of a world among many processes, each of which has built the same world."""
+"""Divide a world among processes that have each built the same world."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     Parameters
     ----------
     world : World
-        Each process must have built the same world, from the same configuration and seed, and run the same
-        ticks.
+        Every process must have built the same world, from the same configuration and seed, and must run the
+        same ticks.
     comm : mpi4py.MPI.Comm, optional
         Default: all processes.
     least : int, default 64
-        Species with fewer organisms are computed by every process.
+        Every process computes species with fewer organisms than this.
     state : bool, default False
-        Whether each process holds only its own part of the world; otherwise each holds all of it.
+        Whether each process holds only its own part of the world instead of all of it.
 
     Returns
     -------
@@ -36,13 +36,13 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     Raises
     ------
     RuntimeError
-        If the worlds of the processes differ.
+        If the processes have built different worlds.
     ConfigError
-        If the state of this world cannot be divided, or not into so many bands.
+        If the state of this world cannot be divided into this many bands, or at all.
 
     Notes
     -----
-    `world.digest()` is the same in all processes, and the same as with one process.
+    `world.digest()` is the same in all processes and equals the digest of a single-process run.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     bands: Any = Bands(world, comm, least)
@@ -52,7 +52,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
         raise RuntimeError(
             f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
             f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same world in "
-            "each: configuration, seed, policies, learn"
+            "each process: configuration, seed, policies, learn"
         )
     if state:
         bands = Divided(world, comm, widths)

@@ -1,4 +1,4 @@
-"""Births and deaths in divided state: all processes assign the same uids, one creates the newborn."""
+"""Births and deaths in divided state: all processes assign the same uids, and one creates each newborn."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Parents(dict[type, Any]):
-    """Parents of newborns in the form of a table: the columns that heredity reads, in the order of uids."""
+    """Parents of newborns in the form of a table, sorted by uid, with the columns that heredity reads."""
 
     def __init__(self, table: Table, uid: np.ndarray, columns: dict[tuple[type, str], np.ndarray]) -> None:
         super().__init__(
@@ -29,7 +29,7 @@ class Parents(dict[type, Any]):
         self.uid, self.species, self.place, self.defaults = uid, table.species, table.place, table.defaults
 
     def rows(self, uid: np.ndarray) -> np.ndarray:
-        """Return the rows of parents, −1 for the dead: i64[n]."""
+        """Return the rows of parents, or −1 for dead ones: i64[n]."""
         at = np.minimum(np.searchsorted(self.uid, uid), max(self.uid.size - 1, 0))
         return np.where(self.uid[at] == uid, at, -1) if self.uid.size else np.full(uid.size, -1)
 
@@ -40,14 +40,14 @@ class _Columns:
 
 
 class Births(Turnover):
-    """The exchange of births and deaths, and the sites of plants, which all processes know."""
+    """Exchange of births and deaths, and the map of plant sites, which all processes have."""
 
     def __init__(self, bands: Any, world: SpatialWorld) -> None:
         super().__init__(world)
         self.bands = bands
         self.sites: dict[str, np.ndarray] = {}
-        self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of the dead
-        for table in bands.tables:  # all processes still hold everything
+        self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of dead plants
+        for table in bands.tables:  # at this point, every process still holds the whole world
             way = table.species.reproduction
             if way is not None and way.kind == "spread":
                 size = self.world.space.size
@@ -62,13 +62,13 @@ class Births(Turnover):
         return table[Position].x[rows], table[Position].y[rows]
 
     def _site(self, table: Table, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the site numbers of places: i64[n]."""
+        """Return the site number of each position: i64[n]."""
         ny, nx = self.sites[table.name].shape
         inverse = np.array([nx / self.world.space.size[0], ny / self.world.space.size[1]], np.float32)
         return cells_of(y, inverse[1], ny) * nx + cells_of(x, inverse[0], nx)
 
     def sites_of(self, table: Table, shape: tuple[int, ...]) -> np.ndarray:
-        """Return the uid of the plant on each site i64[ny, nx], −1 if the site is empty."""
+        """Return the uid of the plant on each site, or −1 if the site is empty: i64[ny, nx]."""
         sites = self.sites[table.name].reshape(-1)
         gone = self.cleared[table.name]
         none = np.zeros(0, np.int64)
@@ -82,7 +82,7 @@ class Births(Turnover):
     # --- deaths and births take effect ----------------------------------------------------------------------
 
     def heard(self) -> bool:
-        """Return True, because deaths clear the sites of plants."""
+        """Return True, because deaths clear plant sites."""
         return True
 
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
@@ -101,7 +101,7 @@ class Births(Turnover):
         table.vacate(rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Assign uids to all newborns, as a single process does, and create those placed in this band."""
+        """Assign uids to all newborns, as a single process would, and create the newborns in this band."""
         world, bands = self.world, self.bands
         born = []
         bands.forget()
@@ -137,7 +137,7 @@ class Births(Turnover):
     # --- heredity -------------------------------------------------------------------------------------------
 
     def litters(self, mine: Litters, where: Around) -> Litters:
-        """Return the litters of all processes, ordered by their parents' uids, and their possible places."""
+        """Return the litters of all processes and their possible positions, sorted by the parents' uids."""
         n = mine.uid.size
         each = [isinstance(value, np.ndarray) for value in where]
         got = self.bands.everyone(
@@ -169,7 +169,7 @@ class Births(Turnover):
         second: np.ndarray | None,
         sperm: np.ndarray | None,
     ) -> Values:
-        """Return the columns that newborns inherit; rows outside this band (y f32[n] [m]) are zeros."""
+        """Return the columns that newborns inherit, with zeros for newborns outside this band (y f32[n] [m])."""
         held = self._parents(table, litters.uid[which], second)
         fathers = None
         if sperm is not None:
@@ -191,7 +191,7 @@ class Births(Turnover):
         return values
 
     def _parents(self, table: Table, first: np.ndarray, second: np.ndarray | None) -> Parents:
-        """Return the living parents with these uids from all processes, with the columns for heredity."""
+        """Return the living parents with these uids from all processes, with the columns that heredity reads."""
         heredity = table.species.heredity
         wanted = np.unique(first if second is None else np.concatenate([first, second]))
         rows = rows_of(table, wanted)

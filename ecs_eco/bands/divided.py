@@ -1,4 +1,4 @@
-"""Divided state: each process holds only the organisms of its band and, within a tick, ghosts beyond it."""
+"""Divided state: each process holds only the organisms of its band and, during a tick, nearby ghosts."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from ecs_eco.space.index import Index
 
 T = TypeVar("T")
-EVERY = 32  # ticks between two checks of the load balance
-UNEVEN = 1.1  # load of the heaviest band, relative to the mean, above which edges move
-SEEN = (Position, Body, Traits)  # components of ghosts
+EVERY = 32  # ticks between checks of the load balance
+UNEVEN = 1.1  # edges move if the heaviest band has more than this multiple of the mean load
+SEEN = (Position, Body, Traits)  # components copied to ghosts
 MIND = 10  # load of an organism that senses and decides, relative to one that does not
 
 
@@ -52,7 +52,7 @@ def stays(table: Table) -> bool:
 
 
 class Step(esper.Processor):
-    """An exchange between processes, between two systems."""
+    """An exchange among processes that runs between two systems."""
 
     def __init__(self, act: Callable[[], None]) -> None:
         self.act = act
@@ -63,13 +63,14 @@ class Step(esper.Processor):
 
 
 class Divided(OneBand):
-    """The part of a world that this process holds, a band of whole rows of cells; `divide` returns it.
+    """The part of a world held by this process: a band of whole rows of cells. `divide` returns it.
 
-    Before sensing, it receives ghosts of all organisms that its own may sense; only its own sense, learn and
-    decide. After moving, organisms beyond an edge change process, and ghosts arrive of all whose meals and
-    matings could affect its own. Meals and matings are computed for both, and are correct for its own. Births
-    are sent to all processes; the one of the place creates the newborn. Ghosts are removed before the tick
-    ends.
+    Before sensing, the process receives ghosts (copies) of all organisms that its own organisms may sense;
+    only its own organisms sense, learn and decide. After moving, organisms that crossed an edge change
+    process, and the process receives ghosts of all organisms whose meals and matings could affect its own.
+    Meals and matings are computed for both, and are correct for its own organisms. Births are sent to all
+    processes; the process whose band contains the position creates the newborn. Ghosts are removed before the
+    tick ends.
     """
 
     divided = True
@@ -93,9 +94,9 @@ class Divided(OneBand):
             table.name: columns_of(table, False, None if widths.properties else SEEN) for table in self.movers
         }
         self.copied = 0  # ghosts
-        self.moved = 0  # organisms that changed their process, and moves of edges, since the division
+        self.moved = 0  # organisms that changed process, and edge moves (`shifts`), since the division
         self.shifts = 0
-        self.lessons: list[tuple[int, str, tuple[np.ndarray, ...]]] = []  # of individuals, not yet collected
+        self.lessons: list[tuple[int, str, tuple[np.ndarray, ...]]] = []  # not yet collected
         self.edges.move(self.edges.even(self._load()))
         self.fields = [
             BandField(field, self.edges, self.place, halo)
@@ -106,10 +107,10 @@ class Divided(OneBand):
             for table in self.tables
             if table.species.nerves is not None and table.species.nerves.learner is not None
         }
-        for table in self.tables:  # organisms of other bands
+        for table in self.tables:  # remove organisms of other bands
             table.vacate(table.rows()[~self._is_mine(table, table.rows())])
         self._take_part(world)
-        self.early = share_recording(world, comm)  # events before the division
+        self.early = share_recording(world, comm)  # events recorded before the division
 
     def _take_part(self, world: World) -> None:
         """Insert exchanges between the systems of a tick, and replace the handling of births and deaths."""
@@ -126,20 +127,20 @@ class Divided(OneBand):
     # --- ghosts ---------------------------------------------------------------------------------------------
 
     def look_around(self) -> None:
-        """Before a tick: move the edges if that is worthwhile, and receive ghosts for sensing."""
+        """Before a tick, move the edges if worthwhile and receive ghosts for sensing."""
         if self.world.tick % EVERY == 0:
             self.balance()
         self.copy(self.movers, self.sensing, self.seen)
         self.copy(self.fixed, max(self.sensing, self.acting), self.light)
 
     def meet(self) -> None:
-        """After moving: send organisms beyond the edges away, and receive ghosts for encounters."""
+        """After moving, send organisms beyond the edges to other processes and receive ghosts for encounters."""
         if self.movers:
             self.migrate(self.movers)
         self.copy(self.movers, self.acting, self.light)
 
     def copy(self, tables: Sequence[Table], width: int, columns: Mapping[str, Columns]) -> None:
-        """Receive ghosts of all organisms in some tables at most `width` rows of cells beyond this band."""
+        """Receive ghosts of all organisms of the tables at most `width` rows of cells beyond this band."""
         if not tables:
             return
         rows = [table.rows() for table in tables]
@@ -156,15 +157,14 @@ class Divided(OneBand):
                 self.copied += came.size
 
     def forget(self, tables: Sequence[Table] | None = None) -> None:
-        """Remove all ghosts, or the ghosts of some tables."""
+        """Remove the ghosts of the given tables, or all ghosts."""
         for table in self.tables if tables is None else tables:
             if (rows := self.ghosts[table.name]).size:
                 table.vacate(rows)
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Send organisms of some tables that are outside this band to the processes of their bands. These
-        tables must not have ghosts."""
+        """Send organisms outside this band to the processes of their bands. The tables must have no ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -187,7 +187,7 @@ class Divided(OneBand):
                 if table.name in self.rollouts:
                     rest = self.rollouts[table.name].give(rows, rest)
         for table in tables:
-            if (nerves := table.species.nerves) is not None:  # deciders may have moved away
+            if (nerves := table.species.nerves) is not None:  # organisms that decided may have moved away
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
@@ -201,7 +201,7 @@ class Divided(OneBand):
             self.migrate(self.tables)
 
     def _load(self) -> np.ndarray:
-        """Return the load of each row of cells from the organisms of this process: i64[ny]."""
+        """Return the load of this process's organisms in each row of cells: i64[ny]."""
         load = np.zeros(self.edges.ny, np.int64)
         for table in self.tables:
             each = 1 if table.species.nerves is None else MIND
@@ -216,7 +216,7 @@ class Divided(OneBand):
         return mine
 
     def close_rollouts(self) -> None:
-        """After deciding: exchange how many transitions each process has stored in this tick."""
+        """After deciding, exchange the number of transitions stored by each process in this tick."""
         learning = [rollout for rollout in self.rollouts.values() if rollout.learns]
         if learning:
             stored = np.array([[rollout.stored for rollout in learning]], np.int64)
@@ -228,11 +228,11 @@ class Divided(OneBand):
 
     @property
     def common(self) -> OneBand:
-        """The processes as a group that shares work on data that all of them hold: policies and rollouts."""
+        """The processes as a group that shares the work on data held by all of them: policies and rollouts."""
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Exclude ghosts from `World.split` over an index's entries or rows of cells, within the block."""
+        """Within the block, exclude ghosts from `World.split` over the entries or rows of cells of an index."""
         if self.processes == 1 or index.n == self.edges.ny:  # the two cases are indistinguishable
             return nullcontext()
         return self._own(index)
@@ -249,13 +249,13 @@ class Divided(OneBand):
             workers.own = None
 
     def entries(self, index: Index) -> slice:
-        """Return the entries of an index that are not ghosts; they are contiguous."""
+        """Return the index entries that are not ghosts, which are contiguous."""
         nx = index.space.shape[0]
         first, last = self.edges.rows[self.place], self.edges.rows[self.place + 1]
         return slice(int(index.start[first * nx]), int(index.start[last * nx]))
 
     def living(self, table: Table) -> np.ndarray:
-        """Return which rows of a table are alive and not ghosts: bool[capacity]."""
+        """Return whether each row of a table is alive and not a ghost: bool[capacity]."""
         alive: np.ndarray = table.alive.copy()
         alive[self.ghosts[table.name]] = False
         return alive
@@ -265,20 +265,19 @@ class Divided(OneBand):
         return int(self.wire.total(np.array([table.n - self.ghosts[table.name].size]))[0])
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] concatenated over all processes. They are in canonical order if each part
-        is."""
+        """Return arrays [n, …] concatenated over all processes, in canonical order if each part is."""
         return self.wire.everyone(*arrays)
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
-        """Return which places f32[n] [m] are in this band: bool[n]."""
+        """Return whether each position y f32[n] [m] is in this band: bool[n]."""
         return self.edges.owner_of(y) == self.place
 
     def either(self, flags: np.ndarray) -> np.ndarray:
-        """Return which flags bool[…] are set in any process."""
+        """Return whether each flag is set in any process: bool[…]."""
         return self.wire.any(flags)
 
     def litters(self, litters: Any, where: Any) -> Any:
-        """Return the litters of all processes, ordered by their parents' uids, and their possible places."""
+        """Return the litters of all processes and their possible positions, sorted by the parents' uids."""
         return self.births.litters(litters, where)
 
     def inherited(self, *arguments: Any) -> Any:
@@ -286,11 +285,11 @@ class Divided(OneBand):
         return self.births.inherited(*arguments)
 
     def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
-        """Return the uid of the plant on each site i64[ny, nx], −1 if the site is empty."""
+        """Return the uid of the plant on each site, or −1 if the site is empty: i64[ny, nx]."""
         return self.births.sites_of(table, stands.shape)
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Store what individuals have learned in this tick, one entry each, for the record; return it."""
+        """Store this tick's learning statistics of individuals, one entry each, for the record; return them."""
         if len(arrays[0]) and self.world.recorder is not None:
             name = next(
                 t.name
@@ -303,28 +302,28 @@ class Divided(OneBand):
     # --- stopping together ----------------------------------------------------------------------------------
 
     def stops(self) -> bool:
-        """Note that this process should stop, and wait for the others to agree."""
+        """Request a stop, which takes effect when all processes agree."""
         self.talk.wishes = True
         return False
 
     def agree(self) -> bool:
-        """Serve the requests of process 0; return whether any process has been asked to stop."""
+        """Serve requests from process 0; return whether any process has been asked to stop."""
         return self.talk.go_on()
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world in process 0, None in the others."""
+        """Return the whole world in process 0, and None in the others."""
         return self.talk.undivided()
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return the value of a function of the whole world, in all processes that ask for it."""
+        """Apply a function to the whole world and return its value in every process that asks for it."""
         return self.talk.ask(what)
 
     def collect(self, recorder: Any) -> None:
-        """Send the records since the last collection from all processes to process 0."""
+        """Send all records since the last collection to process 0."""
         self.talk.collect(recorder)
 
     @property
     def traffic(self) -> Traffic:
-        """Communication of this process."""
+        """Communication statistics of this process."""
         one, other = self.wire.traffic, self.common_bands.traffic
         return Traffic(one.calls + other.calls, one.received + other.received, one.seconds + other.seconds)

@@ -1,4 +1,4 @@
-"""The edges between bands: the owner of each row of cells of the index, and the rows near each band."""
+"""The edges between bands: which band owns each row of cells, and which rows are near each band."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Edges:
-    """Bands of whole rows of cells, from y = 0 up: band k has the rows `rows[k]` … `rows[k + 1]` − 1.
+    """Bands of whole rows of cells, upward from y = 0: band k has rows `rows[k]` … `rows[k + 1]` − 1.
 
     Each band is at least `least` rows high. `owner` i64[ny] is the band of each row.
     """
@@ -21,13 +21,13 @@ class Edges:
         self.move(self.even(np.ones(self.ny)))
 
     def move(self, rows: np.ndarray) -> None:
-        """Set the first rows of the bands i64[size + 1]."""
+        """Set the first row of each band: i64[size + 1]."""
         self.rows = rows
         self.owner = np.repeat(np.arange(self.size), np.diff(rows))
         self._near: dict[tuple[int, int], dict[int, np.ndarray]] = {}
 
     def even(self, weights: np.ndarray) -> np.ndarray:
-        """Return the first rows of bands with about equal sums of the weights f64[ny]: i64[size + 1]."""
+        """Return the first rows i64[size + 1] of bands with about equal sums of the weights f64[ny]."""
         sums = np.concatenate([[0.0], np.cumsum(weights)])
         aims = sums[-1] * np.arange(1, self.size) / self.size
         rows = [0]
@@ -43,16 +43,16 @@ class Edges:
         return float(each.max() / max(each.mean(), 1e-300))
 
     def row_of(self, y: np.ndarray) -> np.ndarray:
-        """Return the rows of cells of places f32[n] [m], as in the neighbor index: i64[n]."""
+        """Return the row of cells of each position y f32[n] [m], as in the neighbor index: i64[n]."""
         return (y * self.space.inverse[1]).astype(np.int64).clip(0, self.ny - 1)
 
     def owner_of(self, y: np.ndarray) -> np.ndarray:
-        """Return the bands of places f32[n] [m]: i64[n]."""
+        """Return the band of each position y f32[n] [m]: i64[n]."""
         return self.owner[self.row_of(y)]
 
     def near(self, rank: int, width: int) -> dict[int, np.ndarray]:
-        """Return, for each other band, the rows of a band at most `width` rows beyond that band's edges:
-        bool[ny], without bands that have no such rows."""
+        """Return a mask bool[ny] for each neighboring band: the rows of band `rank` that are at most `width`
+        rows beyond the neighbor's edges."""
         if (rank, width) not in self._near:
             mine, out = self.owner == rank, {}
             for other in range(self.size):
@@ -64,7 +64,7 @@ class Edges:
 
 
 def beyond(first: int | np.integer, last: int | np.integer, n: int, width: int, torus: bool) -> np.ndarray:
-    """Return which of n rows are outside first … last − 1, but at most `width` rows away: bool[n]."""
+    """Return a mask bool[n] of the rows outside first … last − 1 but at most `width` rows away."""
     rows = np.concatenate([np.arange(first - width, first), np.arange(last, last + width)])
     rows = rows % n if torus else rows[(rows >= 0) & (rows < n)]
     out = np.zeros(n, np.bool_)

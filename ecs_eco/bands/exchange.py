@@ -1,4 +1,4 @@
-"""Messages between the processes of a world: rows of tables as bytes, and concatenated arrays."""
+"""Messages between the processes of a world: table rows as bytes, and concatenated arrays."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ TAG = 17
 
 
 class Wire:
-    """The connection of a process to the others in its communicator, and statistics of the traffic."""
+    """The connection of a process to the others in its communicator, with traffic statistics."""
 
     def __init__(self, comm: Comm) -> None:
         self.comm, self.size, self.rank = comm, comm.Get_size(), comm.Get_rank()
         self.traffic = Traffic()
 
     def swap(self, parts: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
-        """Send bytes u8[…] to processes by rank; return the bytes received. All processes must call this."""
+        """Send bytes u8[…] to each rank; return the bytes received by rank. All processes must call this."""
         if self.size == 1:
             return {}
         start, comm = time.perf_counter(), self.comm
@@ -44,8 +44,8 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] of all processes concatenated in the order of ranks; n is the same for all
-        arrays of a process."""
+        """Return arrays [n, …] concatenated over all processes in rank order; a process's arrays have the
+        same n."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm
@@ -66,7 +66,7 @@ class Wire:
     def _joined(
         out: np.ndarray, counts: np.ndarray, each: Sequence[int], i: int, like: np.ndarray
     ) -> np.ndarray:
-        """Return array i of all processes from bytes in which the arrays of each process are contiguous."""
+        """Return array i of all processes, given bytes in which the arrays of each process are contiguous."""
         before, pieces, at = sum(each[:i]), [], 0
         for n in counts.tolist():
             first = at + n * before
@@ -75,7 +75,7 @@ class Wire:
         return np.concatenate(pieces).view(like.dtype).reshape(int(counts.sum()), *like.shape[1:])
 
     def any(self, flags: np.ndarray) -> np.ndarray:
-        """Return which flags bool[…] are set in any process."""
+        """Return whether each flag is set in any process: bool[…]."""
         if self.size == 1 or not flags.size:
             return flags
         start, out = time.perf_counter(), np.empty(flags.shape, np.uint8)
@@ -105,7 +105,8 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return components and fields of a table: all, all but the `heavy` ones, or only those `seen`."""
+    """Return (component, field) pairs of a table: blocked fields only if `heavy`; only components `seen`, if
+    given."""
     return [
         (component, field)
         for component, held in table.columns.items()
@@ -115,7 +116,7 @@ def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) ->
 
 
 def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Columns]) -> np.ndarray:
-    """Return rows i64[k] of each of some tables as bytes u8[…], with these columns by table."""
+    """Pack the given rows i64[k] of each table, with its `columns`, into bytes u8[…]."""
     groups = list(groups)
     pieces = [np.array([rows.size for _, rows in groups], np.int64)]
     for table, rows in groups:
@@ -128,7 +129,7 @@ def packed(groups: Iterable[tuple[Table, np.ndarray]], columns: Mapping[str, Col
 def settled(
     tables: Sequence[Table], data: np.ndarray, columns: Mapping[str, Columns]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Add the rows in bytes from `packed` to the tables; return the new rows i64[k] and the rest."""
+    """Add rows packed by `packed` to the tables; return the new rows i64[k] and the remaining bytes."""
     taken = 8 * len(tables)
     counts, rows = data[:taken].view(np.int64), []
 

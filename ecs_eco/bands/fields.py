@@ -1,4 +1,4 @@
-"""Smells in bands: each process updates its own rows of a field, and has copies of some rows beyond them."""
+"""Smells in bands: each process updates its own rows of a field and has copies of the rows next to them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class BandField:
-    """The rows of one field that belong to a band: those with their center in it.
+    """The rows of a field whose centers lie in a band.
 
     `halo` is the number of rows beyond them that `trade` copies from other processes.
     """
@@ -24,11 +24,11 @@ class BandField:
     def __init__(self, field: Field, edges: Edges, rank: int, halo: int) -> None:
         self.field, self.edges, self.rank, self.halo = field, edges, rank, halo
         field.band = self
-        self._of: tuple[Any, np.ndarray] = (None, np.zeros(0, np.int64))  # the process of each row, by edges
+        self._of: tuple[Any, np.ndarray] = (None, np.zeros(0, np.int64))  # edges, owners
         self._traded: dict[tuple[int, int], np.ndarray] = {}
 
     def owners(self) -> np.ndarray:
-        """Return the process of each row of the field: i64[ny]."""
+        """Return the process that owns each row of the field: i64[ny]."""
         if self._of[0] is not self.edges.rows:
             ny = self.field.shape[1]
             middle = (np.arange(ny) + 0.5) * self.field.space.size[1] / ny
@@ -37,12 +37,12 @@ class BandField:
         return self._of[1]
 
     def span(self, rank: int) -> tuple[int, int]:
-        """Return the first row of a process and the one after its last."""
+        """Return the first row of a process and the row after its last."""
         first, last = np.searchsorted(self.owners(), [rank, rank + 1])
         return int(first), int(last)
 
     def rows_for(self, reader: int, owner: int) -> np.ndarray:
-        """Return which rows of process `owner` the process `reader` needs: bool[ny]."""
+        """Return a mask bool[ny] of the rows of process `owner` that process `reader` needs."""
         owners = self.owners()
         if (reader, owner) not in self._traded:
             near = beyond(*self.span(reader), self.field.shape[1], self.halo, self.field.space.torus)
@@ -50,7 +50,7 @@ class BandField:
         return self._traded[reader, owner]
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Add sources to this band's rows, spread and decay; bit for bit the same as `Field.pass_time`."""
+        """Add sources, spread and decay in this band's rows, bit for bit as `Field.pass_time` does."""
         field, torus = self.field, self.field.space.torus
         if emitted:
             field.emit(*emitted)
@@ -73,13 +73,12 @@ class BandField:
 
 
 def halo_of(field: Field, dt: float, noses: float) -> int:
-    """Return how many rows of a field are read beyond a band by noses at most this far [m] from the centers
-    of bodies."""
+    """Return how many field rows beyond a band are needed if noses are at most `noses` m from body centers."""
     return max(field._plan(dt)[0], 2 + math.ceil(noses * float(field.inverse[1])))
 
 
 def trade(fields: Sequence[BandField], wire: Wire) -> None:
-    """Give each process the rows that it reads beyond its own."""
+    """Send each process the rows that it reads beyond its own."""
     parts, mine = {}, wire.rank
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]
@@ -102,7 +101,7 @@ def trade(fields: Sequence[BandField], wire: Wire) -> None:
 
 
 def complete(fields: Sequence[BandField], wire: Wire) -> None:
-    """Give every process all rows of all fields, before edges move or the whole world is needed."""
+    """Send every process all rows of all fields, before edges move or the whole world is needed."""
     for f in fields:
         first, last = f.span(wire.rank)
         (rows,) = wire.everyone(np.ascontiguousarray(f.field.value[:, first:last].swapaxes(0, 1)))

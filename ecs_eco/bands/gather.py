@@ -1,4 +1,4 @@
-"""Assembly of the whole world in process 0 from the parts of all processes."""
+"""Assemble the whole world in process 0 from the parts of all processes."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Arrays = dict[str, np.ndarray]
 
 
 def gather(bands: Any) -> Any:
-    """Return a separate world with the organisms of all processes, in process 0; None in the others.
+    """In process 0, return a separate world with the organisms of all processes; elsewhere, return None.
 
-    It equals the world of a single process except for the order of rows, which has no effect: digest and
-    future are the same.
+    It equals the world of a single process except for the order of rows, which affects neither its digest nor
+    its future.
     """
     world = bands.world
     complete(bands.fields, bands.wire)
@@ -47,7 +47,7 @@ def gather(bands: Any) -> Any:
                 columns,
                 arrays[f"{prefix}uid"],
             )
-    where = f"the whole of the world {world.name!r}"
+    where = f"the whole world {world.name!r}"
     meta = json.loads(json.dumps(meta))
     whole = frozen.thaw(world.__class__, meta, world.threads, world.config, (), where)
     frozen.load(whole, meta, {key: array.copy() for key, array in arrays.items()}, where)
@@ -63,7 +63,7 @@ def _of_organisms(key: str) -> bool:
 def _log(
     arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray], uid: np.ndarray
 ) -> None:
-    """Insert the rollout of all processes into a frozen world in which organism uid[i] u64[n] has row i."""
+    """Insert the rollout of all processes into a frozen world whose row i is organism uid[i] u64[n]."""
     at = np.minimum(np.searchsorted(uid, lives), max(uid.size - 1, 0))
     living = uid[at] == lives if uid.size else np.zeros(lives.size, np.bool_)
     rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a separate row for each dead organism

@@ -1,4 +1,4 @@
-"""The combined records of all processes: each counts its own organisms, process 0 writes."""
+"""Combined records: each process counts its own organisms, and process 0 writes the records."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Groups = dict[str, list[tuple[np.ndarray, ...]]]
 
 
 def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
-    """Make all processes record like process 0; return the events of its records so far."""
+    """Make all processes record as process 0 does; return the events recorded so far."""
     if (recorder := world.recorder) is not None:
-        recorder.flush()  # pages start at the same time
+        recorder.flush()  # so that all processes start a page at the same tick
     how = comm.bcast(None if recorder is None else (recorder.block, recorder.snapshot_every, recorder.keeps))
     if comm.Get_rank() == 0 or how is None:
         return [] if recorder is None else [group for groups in recorder._events.values() for group in groups]
@@ -36,14 +36,13 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Send the records since the last collection from all processes to process 0, as if from one process.
+    """Merge all records since the last collection in process 0, as if one process had made them.
 
-    Counts are the same. Sums of energies are added band by band, not row by row, so their last digits may
-    differ.
+    Counts are exact. Energies are summed band by band, not row by row, so their last digits may differ.
     """
     pages, at = recorder.learning.rows, page_end(recorder)
     if bands.place:
-        recorder._counts["refused"] = 0  # all processes have the same count
+        recorder._counts["refused"] = 0  # every process has the same count; keep one
     mine = {
         "sums": [array[:at] for array in sums(recorder)],
         "stocks": stocks(recorder),
@@ -76,9 +75,9 @@ def collect(bands: Any, recorder: Recorder) -> None:
 def _merged(
     parts: list[Groups], last: int, early: Sequence[tuple[np.ndarray, ...]], turn: np.ndarray
 ) -> Groups:
-    """Return the events of all processes in the order of ticks, tables and uids, as a single process would
-    have recorded them; events up to tick `last` come first. Events recorded `early`, before the world was
-    divided, come before all others. `turn` i64[species] gives the order of their tables."""
+    """Return the events of all processes sorted by tick, table and uid, as a single process would have
+    recorded them. Events recorded before the division (`early`) come first, then events up to tick `last`.
+    `turn` i64[species] is the order of the tables."""
     out: Groups = {kind: [] for kind in EVENTS}
     for kind in EVENTS:
         groups = [group for part in parts for group in part[kind]]
@@ -96,7 +95,7 @@ def _merged(
 
 
 def _counted(rows: list[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-    """Return the numbers of organisms that did each action, over all processes."""
+    """Return the number of organisms that performed each action, summed over all processes."""
     sums: dict[tuple[Any, ...], np.ndarray] = {}
     for tick, species, action, n, of in rows:
         key = tick, species, action
@@ -110,8 +109,8 @@ def _learnt(
     rows: list[tuple[Any, ...]],
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
 ) -> list[tuple[Any, ...]]:
-    """Return a tick's learning statistics: for shared policies unchanged, because all processes learn the
-    same; for individuals the means over all processes."""
+    """Return the learning statistics: unchanged for shared policies, which are the same in all processes;
+    merged over all processes for individuals."""
     alone = {
         s
         for name, s in place.items()

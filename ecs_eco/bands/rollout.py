@@ -1,4 +1,4 @@
-"""The rollout of a shared policy in bands: each process stores its own transitions; all learn from all."""
+"""Rollout of a shared policy in bands: each process stores its own transitions, and all learn from all."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     from ecs_eco.bands.exchange import Wire
     from ecs_eco.engine.table import Table
 
-DEAD = np.uint64(1 << 63)  # lives that have ended get numbers from here on; all uids are smaller
+DEAD = np.uint64(1 << 63)  # lives that have ended are numbered from here; all uids are smaller
 
 
 class BandRollout(Rollout):
-    """The transitions of organisms in a band, each with its uid and its place among all transitions.
+    """The transitions of organisms in a band, each with a uid and its index among all transitions.
 
-    An open record moves with its organism, so that the reward is added to it. `advantages` gathers the
-    records of all processes in every process, in the order of a single process; learning is then work on
-    common data.
+    An open record moves with its organism, so that its reward can still be added. `advantages` gathers all
+    records in every process, in the order of a single process; the processes then share the work of learning
+    from them.
     """
 
     table: Table
     wire: Wire
-    total = 0  # records of all processes
-    stored = 0  # of this tick, by this process
+    total = 0  # number of records in all processes
+    stored = 0  # records stored by this process in this tick
 
     @classmethod
     def of(cls, table: Table, wire: Wire, holds: Callable[[np.ndarray], np.ndarray]) -> BandRollout:
-        """Replace the rollout of a species with shared learning. Of its stored records, keep the open ones of
-        organisms in rows for which `holds(rows)` is true, and in process 0 also all others."""
+        """Replace the rollout of a species that learns a shared policy. Keep the open records of organisms in
+        rows for which `holds(rows)` is true; process 0 also keeps all closed records."""
         learner = table.species.nerves.learner
         old: Rollout = learner.rollout
         out = cls(
@@ -51,8 +51,8 @@ class BandRollout(Rollout):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._lives = np.empty(0, np.uint64)  # the life of each record: a uid, or a number if dead
-        self._places = np.empty(0, np.int64)  # index among the records of all; −1: it moved away
+        self._lives = np.empty(0, np.uint64)  # life of each record: a uid, or a number from DEAD up
+        self._places = np.empty(0, np.int64)  # index among all records; −1 if moved away
 
     def _columns(self) -> tuple[np.ndarray, ...]:
         return (*super()._columns(), self._lives, self._places)
@@ -80,11 +80,11 @@ class BandRollout(Rollout):
 
     @property
     def learns(self) -> bool:
-        """True if the species is learning now."""
+        """Whether the species is learning now."""
         return bool(self.table.species.nerves.learning)
 
     def store(self, rows: np.ndarray, *arrays: Any) -> None:
-        """Append one tick. `close` assigns its places when the numbers of all processes are known."""
+        """Append one tick; `close` assigns the indices once the counts of all processes are known."""
         ticks, start = self.ticks, self.n
         super().store(rows, *arrays)
         self.ticks, self.stored = ticks, len(rows)
@@ -102,7 +102,7 @@ class BandRollout(Rollout):
     # --- organisms that move to another process -------------------------------------------------------------
 
     def take(self, rows: np.ndarray) -> np.ndarray:
-        """Return the open records of rows i64[k] as bytes u8[…], and remove them."""
+        """Remove the open records of rows i64[k] and return them as bytes u8[…]."""
         self._cover(rows)
         at = self.last[rows]
         of = np.flatnonzero(at >= 0)
@@ -135,8 +135,8 @@ class BandRollout(Rollout):
     # --- learning -------------------------------------------------------------------------------------------
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Gather the records of all processes, and compute their advantages; `values` f32[n] are the expected
-        returns of the rows alive in this process."""
+        """Gather the records of all processes and compute their advantages. `values` f32[n] are the expected
+        returns of this process's living rows."""
         uid, later = self.wire.everyone(self.table.uid[rows], np.asarray(values, np.float32))
         known, columns = self.gathered()
         self._hold(columns)
@@ -146,8 +146,8 @@ class BandRollout(Rollout):
         super().advantages(at[acted], later[acted], gae_lambda)
 
     def gathered(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return the lives u64[k] of the records of all processes, and their columns, in the order in which a
-        single process would have stored them. A record's row is an index into the lives."""
+        """Return the lives u64[k] in the records of all processes, and the columns of these records in the
+        order of a single process. A record's row is an index into the lives."""
         kept = np.flatnonzero(self._places[: self.n] >= 0)
         columns = self.wire.everyone(*(column[: self.n][kept] for column in self._columns()))
         order = np.argsort(columns[-1])
@@ -164,7 +164,7 @@ class BandRollout(Rollout):
 
 
 def last_of(row: np.ndarray, ended: np.ndarray, n: int) -> np.ndarray:
-    """Return the open record of each of n lives, −1 if it has ended: i64[n]."""
+    """Return the index of the open record of each of n lives, or −1 if the life has ended: i64[n]."""
     last = np.full(n, -1)
     np.maximum.at(last, row, np.arange(len(row)))
     acts = np.flatnonzero(last >= 0)

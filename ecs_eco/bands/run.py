@@ -1,4 +1,4 @@
-"""A run in bands: process 0 records it, and the other processes run the same ticks in step."""
+"""Run in bands: process 0 records the run, and the other processes run the same ticks in step."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from ecs_eco.ecosystem import World
 
-GRACE = 5.0  # [s] for process 0 to report an error first, because most errors occur in all processes
-HEARD = 1.0  # [s] for mpiexec to pass on the output of a process before it ends all processes
+GRACE = 5.0  # [s] gives process 0 time to report an error first, because most errors occur in all processes
+HEARD = 1.0  # [s] gives mpiexec time to forward the output of a process before all processes end
 PLAIN = (ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError)  # need no traceback
 
 
@@ -32,13 +32,13 @@ def together(
     *,
     state: bool = False,
 ) -> tuple[Any, Any] | None:
-    """Run one world on the processes of an MPI communicator (None: all processes).
+    """Run one world on the processes of an MPI communicator (default: all processes).
 
-    In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file sets) and calls
+    In process 0, `lead(prepare)` runs a world to tick `ticks` (None: the `ticks` of its file) and calls
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
-    returns the same world, of which each holds only a part with `state`. Returns the result of `lead` and the
-    bands in process 0, None in the others. An error in one process ends all, with exit code 1, or 2 for an
-    invalid file. So does the RuntimeError of processes with whole worlds that come to differ.
+    returns the same world. With `state`, each process holds only a part of it. Returns the result of `lead`
+    and the bands in process 0, and None in the others. An error in one process ends all processes with exit
+    code 1, or 2 for an invalid file. Whole worlds that come to differ between processes raise a RuntimeError.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
@@ -62,7 +62,7 @@ def together(
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a following process; process 0 reports errors first, as most occur there too."""
+    """Return the world of a process other than 0; process 0 reports errors first, as most occur there too."""
     try:
         return build()
     except Exception as error:
@@ -89,14 +89,14 @@ def _end_of(world: World) -> None:
 
 
 def _agreed(world: World, comm: Comm) -> Any:
-    """Return the bands of a world; raise RuntimeError if not all processes have the same world."""
+    """Return the bands of a world; raise a RuntimeError if the worlds of the processes differ."""
     _end_of(world)
     if world.bands.divided:
         return world.bands
-    digests = [] if world.stopped else comm.allgather(world.digest())  # a stop leaves no time for it
+    digests = [] if world.stopped else comm.allgather(world.digest())  # a stop leaves no time to compare
     if len(set(digests)) > 1:
         raise RuntimeError(
-            f"world {world.name!r}: the processes came to different worlds by tick "
+            f"world {world.name!r}: the worlds of the processes differ at tick "
             f"{world.tick}: {', '.join(d[:12] for d in digests)}; a system or sensor of this "
             "world gives different results in different processes"
         )
@@ -104,7 +104,7 @@ def _agreed(world: World, comm: Comm) -> Any:
 
 
 def _end_all(error: BaseException, comm: Comm) -> None:
-    """Report an error and end all processes, because processes that wait for this one would wait forever."""
+    """Report an error and end all processes, because the others would wait forever for this one."""
     if comm.Get_size() == 1:
         return
     if comm.Get_rank():
@@ -114,4 +114,4 @@ def _end_all(error: BaseException, comm: Comm) -> None:
     time.sleep(HEARD)
     code = 2 if isinstance(error, ConfigError) else 1
     comm.Abort(code)
-    os._exit(code)  # some libraries return before the process has ended
+    os._exit(code)  # some libraries return from Abort before the process has ended

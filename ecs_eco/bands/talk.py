@@ -1,4 +1,4 @@
-"""Joint actions of processes between two ticks: stop, assemble the whole world, collect records."""
+"""Joint actions of processes between ticks: stop, assemble the whole world, collect records."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ STOP, GATHER, ASK, COLLECT, END = 1, 2, 4, 8, 16  # bits of a message
 
 
 class Talk:
-    """Process 0 sends requests and the others serve them: before each tick they learn whether to continue, or
-    which request to serve first.
+    """Process 0 sends requests and the others serve them: before each tick, they receive a request or the
+    message to continue.
 
-    If all processes run the same script, all may send the same request at once and get the same answer.
+    Processes that run the same script may all send the same request at once; all get the same answer.
     """
 
     def __init__(self, bands: Any) -> None:
@@ -30,7 +30,7 @@ class Talk:
         self._answering = False
 
     def say(self, word: int) -> int:
-        """Send a message, or 0; return the messages of all processes combined."""
+        """Send a message (0: none); return the messages of all processes combined."""
         said = np.array([word | (STOP if self.wishes else 0)], np.int32)
         out = np.empty_like(said)
         self.bands.wire.comm.Allreduce(said, out, op=mpi().BOR)
@@ -41,11 +41,11 @@ class Talk:
         return bool(self._answer(0, 0) & STOP)
 
     def serve(self) -> None:
-        """Serve requests until process 0 announces the end."""
+        """Serve requests until process 0 announces the end of the run."""
         self._answer(0, END)
 
     def end(self) -> None:
-        """Announce the end."""
+        """Announce the end of the run."""
         self.say(END)
 
     def _answer(self, word: int, until: int) -> int:
@@ -67,12 +67,12 @@ class Talk:
                 return said
 
     def undivided(self) -> Any:
-        """Return the whole world in process 0, None in the others."""
+        """Return the whole world in process 0, and None in the others."""
         self.say(GATHER)
         return gather(self.bands)
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return the value of a function of the whole world, in all processes that ask for it."""
+        """Apply a function to the whole world and return its value in every process that asks for it."""
         self.say(ASK)
         return self._all(what)
 

@@ -1,4 +1,4 @@
-"""The width of the ghost zone beyond a band's edges, and the features that cannot be divided."""
+"""The width of the ghost zone beyond a band's edges, and features that cannot be divided."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ SENSES = ("own", "nearest", "touch", "smell", "rays", "property", "light", "temp
 
 
 class Widths(NamedTuple):
-    """The reach of ghosts and of rows of fields beyond the edges."""
+    """Distances that ghosts and rows of fields extend beyond the edges."""
 
-    sensing: float  # [m] ghosts before sensing: the widest sense, and flows into this band's fields
-    acting: float  # [m] ghosts after moving: all organisms whose fate may affect an own organism in this tick
-    halos: list[int]  # rows of each field
-    properties: bool  # whether some sensors need more than places and bodies
+    sensing: float  # [m] ghosts before sensing: longest sensing range, or flow into this band's fields
+    acting: float  # [m] ghosts after moving: all whose fate may affect this band's organisms in this tick
+    halos: list[int]  # number of rows beyond the edges, for each field
+    properties: bool  # whether any sensor reads more than positions and bodies
 
     def rows(self, world: SpatialWorld) -> tuple[int, int]:
-        """Return both widths of ghosts in rows of cells."""
+        """Return both ghost widths in rows of cells."""
         sensing, acting = (
             math.ceil(width * world.space.shape[1] / world.space.size[1] - 1e-6)
             for width in (self.sensing, self.acting)
@@ -64,8 +64,8 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
-    """Return the distance [m] within which ghosts can decide whether a body eats or is eaten: its eater, that
-    eater's rivals, and items closer to these; one more reach if an eater may win several items."""
+    """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach each
+    for its eater, that eater's rivals, and closer items; one more if an eater may win several."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -78,13 +78,13 @@ def meals_of(world: SpatialWorld, living: list[Table]) -> float:
 
 
 def largest_of(table: Table) -> float:
-    """Return the radius of the largest body of a table [m], including future ones."""
+    """Return the largest radius [m] of a table's present and future bodies."""
     radius = table[Body].radius[table.rows()]
     return max(float(table.species.radius or 0.0), float(radius.max(initial=0.0)))
 
 
 def nose_of(table: Table) -> float:
-    """Return the largest distance of a nose from the center of a body [m]."""
+    """Return the largest distance [m] of a nose from the center of its body."""
     return largest_of(table) * max(
         (math.hypot(*sensor.at[:2]) for sensor in _sensors(table) if sensor.kind == "smell"), default=0.0
     )
@@ -113,8 +113,8 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
-    """Return the widths of ghost zones. Raise a ConfigError that lists everything in a world that cannot be
-    divided, or not between so many processes."""
+    """Return the ghost widths. Raise a ConfigError that lists everything that prevents a division of the
+    world among this many processes."""
     problems = [
         Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
         for key, what in (*_of_world(world), *_of_tables(world))
@@ -144,7 +144,7 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     if world.reporters:
         yield ("reporters",), "a world with reporters"
     if world.environment:
-        yield ("environment",), "a world with functions as environment"
+        yield ("environment",), "a world with environment functions"
     for system in world.systems:
         if not vars(type(system)).get("divisible"):  # a subclass of a divisible system may do more
             yield ("systems",), f"a world with the system {type(system).__name__}"
@@ -166,9 +166,9 @@ def _of_tables(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
 
 
 def _of_table(table: Table) -> Iterator[tuple[str, str]]:
-    """Yield keys and phrases for everything that cannot be divided; "" means no problem."""
+    """Yield a key and a phrase for each feature that cannot be divided; "" means no problem."""
     s, nerves = table.species, table.species.nerves
-    yield "body", "without places" if Position not in table else ""
+    yield "body", "without positions" if Position not in table else ""
     yield "body.shape", "of capsules or boxes" if Shape in table else ""
     yield "body", "with solid bodies" if s.body.solid or s.pushed else ""
     way = s.reproduction
@@ -192,7 +192,7 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         yield "sensors", "with a sensor of kin" if getattr(sensor, "kin", None) is not None else ""
     if nerves is None:
         return
-    yield "policy", "with choices from outside" if nerves.outside is not None else ""
+    yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
     learner, minds = nerves.learner, nerves.individuals
     yield (
         "policy.network",
@@ -213,13 +213,13 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
 
 
 def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -> None:
-    """Raise ConfigError if bands of a world would be lower than the reach of ghosts."""
+    """Raise a ConfigError if bands would be lower than the reach of ghosts."""
     ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
     if size > 1 and least * size > ny:
         fault = (
             f"{size} bands would be {world.space.size[1] / size:g} m high, but ghosts reach "
             f"{least * side:g} m: {widths.sensing:g} m for sensing, {widths.acting:g} m for eating, "
-            f"mating and births, in whole rows of cells of {side:g} m"
+            f"mating and births, rounded up to whole cells of {side:g} m"
         )
         raise ConfigError(
             [
@@ -234,5 +234,5 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:
-    """Return the smallest number of rows of cells in a band: ghosts come only from adjacent bands."""
+    """Return the minimum height of a band in rows of cells, as ghosts come only from adjacent bands."""
     return max(widths.rows(world))

@@ -1,9 +1,9 @@
-"""Debug mode, ECS_ECO_DEBUG=1: checks after each system, which name the faulty system and never change
-results. They are too slow to be always on.
+"""Debug mode (ECS_ECO_DEBUG=1): check the world after each system and name the faulty system. Results stay
+the same. The checks are too slow to be always on.
 
-`invariants` checks what must hold at any time, `comparison` compares the world before and after a system, and
-`watch` runs the checks. Data written into a world from outside is always checked, in `ecs_eco.space.gate`.
-See docs/how-to/debugging.md.
+`invariants` checks conditions that must always be true, `comparison` compares the world before and after a
+system, and `watch` runs the checks. Data written into a world from outside is always checked, by
+`ecs_eco.space.gate`. See docs/how-to/debugging.md.
 """
 
 from ecs_eco.debug.columns import DebugError, StaleHandle

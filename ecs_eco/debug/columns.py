@@ -1,4 +1,4 @@
-"""Errors of the checks, views of a table for them, and names for its rows."""
+"""Errors raised by the checks, and helpers that read a table or describe its rows."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ IDENTITY = ("alive", "uid", "born")  # columns that change only in flushes
 
 
 class DebugError(RuntimeError):
-    """Raised by a failed check of the debug mode, with the system, tick, species and organism."""
+    """Raised when a debug check fails; names the system, tick, species and organism."""
 
 
 class StaleHandle(DebugError):
-    """Raised for a handle that was used after its owner's death."""
+    """Raised when a handle is used after its organism has died or moved to another row."""
 
 
 def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
@@ -30,7 +30,7 @@ def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
 
 
 def budget(table: Table) -> dict[str, np.ndarray]:
-    """Return energy and flows of a table with Metabolism; {} for other tables."""
+    """Return the energy and flow columns of a table with Metabolism, or {} for other tables."""
     return (
         {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
     )
@@ -43,10 +43,10 @@ def bytes_of(array: np.ndarray) -> np.ndarray:
 
 
 def owner_of(uid: np.ndarray, row: int | np.integer) -> str:
-    """Return a phrase for a row: its owner's uid, or that it is free."""
+    """Return a phrase that describes a row by its owner's uid, or as free."""
     return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
 
 
 def more(n: int) -> str:
-    """Return a phrase for all but the first of n."""
+    """Return a phrase that counts all but the first of n cases."""
     return f" ({n - 1} more)" if n > 1 else ""

@@ -1,4 +1,4 @@
-"""Checks of the changes by one system or flush: a copy of the world before, and a comparison afterwards."""
+"""Checks of the changes made by one system or flush: copy the world before, and compare it afterwards."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import ResetFlows
 
-# tolerance of a float32 sum relative to its largest number (dimensionless): 8 units in the last place
+# tolerance of a float32 sum relative to its largest term: 8 units in the last place
 ROUNDING = np.float32(1e-6)
 
 
 class Snapshot:
-    """One table before a system acts: identities, counts, shapes, and copies of places, energy and free rows."""
+    """A table before a system acts: identities, counts, shapes, and copied positions, energy and free rows."""
 
     def __init__(self, table: Table) -> None:
         self.identity = {name: getattr(table, name).copy() for name in IDENTITY}
@@ -35,7 +35,7 @@ class Snapshot:
 
 
 class Before:
-    """The world before one system acts, and the comparison with the world after it."""
+    """The world before a system acts, for comparison with the world afterwards."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
@@ -45,7 +45,7 @@ class Before:
         self.page = system._at if isinstance(system, Recorder) else None
 
     def compare(self) -> None:
-        """Check the world after the system."""
+        """Check the world after the system has acted."""
         pairs = [(t, self.tables[t.name]) for t in self.world.tables.values() if t.name in self.tables]
         for table, before in pairs if not self.flush else ():
             self._identities(table, before)
@@ -115,7 +115,7 @@ class Before:
                 )
 
     def _moved(self, table: Table, before: Snapshot) -> None:
-        """Check that the index was invalidated if places changed; plain processors are exempt."""
+        """Check that the index was invalidated if positions changed; plain processors are exempt."""
         if table.version != before.version or (
             self.system is not None and not isinstance(self.system, System)
         ):
@@ -154,7 +154,7 @@ class Before:
         )
         scale = np.max([np.abs(a) for book in (was, now) for a in book.values()], axis=0)
         gap = gained - booked
-        # energy that moves between two organisms cancels in the sum
+        # energy passed between two organisms cancels out in the sum
         gap[~(np.abs(gap) > ROUNDING * scale)] = 0.0
         off, room = gap.sum(), float((ROUNDING * scale)[gap != 0].sum())
         if abs(off) > room:
@@ -163,14 +163,14 @@ class Before:
             came = "appeared without a source" if off > 0 else "disappeared without a sink"
             self.fail(
                 table,
-                f"energy {came}: the energy of all living changed by {gained.sum():.6g}, but taken − "
+                f"energy {came}: the organisms' energy changed by {gained.sum():.6g}, but taken − "
                 f"burnt − given by {booked.sum():.6g}, a difference of {abs(off):.6g}; the largest "
-                f"gap, {gap[i]:.6g}, is in {owner}, Metabolism.energy {was['energy'][i]:.6g} to "
-                f"{now['energy'][i]:.6g}; add it to taken, burnt or given",
+                f"gap, {gap[i]:.6g}, is in {owner}, with Metabolism.energy {was['energy'][i]:.6g} before and "
+                f"{now['energy'][i]:.6g} after; add it to taken, burnt or given",
             )
 
     def _ledger(self) -> None:
-        """Check that the ledger page that the recorder has just written closes."""
+        """Check that the ledger page just written by the recorder closes."""
         recorder, at = self.system, self.page
         if not isinstance(recorder, Recorder) or at is None or recorder._at != at + 1:
             return

@@ -1,4 +1,4 @@
-"""Conditions that always hold in a world: consistent rows, finite values, places in bounds, index order."""
+"""Conditions that must always be true: consistent rows, finite values, positions in bounds, index order."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ FULL_TURN = 6.2831855  # [rad]
 
 
 class Invariants:
-    """Checks of a world after `name` acted; `system` is the system of that name, if it is one."""
+    """Checks of a world after `name` has acted; `system` is set if `name` is a system."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None = None) -> None:
         self.world, self.name, self.system = world, name, system
 
     def fail(self, table: Table | None, fault: str, kind: type[DebugError] = DebugError) -> NoReturn:
-        """Raise an error with the system, the tick and the species."""
+        """Raise an error that names the system, the tick and the species."""
         where = (
             "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
         )
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {fault}")
 
     def check(self) -> None:
-        """Raise DebugError if a condition is false."""
+        """Raise a DebugError if a condition is violated."""
         self.check_organisms()
         for table in self.world.tables.values():
             self._nerves(table)
@@ -49,7 +49,7 @@ class Invariants:
             self._registry()
 
     def check_organisms(self) -> None:
-        """Raise DebugError if uids, rows, or the values in columns are not those of living organisms."""
+        """Raise a DebugError if uids or rows are inconsistent, or values are not finite or out of bounds."""
         for table in self.world.tables.values():
             self._living(table)
             self._finite(table)
@@ -63,8 +63,8 @@ class Invariants:
                 f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive",
             )
         for name, wrong, fault in (
-            ("uid", table.alive & (table.uid == 0), "is alive and has none"),
-            ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
+            ("uid", table.alive & (table.uid == 0), "is alive but has no uid"),
+            ("uid", ~table.alive & (table.uid != 0), "is free but has a uid"),
             (
                 "cause",
                 ~table.alive & (table.cause != 0),
@@ -90,7 +90,7 @@ class Invariants:
                 u = int(table.uid[row])
                 if u in seen:
                     self.fail(
-                        table, f"uid {u} is in row {row} and in {seen[u]}; each uid may be assigned once"
+                        table, f"uid {u} is in row {row} and in {seen[u]}; each uid may be assigned only once"
                     )
                 if not is_given(u, self.world.next_uid):
                     self.fail(
@@ -99,7 +99,7 @@ class Invariants:
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
-        """Compare esper's entities with the living organisms, if any code has accessed them."""
+        """Check that esper's entities, if any have been looked up, match the living organisms."""
         registry = self.world.context.registry
         for table in self.world.tables.values():
             for row, number, entity in registry.met(table):
@@ -151,7 +151,7 @@ class Invariants:
             )
 
     def _resolution(self, table: Table) -> None:
-        """Check that steps of energy and place are not lost to rounding at the present values."""
+        """Check that steps of energy and position are not lost to rounding at the current values."""
         dt, rows = np.float32(self.world.dt), table.rows()
         basal = np.float32(table.species.metabolism.basal) * dt
         if basal > 0 and Metabolism in table:
@@ -172,7 +172,7 @@ class Invariants:
             self.fail(
                 table,
                 f"{name} of {owner_of(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, "
-                f"where a step of {step:g} is lost to rounding; the smallest step of float32 is "
+                f"where a step of {step:g} is lost to rounding; the smallest float32 step there is "
                 f"{least:g}",
             )
 
@@ -205,7 +205,7 @@ class Invariants:
         if index.n != table.n or cell.size != index.n or (table.uid[index.rows] != index.uid).any():
             self.fail(
                 table,
-                f"the neighbor index has {index.n} entries, which are not the {table.n} living "
+                f"the neighbor index has {index.n} entries, which do not match the {table.n} living "
                 "organisms; systems may only read the index",
             )
         back = np.flatnonzero((np.diff(cell) == 0) & (index.uid[1:] <= index.uid[:-1]))

@@ -1,4 +1,4 @@
-"""Execution of the checks: around every system and every flush, and once before a tick."""
+"""Run the checks around every system and flush, and once before each tick."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ BETWEEN = "code between ticks"
 
 
 def start(world: SpatialWorld) -> Debug | None:
-    """Return the checks of a new world if ECS_ECO_DEBUG is set to a value other than 0, else None."""
+    """Return the checks of a new world if ECS_ECO_DEBUG is set to a value other than 0, or else None."""
     return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
 
 
 class Debug:
-    """The checks of one world. Its systems and its flushes run inside `watch`."""
+    """The checks of one world, whose systems and flushes run inside `watch`."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.before: Before | None = None  # the world before the running system
-        self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which is in no ledger
+        self.drift: dict[str, float] = {}  # energy changes between ticks, which no ledger records
         world.schedule.put(Opening(world), priority_of("environment", 0))
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
@@ -40,7 +40,7 @@ class Debug:
         return Guard(table, component, row, int(table.uid[row]))
 
     def act(self, processor: esper.Processor) -> None:
-        """Run a processor; check the changes if it is a system."""
+        """Run a processor, and check its changes if it is a system."""
         if processor in self.world.systems:
             self.watch(type(processor).__name__, processor.process, processor)
         else:
@@ -49,7 +49,8 @@ class Debug:
     def watch(
         self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
-        """Run a system or a flush and check its changes; a flush splits the check of its system in two."""
+        """Run a system or flush and check its changes; a flush inside a system splits the system's check in
+        two."""
         outer = self.before
         if outer is not None:
             outer.compare()
@@ -75,7 +76,7 @@ class Opening(esper.Processor):
         self.world = weakref.proxy(world)
 
     def process(self, *_: object) -> None:
-        """Check the world at the start of the tick, and note changes that are not in this tick's ledger."""
+        """Check the world at the start of the tick, and note changes missing from this tick's ledger."""
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
@@ -89,14 +90,14 @@ class Opening(esper.Processor):
 
 
 class Guard(Columns):
-    """One organism's columns for its handle in debug mode: it refuses access to a row that belongs to another
+    """An organism's columns for its handle in debug mode: access fails once the row belongs to another
     organism."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")
-    __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own
+    __setattr__ = object.__setattr__  # type: ignore[assignment]  # has no columns of its own
 
     def __init__(self, table: Table, component: type[Any], row: int, uid: int) -> None:
-        table[component]  # raises the error that lists the components
+        table[component]  # raises an error if the component is unknown
         self._table, self._component, self._row, self._uid = table, component, row, int(uid)
 
     def __getattr__(self, name: str) -> Any:

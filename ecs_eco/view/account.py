@@ -1,4 +1,4 @@
-"""The diagnosis of `ecs-eco why` for the viewer's page."""
+"""The `ecs-eco why` diagnosis for the viewer page."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ecs_eco.ecosystem import World
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.source import Message
 
-REMEMBERED = 20  # the recorder of a living world keeps this many blocks of 1,000 ticks
+REMEMBERED = 20  # blocks of 1,000 ticks kept by the recorder of a live world
 
 
 def of_run(folder: Path, tick: int) -> Message:
-    """Return the diagnosis of a whole recorded run: {"kind": "why", …}."""
+    """Return the diagnosis of an entire recorded run: {"kind": "why", …}."""
     return _told(Case.read(folder), tick)
 
 
 def of_world(world: World, journal: Journal) -> Message:
-    """Return the diagnosis of a living world for the ticks that its recorder still holds."""
+    """Return the diagnosis of a live world for the ticks that its recorder still holds."""
     if world.recorder is None or world.config is None:
         return _nothing(world.tick, "This world is not recorded, so there is nothing to diagnose.")
     series = load_series(world.recorder.series())
     if len(series.ticks) < 2:
-        return _nothing(world.tick, "Too few ticks have passed for a diagnosis.")
+        return _nothing(world.tick, "A diagnosis needs at least two recorded ticks.")
     manifest = {
         "config": world.config.model_dump(mode="json"),
         "intervened": list(world.intervened),
@@ -45,7 +45,7 @@ def of_world(world: World, journal: Journal) -> Message:
 
 
 def _deaths(journal: Journal, names: Sequence[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Return tick, age [s] and cause of each known death of these species, by species."""
+    """Return the tick, age [s] and cause of each known death, by species."""
     columns = journal.deaths.between(-1, journal.world.tick, ("species", "age", "cause"))
     words, out = np.array(["unknown", *journal.causes]), {}
     for name in names:

@@ -1,4 +1,4 @@
-"""Branches: worlds that part from another world at some tick, and the command that reproduces one."""
+"""Branches: worlds that diverge from another world at some tick, and commands that reproduce them."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from ecs_eco.view.source import Message
 
 
 class Start(NamedTuple):
-    """The command that started the original, as its words after `ecs-eco`: ("run", "lamb", "--seed", "1").
+    """The words after `ecs-eco` in the command that started the original: ("run", "lamb", "--seed", "1").
 
-    `planned` are the interventions of its world file. An assignment on the command line replaces them.
+    `planned` are the interventions of its world file, which an assignment on the command line would replace.
     """
 
     words: Sequence[str]
@@ -35,8 +35,8 @@ class Start(NamedTuple):
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run from the start of a tick. `code` allows the
-    world's own Python code."""
+    """Return {"toml", "command"} for a branch of a recorded run that begins at the start of a tick. `code`
+    allows the world's own Python code."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -49,8 +49,8 @@ def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Messag
 
 
 def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a living world. `acts` are the interventions made by hand,
-    each with its tick. The command is empty if the world's own start command is unknown."""
+    """Return {"toml", "command"} for a branch of a live world. `acts` are the manual interventions, each with
+    its tick. The command is empty if the command that started the world is unknown."""
     done = [dated(what, what["at"]) for what in acts] + ([] if change is None else [dated(change, tick)])
     if start is None:
         return {"toml": tables(done), "command": ""}
@@ -61,12 +61,12 @@ def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Me
 
 
 def dated(what: Message, tick: int) -> Message:
-    """Return an intervention in the form of a world file, with its tick first."""
+    """Return an intervention as in a world file, with its tick first."""
     return {"at": tick} | {key: value for key, value in what.items() if key != "at" and value is not None}
 
 
 def tables(done: Sequence[Message]) -> str:
-    """Return interventions as TOML, one table each."""
+    """Return interventions as TOML, one table per intervention."""
     return "\n".join(
         "\n".join(["[[interventions]]", *(f"{key} = {literal(value)}" for key, value in what.items()), ""])
         for what in done
@@ -74,11 +74,11 @@ def tables(done: Sequence[Message]) -> str:
 
 
 def of_living(live: Live, tick: int, change: Message | None) -> Live:
-    """Return a second world in the state of a living one at the present tick, or at the last stored tick up to
-    an earlier one.
+    """Return a copy of a live world at the current tick or, for an earlier tick, at the last stored tick up
+    to it.
 
-    The living world does not change. Raises ValueError for any other tick and for a change that does not fit,
-    and CheckpointError for a world that cannot be copied.
+    The live world does not change. Raises ValueError for any other tick and for an invalid change, and
+    CheckpointError for a world that cannot be copied.
     """
     world, now = live.world, live.world.tick
     if world.config is None:
@@ -86,7 +86,7 @@ def of_living(live: Live, tick: int, change: Message | None) -> Live:
             "what if: only a world from a world file can be copied; this one was built in Python"
         )
     if tick > now:
-        raise ValueError(f"what if: tick = {tick}; expected at most {now}, the present tick")
+        raise ValueError(f"what if: tick = {tick}; expected at most {now}, the current tick")
     check(world, change)
     if tick == now:
         meta, arrays = frozen.freeze(world, recording=False)
@@ -100,8 +100,8 @@ def of_living(live: Live, tick: int, change: Message | None) -> Live:
 
 
 def of_recorded(replay: Replay, change: Message | None) -> Live:
-    """Return a living world in the state of a recorded run at the end of the displayed tick or of an earlier
-    one. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be run here."""
+    """Return a live world in the state of a recorded run at the end of the displayed tick or an earlier one.
+    Raises CheckpointError, RecordingError or ConfigError for a run that cannot continue here."""
     if replay.done:
         raise ValueError("what if: a recorded run cannot be branched at its last tick; go to an earlier one")
     world = near(replay.recording.path, replay.recording.manifest, replay.tick + 1)
@@ -118,7 +118,7 @@ def check(world: World, change: Message | None) -> None:
 
 
 def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any]) -> Live:
-    """Return a second world in a frozen state of this one."""
+    """Return a second world that starts from a frozen state of this one."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(
             f"what if: the system {function_name(handed[0])} was passed to this world as "
@@ -132,8 +132,8 @@ def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any])
 
 
 def as_done_to(live: Live, world: World) -> None:
-    """Repeat on `world` the interventions made by hand on the living world in the next tick, unless they are
-    already pending. The living world has passed that tick."""
+    """Repeat on `world` the manual interventions that the live world received in the coming tick, unless they
+    are already pending. The live world is past that tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:
@@ -143,8 +143,7 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions carried out in ticks `first` to `end` - 1 that the world file does not plan,
-    in the form of a world file."""
+    """Return the interventions in ticks `first` to `end` - 1 that were not planned, as in a world file."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

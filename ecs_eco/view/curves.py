@@ -1,4 +1,4 @@
-"""Curves of a world over time: levels at a tick and totals up to it, as the message "series"."""
+"""Curves of a world over time, as the message "series": levels at each tick, and totals up to it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-MOST = 4000  # points
+MOST = 4000  # maximum number of points
 DEPTH = "mean depth [m]"  # a chart next to the reports; no reporter can have this name
 Key = tuple[str, ...]
-"""The name of a curve: group and name, and for groups of groups also the name within: ("n", "deer"), ("reports",
+"""The name of a curve: group and name, plus an inner name in nested groups: ("n", "deer"), ("reports",
 reporter, species or ""), ("light", "")."""
 
 
@@ -19,12 +19,12 @@ class Point(NamedTuple):
     """One point of each curve."""
 
     tick: int
-    levels: dict[Key, float]  # the values at this tick
+    levels: dict[Key, float]  # values at this tick
     sums: dict[Key, float]  # totals up to this tick; their curves show the increase per tick
 
 
 class Curves:
-    """Points by tick. When there are `most` of them, every second one is dropped."""
+    """Points by tick. When there are `most` points, every second point is dropped."""
 
     def __init__(self, most: int = MOST) -> None:
         self.most = most
@@ -32,7 +32,7 @@ class Curves:
 
     @property
     def ticks(self) -> list[int]:
-        """The ticks of the points."""
+        """The tick of each point."""
         return [point.tick for point in self.points]
 
     def add(self, point: Point) -> None:
@@ -42,7 +42,7 @@ class Curves:
         self.points.append(point)
 
     def cut(self, tick: int) -> None:
-        """Drop the points of this tick and of later ones."""
+        """Drop the points at this tick and later."""
         while self.points and self.points[-1].tick >= tick:
             del self.points[-1]
 
@@ -53,7 +53,7 @@ class Curves:
             first -= 1
         if first == len(self.points):
             return None
-        before = min(first, 1)  # the first rate is computed from this point
+        before = min(first, 1)  # the first rate needs the previous point
         points = self.points[first - before :]
         return series(
             np.array([point.tick for point in points]),
@@ -72,10 +72,10 @@ def _columns(points: Iterable[Mapping[Key, float]], missing: float) -> dict[Key,
 def series(
     tick: np.ndarray, levels: Mapping[Key, np.ndarray], sums: Mapping[Key, np.ndarray], before: int = 0
 ) -> dict[str, Any]:
-    """Return the message "series" of these ticks i64[n].
+    """Return the message "series" for these ticks i64[n].
 
-    Levels f64[n] are passed on unchanged, sums f64[n] as the mean increase per tick since the point before;
-    NaN becomes null. The first `before` points (0 or 1) serve only to compute rates and have no levels.
+    Levels f64[n] are sent unchanged, sums f64[n] as the mean increase per tick since the previous point; NaN
+    becomes null. The first `before` points (0 or 1) are used only to compute rates and have no levels.
     """
     span = np.diff(tick)
     rates = {key: np.append(np.nan, np.diff(of) / span)[before:] for key, of in sums.items()}
@@ -93,14 +93,14 @@ def series(
 
 
 def _plain(value: float) -> float | None:
-    """Return a number with as many digits as a chart needs."""
+    """Return a number rounded to the digits that a chart needs."""
     if not math.isfinite(value):
         return None
     return int(value) if value.is_integer() and abs(value) < 1e15 else float(f"{value:.6g}")
 
 
 def died(s: str, causes: Iterable[tuple[str, Any]], born: float | np.ndarray) -> dict[Key, Any]:
-    """Return sums of the births and deaths of a species, in total and by cause."""
+    """Return the cumulative births and deaths of a species, with deaths also by cause."""
     by_cause = dict(causes)
     return {
         ("births", s): born,

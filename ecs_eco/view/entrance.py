@@ -1,4 +1,4 @@
-"""Opening the page: an address that is printed, and a private file that redirects the browser to it."""
+"""Opening the page: print an address, and redirect the browser to it through a private file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ecs_eco.view.server import Server
 
-OPENING = 2.0  # [min] that the browser has to open its file
+OPENING = 2.0  # [min] time for the browser to open its file
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>ecs-eco</title>
 <meta http-equiv="refresh" content="0; url={address}"><p>To <a href="{address}">ecs-eco</a> …
@@ -22,11 +22,11 @@ PAGE = """<!doctype html>
 
 
 class Entrance:
-    """The addresses of a running server. `announce` receives the first one immediately, and a new one each
-    time the last was used or has expired. With `browser`, open a page too.
+    """The addresses of a running server. `announce` receives the first address immediately, and a new one
+    whenever the last has been used or has expired. `browser` also opens a page.
 
-    Each address admits one page, so an address in the terminal or in the browser's history is useless to
-    later readers.
+    Each address admits one page, so an address left in a terminal or in the browser's history is useless to
+    others.
     """
 
     def __init__(self, server: Server, announce: Callable[[str], None], browser: bool = False) -> None:
@@ -41,13 +41,13 @@ class Entrance:
     def open_browser(self) -> bool:
         """Open a page in a graphical browser; return whether one is available.
 
-        All users of a machine can read a browser's command line. Therefore the browser receives the name of a
-        file that only this user can read, and that file redirects to the address.
+        Any user of a machine can read a browser's command line, so the browser receives the name of a file
+        that only this user can read, which redirects to the address.
         """
         if sys.platform.startswith("linux") and not (
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         ):
-            return False  # a text browser would occupy the terminal
+            return False  # a text browser would take over the terminal
         try:
             return webbrowser.open(self._file(self.server.address(OPENING)).as_uri())
         except (webbrowser.Error, OSError):
@@ -65,11 +65,11 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce a new address if the last one is no longer valid and a page has just used one of ours."""
+        """Announce a new address if the last is no longer valid and a page has just used one of this server."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):
-            with suppress(OSError, ValueError):  # if the output is closed, the page is still admitted
+            with suppress(OSError, ValueError):  # the page is admitted even if the output is closed
                 self._say()
 
     def _file(self, address: str) -> Path:

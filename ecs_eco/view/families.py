@@ -11,17 +11,17 @@ from ecs_eco.view.genealogy import Genealogy, Lives, Young
 from ecs_eco.view.source import Message, uid_of
 
 SLOTS = 12  # families of a species that get their own color
-KIN = "kin:"  # prefix of a uid: colors the descendants of that organism
+KIN = "kin:"  # prefix of a uid: color that organism's descendants
 
 
 def asked(colour: object) -> int | None:
-    """Return the uid whose descendants a color shows, or None for any other color."""
+    """Return the uid whose descendants a color shows, or None for a color of another kind."""
     digits = colour[len(KIN) :] if isinstance(colour, str) and colour.startswith(KIN) else ""
     return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
 
 
 def _shade(slot: int | None) -> int:
-    """Return the value of a family: the middle of its section of the color ramp, or 0 without a color."""
+    """Return the color value of a family: the middle of its section of the ramp, or 0 for no color."""
     return 0 if slot is None else int(1 + 21 * (slot + 0.5))
 
 
@@ -32,17 +32,17 @@ class Families:
         self._lives = lives
         self._uid = self._root = np.zeros(0, np.uint64)
         self._slots: dict[str, dict[int, int]] = {}
-        self._found: dict[int, tuple[int, np.ndarray]] = {}  # by uid: number of lives scanned, descendants
+        self._found: dict[int, tuple[int, np.ndarray]] = {}  # uid → number of lives scanned, descendants
 
     def roots(self, uid: np.ndarray) -> np.ndarray:
-        """Return the founder of each organism: u64[n]. Without known parents it is itself."""
+        """Return the founder of each organism: u64[n]. An organism without known parents is its own founder."""
         self._grow()
         row = np.minimum(np.searchsorted(self._uid, uid), max(self._uid.size - 1, 0))
         return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
 
     def values(self, name: str, uid: np.ndarray) -> np.ndarray:
-        """Return the values u8[n] of organisms of a species for the color "family". Each of the largest
-        families has a value that does not change over time; all other organisms have 0."""
+        """Return the values u8[n] of a species' organisms for the color "family". Each of the largest
+        families keeps its value over time; all other organisms have 0."""
         founders, family, size = np.unique(self.roots(uid), return_inverse=True, return_counts=True)
         there = set(founders.tolist())
         slots = {root: slot for root, slot in self._slots.get(name, {}).items() if root in there}
@@ -57,7 +57,7 @@ class Families:
         return value[family]
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
-        """Return the value of each organism u64[n] for a color by descent, and None for every other color.
+        """Return the value of each organism u64[n] for a color by descent, or None for any other color.
         "family" uses the values last assigned to the species."""
         of = asked(colour)
         if of is not None:
@@ -71,7 +71,7 @@ class Families:
         return [_shade(slot) for slot in slots]
 
     def descendants(self, of: int) -> np.ndarray:
-        """Return an organism and all its descendants by either parent: uids u64[n], ascending."""
+        """Return the uids of an organism and all its descendants through either parent: u64[n], ascending."""
         uid, first, second = self._lives()
         begin, found = self._found.get(of, (0, np.array([of], np.uint64)))
         begin = begin if begin <= uid.size else 0
@@ -89,7 +89,7 @@ class Families:
         return np.where(np.isin(uid, self.descendants(of)), 255, 0).astype(np.uint8)
 
     def _grow(self) -> None:
-        """Find the founders of the organisms born since the last call."""
+        """Find the founders of organisms born since the last call."""
         uid, parent, _ = self._lives()
         known = int(np.searchsorted(uid, self._uid[-1], side="right")) if self._uid.size else 0
         if known == uid.size == self._uid.size:
@@ -107,19 +107,19 @@ class Families:
         self._uid, self._root = uid.copy(), root
 
 
-ABOVE = 48  # ancestors in the list
-BESIDE = 12  # siblings
-BELOW = 24  # children
-EACH = 4  # grandchildren of one child
+ABOVE = 48  # maximum number of ancestors in the list
+BESIDE = 12  # maximum number of siblings
+BELOW = 24  # maximum number of children
+EACH = 4  # maximum number of grandchildren per child
 
 
 def tree(known: Genealogy, families: Families, request: Message) -> Message:
-    """Return the message "tree" about the organism in a request; raise ValueError if it is unknown.
+    """Return the message "tree" for the organism in a request; raise ValueError if it is unknown.
 
-    `lives` holds the focal organism, its nearest `ABOVE` ancestors, last `BESIDE` siblings, `BELOW` children (the
-    most fertile ones) and the last EACH grandchildren per child. In each life, `young` counts all its
-    children if that number is known, and `clade` is its value, 0 to 255, for the color `by` of the request if
-    that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism.
+    `lives` contains the focal organism, its nearest `ABOVE` ancestors, its last `BESIDE` siblings, its
+    `BELOW` most fertile children and the last `EACH` grandchildren per child. In each life, `young` is the
+    total number of children, if known, and `clade` is the value from 0 to 255 for the requested color `by`,
+    if that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism.
     """
     uid = uid_of(request)
     focal = known.life(uid)
@@ -155,7 +155,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
 
 
 def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
-    """Return the lives of an organism and its ancestors by uid, generation by generation."""
+    """Return the lives of an organism and its ancestors by uid, one generation after another."""
     lives, waiting = {uid: focal}, list(focal["parents"])
     while waiting and len(lives) <= ABOVE:
         one = waiting.pop(0)
@@ -170,13 +170,13 @@ def _unknown() -> dict[str, Any]:
 
 
 def _fertile(uids: np.ndarray, theirs: Young, most: int) -> np.ndarray:
-    """Return the organisms with the most young, the younger first among equals: uids ascending."""
+    """Return the uids of the organisms with the most children, ascending; ties favor younger organisms."""
     order = np.lexsort((uids, _counted(uids, theirs)))
     return np.sort(uids[order[-most:]])
 
 
 def _of_each(parents: np.ndarray, theirs: Young) -> np.ndarray:
-    """Return the last EACH children of each parent: uids ascending."""
+    """Return the uids of the last EACH children of each parent, ascending."""
     found = [theirs.uid[(theirs.parents == parent).any(axis=1)][-EACH:] for parent in parents]
     return np.unique(np.concatenate([np.zeros(0, np.uint64), *found]))
 

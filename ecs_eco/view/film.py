@@ -20,23 +20,23 @@ CODECS = {
     ".mov": "libx264 -pix_fmt yuv420p -preset medium -crf 20 -movflags +faststart",
     ".webm": "libvpx-vp9 -pix_fmt yuv420p -crf 32 -b:v 0",
 }
-"""The arguments of ffmpeg after `-c:v` by the suffix of a film."""
+"""The ffmpeg arguments after `-c:v`, by file suffix."""
 ENDINGS = (*CODECS, ".gif")
-SECONDS = 60  # length of the longest film by default
+SECONDS = 60  # default maximum length of a film
 
 
 class FilmError(RuntimeError):
-    """Raised if no film can be made because ffmpeg is missing or failed."""
+    """Raised if a film cannot be made because ffmpeg is missing or failed."""
 
 
 def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> range:
-    """Return the ticks of a film's frames: every `step` ticks. By default the film lasts at most SECONDS."""
+    """Return the ticks of a film's frames, `step` ticks apart. By default, the film lasts at most SECONDS."""
     n = last + 1 - first
     return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
 
 
 def encoder(path: Path) -> str:
-    """Return the program for films with this suffix, "" for a GIF; raise FilmError if it is missing."""
+    """Return the encoder of films with this suffix ("" for a GIF); raise FilmError if it is missing."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")
@@ -53,7 +53,7 @@ def write(
     fps: float,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3]. The file appears when it is complete.
+    """Write a film of these ticks, painted as u8[height, width, 3]. The file appears only once it is complete.
 
     Raises FilmError, OSError.
     """
@@ -87,7 +87,7 @@ def _pipe(
             for frame in frames:
                 process.stdin.write(frame.tobytes())
         except BrokenPipeError:
-            pass  # ffmpeg has ended, and its log gives the reason
+            pass  # ffmpeg has exited; its log gives the reason
         except BaseException:
             process.kill()
             raise
@@ -99,13 +99,13 @@ def _pipe(
             log.seek(0)
             lines = log.read().decode(errors="replace").strip().splitlines()
             raise FilmError(
-                f"ffmpeg ended with code {process.returncode}: "
+                f"ffmpeg exited with code {process.returncode}: "
                 f"{lines[-1] if lines else 'it printed no reason'}"
             )
 
 
 def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
-    """Write a GIF that uses the palette of its first frame throughout."""
+    """Write a GIF in which every frame uses the palette of the first."""
     from PIL import Image
 
     first = Image.fromarray(next(frames)).quantize(colors=128, dither=Image.Dither.NONE)

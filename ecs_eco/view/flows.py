@@ -1,4 +1,4 @@
-"""Energy flows between species, of a living or recorded world."""
+"""Energy flows between species in a live or recorded world."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ecs_eco.record.recorder import Recorder
 from ecs_eco.view.curves import Key
 
 FLOWS = {"taken_in": "taken in", "burnt": "burnt", "given": "given", "lost": "lost"}
-"""Columns of the ledger → their names in the page."""
-ENERGY = ("taken in", "burnt")  # the quantities among these that have their own chart
+"""Ledger columns → their names on the page."""
+ENERGY = ("taken in", "burnt")  # flows that have their own chart
 PLACES = [LEDGER.index(name) for name in FLOWS]
 
 
 def of_world(recorder: Recorder | None) -> dict[Key, float]:
-    """Return the energy flows of a living world so far, as far as they are recorded: sums ("flows", species,
-    name), and the energy that eaters took in and burned also as ("energy", species, name)."""
+    """Return the recorded energy flows of a live world so far: sums ("flows", species, name) and, for the
+    energy taken in and burned by eaters, also ("energy", species, name)."""
     if recorder is None:
         return {}
     intake = recorder.intake
@@ -36,10 +36,10 @@ def of_run(
     foods: Mapping[str, Sequence[str]],
     meals: Mapping[tuple[str, str], np.ndarray],
 ) -> dict[Key, np.ndarray]:
-    """Return the same for a recorded run at some ticks, f64[ticks] each.
+    """Return the energy flows of a recorded run at some ticks, f64[ticks] each, as `of_world` does.
 
-    `sums` holds f64[ticks, species] since the first tick, by column of the series. Without columns for each
-    food, energy is shared by `meals`, the cumulative numbers of each (food, eater) eaten.
+    `sums` holds f64[ticks, species] since the first tick, by series column. If there are no columns per food,
+    energy is divided according to `meals`, the cumulative number eaten of each (food, eater).
     """
     out: dict[Key, np.ndarray] = {}
     eaten = [column for column in sums if column.startswith(EATEN)]
@@ -61,6 +61,6 @@ def of_run(
 
 
 def by_meals(taken: np.ndarray, meals: np.ndarray) -> np.ndarray:
-    """Divide an eater's energy intake, f64[n], among its foods by the number eaten of each, f64[foods, n]."""
+    """Divide an eater's energy intake f64[n] among its foods by the number of each eaten, f64[foods, n]."""
     total = meals.sum(axis=0)
     return taken * np.divide(meals, total, out=np.zeros_like(meals), where=total > 0)

@@ -1,7 +1,7 @@
-"""Frames: all organisms of a tick in one binary message, 12 bytes each (see docs/how-to/watching.md).
+"""Frames: all organisms at a tick in one binary message, 12 bytes each (docs/reference/viewer_protocol.md).
 
 If a uid needs more than 32 bits, as on all islands but the first, the header sets a flag and the upper halves
-of all uids follow: 4 more bytes each.
+of all uids follow, 4 more bytes per organism.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 
 
 class Encoder:
-    """Collects the parts of a frame of a world.
+    """Collects the parts of a world's frame.
 
-    `size` [m] is the size of the world, two or three numbers; `kinds` are the species and object types of a
-    frame, in order.
+    `size` [m] is the size of the world, two or three numbers; `kinds` is the number of species and object types.
     """
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:
@@ -33,10 +32,10 @@ class Encoder:
         self._kinds = kinds
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
-        """Begin a frame with its number, tick, surface light (0 to 1) and the sun's elevation [rad]."""
+        """Begin a frame with its number, its tick, the surface light (0 to 1) and the sun's elevation [rad]."""
         self._about = number & 0xFFFFFFFF, tick & 0xFFFFFFFF, light, sun
         self._parts: list[np.ndarray] = []
-        self._uids: list[tuple[np.ndarray, np.ndarray]] = []  # uids and live rows of each kind
+        self._uids: list[tuple[np.ndarray, np.ndarray]] = []  # uids and mask of live rows of each kind
         self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def add(
@@ -49,8 +48,8 @@ class Encoder:
         uid: np.ndarray,
         alive: np.ndarray | None = None,
     ) -> None:
-        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only rows with
-        `alive` bool[n] are written."""
+        """Add the next kind: x, y, z f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only `alive`
+        rows bool[n] are written."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
         words = np.empty(WORDS * x.size, np.uint32)
         end, upper = pack(alive, x, y, z, heading, value, uid, self._share, words, 0)
@@ -71,8 +70,8 @@ class Encoder:
 
 @njit
 def pack(alive, x, y, z, heading, value, uid, share, words, at):
-    """Write the living to `words` from index `at`, three words each; return the new end and the bitwise OR of
-    the upper halves of all uids."""
+    """Write living organisms to `words` from index `at`, three words each; return the new end and the bitwise
+    OR of the upper halves of all uids."""
     top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
     half = np.float32(0.5)
     upper = np.uint64(0)
@@ -95,7 +94,7 @@ def pack(alive, x, y, z, heading, value, uid, share, words, at):
 
 @njit
 def grade(alive, column, low, high, out):
-    """Write the values of the living, scaled from [low, high] to 1 to 255; 0 for NaN."""
+    """Write the values of living organisms, scaled from [low, high] to 1 … 255, with 0 for NaN."""
     span = np.float32(254.0) / (high - low) if high > low else np.float32(0.0)
     for row in range(alive.size):
         if alive[row]:
@@ -109,7 +108,7 @@ def grade(alive, column, low, high, out):
 
 @njit
 def extent(alive, column):
-    """Return the least and greatest value of the living, or infinities if there are none."""
+    """Return the minimum and maximum over living organisms, or infinities if there are none."""
     low, high = np.float32(np.inf), np.float32(-np.inf)
     for row in range(alive.size):
         if alive[row]:

@@ -1,4 +1,4 @@
-"""Parents, children, births and deaths of organisms, in living and recorded worlds."""
+"""Parents, children, births and deaths of organisms in live and recorded worlds."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
 
 Lives = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Uids ascending and the uids of both parents, 0 for none: u64[n] each."""
-LARGEST = 500_000  # births above which `lives` is empty
-CHILDREN = 200  # children in a list
-ANCESTORS = 5000  # ancestors followed at most to find a generation
+"""Uids, ascending, and the uids of both parents (0: none): u64[n] each."""
+LARGEST = 500_000  # with more births, `lives` is empty
+CHILDREN = 200  # maximum number of children in a list
+ANCESTORS = 5000  # maximum number of ancestors followed to find a generation
 PARENTS = ("uid", "parent", "parent2")
 
 
@@ -27,8 +27,8 @@ class Young(NamedTuple):
 
 
 class Genealogy:
-    """The genealogy of all organisms whose birth was recorded: in a living world since watching began, in a
-    recorded run including its future."""
+    """The genealogy of all organisms whose birth was recorded: in a live world, since watching began; in a
+    recorded run, at any tick of the run."""
 
     def __init__(self, noted: Recording | Journal) -> None:
         self.noted = noted
@@ -36,12 +36,11 @@ class Genealogy:
         self._lives: tuple[tuple[int, ...], Lives] | None = None
 
     def birth(self, uid: int, names: Sequence[str] = ()) -> dict[str, Any] | None:
-        """Return tick, species, parents and further columns of an organism's birth, or None if it was never
-        born or is forgotten."""
+        """Return the tick, species, parents and further columns of an organism's birth, or None if unknown."""
         return self.noted.births.find(uid, ("tick", "species", *PARENTS, *names))
 
     def died(self, uid: int, since: int = 0) -> dict[str, Any] | None:
-        """Return tick, cause and killer of an organism's death, or None while it lives."""
+        """Return the tick, cause and killer of an organism's death, or None if no death is known."""
         row = self.noted.deaths.find(uid, ("tick", "cause", "killer"), since)
         if row is None:
             return None
@@ -53,16 +52,16 @@ class Genealogy:
         }
 
     def parents(self, uid: int) -> list[int]:
-        """Return the uids of its known parents: none, one or two."""
+        """Return the uids of an organism's known parents: none, one or two."""
         return _parents(self.noted.births.find(uid, PARENTS))
 
     def children(self, uid: int) -> list[int]:
-        """Return the uids of an organism's children, at most the last CHILDREN."""
+        """Return the uids of an organism's last children, at most CHILDREN."""
         return self.young(np.array([uid], np.uint64)).uid[-CHILDREN:].tolist()
 
     def generation(self, uid: int) -> int | None:
-        """Return the length of an organism's longest line of ancestors, 0 if its parents are unknown, or None
-        if there are too many ancestors to follow."""
+        """Return the length of an organism's longest ancestral line: 0 if its parents are unknown, None if
+        there are too many ancestors to follow."""
         known, followed, waiting = self._generations, 0, [uid]
         while waiting:
             one = waiting[-1]
@@ -78,7 +77,7 @@ class Genealogy:
         return known[uid]
 
     def life(self, uid: int) -> dict[str, Any] | None:
-        """Return species, tick of birth, death, age at death [s] and parents; None if unknown."""
+        """Return an organism's species, birth tick, death, age at death [s] and parents, or None if unknown."""
         birth = self.birth(uid)
         if birth is None:
             return None
@@ -89,7 +88,7 @@ class Genealogy:
         return {"species": species, "born": born, "died": died, "age": age, "parents": _parents(birth)}
 
     def facts(self, uid: int) -> dict[str, Any]:
-        """Return species, birth, death, parents, children and generation as far as known."""
+        """Return the known facts: species, birth, death, parents, children and generation."""
         life = self.life(uid)
         if life is None:
             return dict.fromkeys(("species", "born", "died", "generation")) | {"parents": [], "children": []}
@@ -97,7 +96,7 @@ class Genealogy:
         return life | {"children": self.children(uid), "generation": self.generation(uid)}
 
     def young(self, uids: np.ndarray) -> Young:
-        """Return the known children of any of these organisms u64[k]."""
+        """Return the known children of these organisms u64[k]."""
         uid, parents = [np.zeros(0, np.uint64)], [np.zeros((0, 2), np.uint64)]
         births = self.noted.births
         for group in births.groups if uids.size else ():
@@ -111,7 +110,7 @@ class Genealogy:
         return Young(every[order], np.concatenate(parents)[order])
 
     def lives(self) -> Lives:
-        """Return all organisms with a known birth, with their parents; empty if there are too many."""
+        """Return all organisms with a known birth and their parents, or empty arrays if there are too many."""
         births = self.noted.births
         state = births.rows, *(births.groups[-1].uids or () if births.groups else ())
         if self._lives is None or self._lives[0] != state:

@@ -1,4 +1,4 @@
-"""Access control of the viewer's server: codes, the credential, and requests from its own pages only."""
+"""Access control of the viewer's server: codes, the credential, and refusal of requests from other sites."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MINUTES = 10.0  # lifetime of a code
-REMEMBERED = 64  # used and expired codes that are remembered, so that a refusal can name the reason
+REMEMBERED = 64  # used and expired codes to remember, so that a refusal can state the reason
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two strings are equal, in a time independent of the position of a difference."""
+    """Return whether two strings are equal, in a time that does not depend on where they differ."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
 class Credentials:
     """The codes and the credential of one server. All methods are thread-safe.
 
-    Each server draws a new credential, which no other server accepts, even a later one on the same port.
+    Each server draws a new credential, which no other server accepts, not even a later one on the same port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -35,14 +35,14 @@ class Credentials:
         self._gone: deque[str] = deque(maxlen=REMEMBERED)
 
     def code(self, minutes: float = MINUTES) -> str:
-        """Return a new code, valid for one exchange within these minutes."""
+        """Return a new code, valid for one exchange within this many minutes."""
         code = secrets.token_urlsafe(24)
         with self._lock:
             self._good[code] = self._clock() + 60 * minutes
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential for a code, which is then used up; None for an invalid code."""
+        """Return the credential in exchange for a code, which is then used up; None if the code is invalid."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)
@@ -58,13 +58,13 @@ class Credentials:
             return bool(_among(code, self._good))
 
     def was_good(self, code: str) -> bool:
-        """Return whether this server issued a code that is now used up or expired."""
+        """Return whether this server issued a code that has since been used or has expired."""
         with self._lock:
             self._forget_old()
             return bool(_among(code, self._gone))
 
     def admits(self, credential: str) -> bool:
-        """Return whether this is the credential of this server."""
+        """Return whether this is the server's credential."""
         return same(credential, self.credential)
 
     def _forget_old(self) -> None:
@@ -75,7 +75,7 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return the secrets equal to this code. All are compared, so the time does not reveal which one."""
+    """Return the secrets equal to this code. All are compared, so the time does not reveal which one matched."""
     return [secret for secret in secrets_ if same(code, secret)]
 
 
@@ -88,8 +88,8 @@ ANSWERS = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
 }
-"""Headers of every response, in addition to the Content-Security-Policy;
-a response's own cache-control takes precedence."""
+"""Headers of every response, besides the Content-Security-Policy; a response's own cache-control takes
+precedence."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'"
@@ -97,13 +97,13 @@ POLICY = (
 
 
 class Guard:
-    """ASGI middleware that answers 403 to a foreign Host, to a foreign Origin, and to a WebSocket without the
+    """ASGI middleware that responds with 403 to a foreign Host, a foreign Origin, or a WebSocket without the
     credential.
 
-    The Host must be one of ours because a foreign page can make its own name resolve to 127.0.0.1 (DNS
-    rebinding). The page's files contain no data and need no credential. WebSockets carry data: they must name
-    their Origin and send the credential as a subprotocol, the only header that a page may set there. Cookies
-    are not used because they ignore ports: another server on this machine would receive them too.
+    The Host is checked because a foreign page can make its own name resolve to 127.0.0.1 (DNS rebinding). The
+    page's files contain no data and need no credential. WebSockets carry data, so they must name their Origin
+    and send the credential as a subprotocol, the only header that a page can set there. There are no cookies,
+    because they ignore ports: another server on this machine would receive them too.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Guard:
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
         sockets = " ".join(sorted(f"ws://{host}" for host in self.hosts))
-        ancestors = " ".join(frames) or "'none'"  # pages that may show ours in a frame: none, or a notebook
+        ancestors = " ".join(frames) or "'none'"  # pages that may embed the viewer: none, or a notebook
         policy = f"{POLICY}; frame-ancestors {ancestors}; connect-src 'self' {sockets}"
         self.answers = {"content-security-policy": policy} | {
             n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")
@@ -126,14 +126,14 @@ class Guard:
             return
         why = self.refusal(scope)
         if why and scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1008, "reason": why})  # before acceptance: 403
+            await send({"type": "websocket.close", "code": 1008, "reason": why})  # 403
         elif why:
             await PlainTextResponse(f"403: {why}\n", 403)(scope, receive, self._adding(send))
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
 
     def refusal(self, scope: Scope) -> str:
-        """Return the reason why a request is refused, or "" if it is not."""
+        """Return why a request is refused, or "" if it is accepted."""
         headers = Headers(scope=scope)
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0].lower() not in self.hosts:
@@ -149,7 +149,7 @@ class Guard:
         return ""
 
     def _adding(self, send: Send) -> Send:
-        """Return `send` with our headers added to the response."""
+        """Return a `send` that adds the viewer's headers to the response."""
 
         async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":

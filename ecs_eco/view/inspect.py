@@ -1,4 +1,4 @@
-"""The present or last state of one organism for the panel, read from a living world without changing it."""
+"""The current or last state of one organism for the panel, read from a live world without changing it."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.scene import reach_of
 
 SEXES = ("none", "female", "male")
-WIDEST = 64  # values of a gene that are listed
+WIDEST = 64  # maximum number of listed values of a gene
 OF_NOW = ("born", "died", "parents", "children", "generation")  # fields that can change after death
 
 
 def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str, Any]:
-    """Return the state of one organism between two ticks, as the viewer shows it.
+    """Return the state of one organism between ticks, as shown in the viewer.
 
     Parameters
     ----------
     world : World
     uid : int
     lives : Genealogy, optional
-        Source of parents, children and facts about the dead.
+        Source of parents, children and facts about dead organisms.
 
     Returns
     -------
     dict
-        Body, genome, and nervous system with the readings and the decision of the last tick.
+        Body, genome and nervous system, with the readings and the decision of the last tick.
 
     Raises
     ------
     KeyError
-        If the organism never lived, or is forgotten.
+        If the organism is unknown.
 
     Notes
     -----
-    It draws no random number and changes nothing.
+    This draws no random numbers and changes nothing.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
-    """Return a message with only an organism's pedigree."""
+    """Return a message that contains only an organism's pedigree."""
     nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
     return (
         nothing
@@ -86,8 +86,8 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex and energy of a living organism, None for those it lacks; the energy also as a
-    trace of one tick."""
+    """Return the position, age, sex and energy of a living organism (None for any that it lacks), and a trace
+    that contains only the current tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -111,7 +111,7 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
 
 
 def genome(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the genome of a living organism with its genes marked, or None if it has none."""
+    """Return the genome of a living organism with its genes marked, or None if it has no genome."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None or Genome not in table:
         return None
@@ -119,10 +119,10 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome u8[loci] as text, with the place and value of each gene. Weights of a network are
+    """Return a genome u8[loci] as text, with the position and value of each gene. Network weights are
     counted, not listed.
 
-    In a genome of variable length, each copy of a gene has its string, place and value; genes without copies
+    In a genome of variable length, each copy of a gene has a string, position and value; genes without copies
     have no letters.
     """
     decoded, length = layout.decode(loci[None]), layout.length
@@ -158,7 +158,7 @@ def _gene(code: Any, first: int, end: int, value: np.ndarray | float) -> dict[st
 
 
 def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
-    """Return a genome as the record describes it: the places of genes, without values."""
+    """Return a genome as recorded: the positions of genes, without values."""
     genes = known["genes"]
     if known.get("longest"):
         promoters = {g["name"]: g["promoter"] for g in genes}
@@ -179,7 +179,7 @@ def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
-    """Return a gene's value for JSON: a number or a short list; None for the weights of a network."""
+    """Return a gene's value for JSON: a number or a short list; None for network weights."""
     values = np.asarray(value)
     if values.ndim == 0:
         return number(values.item())
@@ -188,7 +188,7 @@ def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
     """Return the readings, probabilities, decision and happiness of a living organism in the last tick, or
-    None if it had none."""
+    None if it has not decided yet."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
@@ -211,7 +211,7 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 def described(
     sensors: Iterable[tuple[str, Any]], actions: Iterable[tuple[Any, ...]], happiness: Any, reward: Any
 ) -> dict[str, Any]:
-    """Return one organism's nervous system in the viewer's form, from the names and readings of its sensors and
+    """Return one organism's nervous system for the viewer, given the names and readings of its sensors and
     the arguments of `action`."""
     return {
         "sensors": [{"name": name, "value": number(value)} for name, value in sensors],
@@ -224,8 +224,8 @@ def described(
 def action(
     group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any, continuous: bool
 ) -> dict[str, Any]:
-    """Return the viewer's form of an action: reflex −1, 0 or 1, probability, and whether it was carried out;
-    for a continuous action, the numbers that were added, chosen and carried out."""
+    """Return an action for the viewer: reflex −1, 0 or 1, probability, and whether it was carried out; for a
+    continuous action, the values added by the reflex, chosen and carried out."""
     form: Callable[[Any], Any] = number if continuous else int
     values = {"reflex": reflex, "chosen": chosen, "decision": decision}
     out = {"group": group, "name": name, "probability": None if continuous else number(probability)}
@@ -234,7 +234,7 @@ def action(
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
-    """Return the nervous system of a state as `draw_nervous_system` takes it.
+    """Return the nervous system of a state as arguments for `draw_nervous_system`.
 
     Parameters
     ----------
@@ -264,7 +264,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
 
 
 def number(value: float | None) -> float | None:
-    """Return a number for JSON, as short as its single precision allows; None for NaN."""
+    """Return a number for JSON in the shortest form that preserves single precision; None for NaN."""
     if value is None or not math.isfinite(value):
         return None
     return (

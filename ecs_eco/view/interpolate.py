@@ -1,4 +1,4 @@
-"""Organisms at any tick of a recorded run, interpolated between snapshots, births and deaths."""
+"""The organisms at any tick of a recorded run, interpolated between snapshots, births and deaths."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
 class Organisms(NamedTuple):
-    """The living of one species at a tick, in the order of uids; `exact` marks states recorded at this
+    """The living organisms of one species at a tick, sorted by uid; `exact` marks states recorded at this
     tick."""
 
     uid: np.ndarray  # u64[n]
-    x: np.ndarray  # f32[n] [m], as y and z
+    x: np.ndarray  # f32[n] [m], like y and z
     y: np.ndarray
     z: np.ndarray
     heading: np.ndarray  # f32[n] [rad]
@@ -28,10 +28,11 @@ class Organisms(NamedTuple):
 
 
 class Chapter:
-    """The ticks from `first` to before `end`; both are snapshots or ends of the recording.
+    """The ticks from `first` up to but excluding `end`; both are snapshots or ends of the recording.
 
-    The set of organisms is exact, from births and deaths. Places and states lie on a straight line from the
-    last record (a snapshot or the birth) to the next (a snapshot or the death), the short way on a torus.
+    The set of organisms is exact, because it follows from births and deaths. Positions and states are
+    interpolated linearly from the last record (a snapshot or the birth) to the next (a snapshot or the
+    death), along the shorter path on a torus.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Chapter:
     def _lead(
         self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
     ) -> np.ndarray:
-        """Set the end of the line to the state of these organisms at `when`; return their indices."""
+        """Interpolate these organisms to their states at `when`; return their indices."""
         if not self.uid.size or not columns["uid"].size:
             return np.zeros(0, np.int64)
         known = self.uid[by_uid]
@@ -82,7 +83,7 @@ class Chapter:
         return at
 
     def alive(self, tick: int, species: int) -> np.ndarray:
-        """Return the array indices of the organisms of a species that live at the end of a tick: i64[k]."""
+        """Return the indices of a species' organisms that are alive at the end of a tick: i64[k]."""
         a, b = np.searchsorted(self.species, (species, species + 1))
         return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
 

@@ -1,6 +1,6 @@
-"""The map of an archipelago as a page: population sizes, migrants, and a view of any island at a click.
+"""A page with the map of an archipelago. It shows population sizes and migrants; a click opens an island.
 
-The map follows a run in progress from barrier to barrier. Each opened island is replayed in its own process.
+The map of a run in progress is updated at each barrier. Each opened island is replayed in its own process.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from ecs_eco.view.shown import Inbox, Page
 from ecs_eco.view.source import Message, said, text
 
 PAGE = "islands.html"
-POINTS = 400  # of the population sizes over time
-LOOK = 0.5  # [s] between two checks of the manifest
+POINTS = 400  # maximum number of points in population curves
+LOOK = 0.5  # [s] between checks of the manifest
 
 
 def describe(folder: Path) -> Message:
-    """Return the contents of the map: islands with their places, routes, population sizes over time, and
+    """Return the contents of the map: islands with their positions, routes, population sizes over time, and
     migrants.
 
-    `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier
-    there are no points. Raises RecordingError without an intact archipelago.
+    `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier,
+    there are no points. Raises RecordingError if there is no intact archipelago.
     """
     manifest = read(folder)
     config = manifest["config"]
@@ -88,7 +88,7 @@ def describe(folder: Path) -> Message:
 
 
 def _record(islands: Islands, end: int, names: list[str]) -> Message:
-    """Return population sizes and migrants before tick `end`; species are numbered as in `names`."""
+    """Return population sizes and migrants before tick `end`, with species numbered as in `names`."""
     ticks = next(iter(islands.series.values())).ticks
     rows = np.unique(np.linspace(0, np.searchsorted(ticks, end) - 1, POINTS).astype(np.int64))
     n = [
@@ -108,7 +108,7 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; raises RecordingError without an archipelago."""
+    """The map of a folder for any number of pages; raises RecordingError if there is no archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -186,8 +186,8 @@ class Map(Inbox):
 def watch_islands(
     folder: Path, announce: Callable[[str], None] = print, *, port: int = 0, browser: bool = False
 ) -> None:
-    """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, then a new one after each
-    use. Raises RecordingError for a folder without an archipelago, OSError if the port is taken.
+    """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, and a new one after each
+    use. Raises RecordingError for a folder without an archipelago, and OSError if the port is taken.
     """
     shown = Map(folder)
     with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce, browser)):
@@ -198,14 +198,14 @@ def _send(page: Page, message: Message) -> None:
     page.send([text(message)])
 
 
-MOST = 6  # open islands; beyond that, the least recently requested one is closed
+MOST = 6  # open islands; beyond that, the least recently requested island is closed
 SERVE = "from ecs_eco.view.islands import serve; serve(sys.argv[1])"
 
 Tell = Callable[[str | None, str], None]
 
 
 class Opened:
-    """The open islands; `ask` answers from a separate thread."""
+    """The open islands; `ask` responds from a separate thread."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -213,7 +213,7 @@ class Opened:
         self._open: OrderedDict[tuple[str, int], subprocess.Popen[str]] = OrderedDict()
 
     def ask(self, name: str, tick: int, tell: Tell) -> None:
-        """Open an island as recorded up to a tick, unless it is open already. Call `tell(address, "")` with
+        """Open an island as recorded up to a tick, unless it is already open. Call `tell(address, "")` with
         an address that admits one page, or `tell(None, reason)`."""
         threading.Thread(target=self._ask, args=(name, tick, tell), daemon=True).start()
 
@@ -247,7 +247,7 @@ class Opened:
 
 
 def _address(process: subprocess.Popen[str]) -> str | None:
-    """Ask a process for another address; return None if the process has ended."""
+    """Request another address from a process; return None if the process has ended."""
     assert process.stdin is not None
     assert process.stdout is not None
     try:
@@ -264,7 +264,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def serve(folder: str) -> None:
-    """Replay a recorded run. Print an address for each line of standard input, and stop at its end."""
+    """Replay a recorded run. Print an address for each line on standard input, and stop when that ends."""
     source = Replay(folder)
     player = Player(source)
     with Server(player) as server:

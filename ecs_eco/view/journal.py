@@ -1,4 +1,4 @@
-"""Births and deaths of a living world, noted as they happen, in the form of a recorded run."""
+"""Births and deaths of a live world, noted as they happen, in the same form as in a recorded run."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
 from ecs_eco.view.parts import Kept
 
-MOST = 500_000  # births, and deaths, that are kept; beyond that the oldest are dropped
-SIZE = 20_000  # most rows that are entered together
+MOST = 500_000  # births (and deaths) to keep; beyond that, the oldest are dropped
+SIZE = 20_000  # maximum number of rows entered together
 CAUSES = 256
 COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "killer", "age", "x", "y", "z")}
-"""The columns of each kind after tick and species."""
+"""The columns of each kind, after tick and species."""
 
 
 class Journal:
-    """The births and deaths of a world from now on. Organisms already alive count as births without parents.
-    `species` are the names of the tables, in the order of the species numbers. `born` i64[species] counts
-    births; `bred` bool[species] is true once a species has had young of parents.
+    """The births and deaths of a world from now on. Organisms already alive are entered as births without
+    parents. `species` are the table names by species number. `born` i64[species] counts births; `bred`
+    bool[species] is true once a parent of the species has reproduced.
     """
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
@@ -58,8 +58,8 @@ class Journal:
 
     @property
     def died(self) -> np.ndarray:
-        """Deaths so far by species and cause, including dropped ones: i64[species, causes]. Causes count from
-        1 as in world.causes; 0 is unknown."""
+        """Deaths so far by species and cause, including dropped ones: i64[species, causes]. Causes are
+        numbered from 1, as in world.causes; 0 means unknown."""
         self._settle()
         return self._died
 
@@ -68,7 +68,7 @@ class Journal:
         return self.born.copy(), self.bred.copy(), self.died.copy()
 
     def go_back(self, tick: int, next_uid: int, mark: tuple[np.ndarray, ...]) -> None:
-        """Drop births and deaths from a tick on. `next_uid` was the first free uid at that tick."""
+        """Drop births and deaths from a tick onward. `next_uid` was the first free uid at that tick."""
         self._settle()
         self._kept["births"].keep("uid", next_uid)
         self._kept["deaths"].keep("tick", tick)
@@ -102,7 +102,7 @@ class Journal:
 
     def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
         self._waiting[kind].append((self.world.tick, s, *columns))
-        self._heard += columns[0].size + 50  # each call needs memory in addition to its arrays
+        self._heard += columns[0].size + 50  # each call uses memory besides its arrays
         if self._heard > self.size:
             self._settle()
 

@@ -1,4 +1,4 @@
-"""The record of one organism at a tick: the viewer's panel in a replay."""
+"""The record of one organism at a tick, for the viewer's panel in a replay."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
 
 KEPT = 64  # lives kept in memory
-TRACED = 300  # ticks before this one in the trace, if every tick was recorded
+TRACED = 300  # earlier ticks in the trace, if every tick was recorded
 
 
 class Life(NamedTuple):
@@ -25,11 +25,11 @@ class Life(NamedTuple):
     born: int
     died: int | None
     birth: dict[str, Any]
-    seen: Columns  # its rows in the snapshots
+    seen: Columns  # the organism's rows in the snapshots
 
 
 class Lives:
-    """The lives of the organisms of a recording; `stretches` are the intervals that were rerun."""
+    """The lives of the organisms in a recording; `stretches` are intervals that were rerun."""
 
     def __init__(self, recording: Recording, genealogy: Genealogy, stretches: list[Stretch]) -> None:
         self.recording, self.genealogy, self.stretches = recording, genealogy, stretches
@@ -40,8 +40,8 @@ class Lives:
         """Return the message "organism" at a tick; raise KeyError if the organism was never born.
 
         `detail` is "full" if readings and decision are known, "snapshot" if the state is from the nearest
-        snapshot, and "record" if only birth and death are known; `note` explains it. For a dead organism,
-        this is its last known state, at tick `as_of`.
+        snapshot, and "record" if only birth and death are known; `note` explains which. For a dead organism,
+        the message has its last known state, at tick `as_of`.
         """
         life = self.life(uid)
         died = self.died(uid, tick)
@@ -58,7 +58,7 @@ class Lives:
         return out
 
     def died(self, uid: int, tick: int) -> int | None:
-        """Return the tick of its death, or None if it was not dead by the end of this tick."""
+        """Return the tick of an organism's death, or None if it was alive or unborn at the end of `tick`."""
         died = self.life(uid).died
         return None if died is None or tick < died else died
 
@@ -98,7 +98,7 @@ class Lives:
         return None if known is None else recorded_genome(known, text)
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
-        """Return the state at a tick from details, recorded or rerun; None if there are none."""
+        """Return the state at a tick from recorded or rerun details, or None if there are none."""
         for stretch in reversed(self.stretches):
             if stretch.first <= tick <= stretch.last:
                 note = f"Rerun from a checkpoint, ticks {stretch.first} to {stretch.last}."
@@ -112,9 +112,9 @@ class Lives:
         return _at(self.recording.details[life.species], uid, tick)
 
     def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
-        """Return the last state of a dead organism: in its last tick if details exist, otherwise in its last
-        snapshot."""
-        for tick in (died, died - 1):  # details of its last tick may be missing
+        """Return the last state of a dead organism: from its last tick if details exist, otherwise from its
+        last snapshot."""
+        for tick in (died, died - 1):  # details of the last tick may be missing
             if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
                 note = f"State in its last tick, {tick:,}. {detail['note']}".rstrip()
                 return detail | {"as_of": tick, "note": note}
@@ -135,7 +135,7 @@ class Lives:
         }
 
     def _without(self, life: Life) -> str:
-        """Return a phrase for what snapshots lack."""
+        """Return a phrase that names what snapshots lack."""
         thinks = self._config[life.species].get("actions")
         return ", without its nervous system" if thinks else ""
 
@@ -147,7 +147,7 @@ class Lives:
             return out | {"detail": "record", "note": "Not born yet."}
         fill = "“Fill in” reruns the ticks around this one."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
-        # nothing was recorded at this tick, nor closer to it than the birth
+        # nothing was recorded at this tick, or closer to it than the birth
         if near < 0 or (seen["tick"][near] != tick and abs(seen["tick"][near] - tick) >= tick - life.born):
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
@@ -165,8 +165,8 @@ class Lives:
 
 
 def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
-    """Return the state of an organism at a tick from details, or from snapshots of every tick, in the form of
-    the message; None if there is none."""
+    """Return an organism's state at a tick, as in the message, from details or from snapshots of every tick;
+    None if there is no such row."""
     names = [name for group in blocks.groups[:1] for name in group.names]
     columns = blocks.between(tick, tick, names, uid)
     if not columns["tick"].size:
@@ -178,7 +178,7 @@ def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
 
 
 def _trace(columns: Columns, tick: int) -> dict[str, list[Any]]:
-    """Return the trace of an organism up to a tick."""
+    """Return an organism's trace up to a tick."""
     rows = columns["tick"] <= tick
     values = {name: [number(value) for value in columns[name][rows]] for name in ("happiness", "energy")}
     return {"tick": [int(at) for at in columns["tick"][rows]], **values}

@@ -1,4 +1,4 @@
-"""Organisms as a table, sorted and filtered, and as points with two of their values as coordinates."""
+"""Organisms as a sorted and filtered table, and as points whose coordinates are two of their values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, is_whole, short
 
 STATES = ("energy", "happiness", "age")
-ROWS, POINTS = 100, 500  # rows of a table; points per species
+ROWS, POINTS = 100, 500  # maximum rows of a table; maximum points per species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
     "<": np.less,
@@ -27,7 +27,7 @@ Columns = dict[str, np.ndarray]
 
 def table(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
     """Return the message "table": rows of a species that match `where`, sorted by a column. Raises ValueError
-    for an unknown column or comparison."""
+    for an unknown column or an invalid comparison."""
     name = one_of("species", request.get("species"), species)
     columns = of(name)
     sort = one_of("sort", request.get("sort", "uid"), list(columns))
@@ -38,7 +38,7 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
     order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
     first = request.get("from", 0)
     if not is_whole(first):
-        raise ValueError(f"table: from = {short(first)}; expected a whole number from 0")
+        raise ValueError(f"table: from = {short(first)}; expected a whole number, 0 or more")
     shown = order[first : first + ROWS]
     return {
         "kind": "table",
@@ -54,8 +54,8 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "scatter": two values of organisms of each species that has both, at most `POINTS`
-    per species, equally spaced in the order of uids."""
+    """Return the message "scatter": two values per organism for each species that has both, from at most
+    `POINTS` organisms per species, evenly spaced by uid."""
     points: dict[str, Any] = {}
     names: dict[str, None] = {}
     for name in species:
@@ -82,7 +82,7 @@ def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Messa
 
 
 def one_of(field: str, value: object, known: Sequence[str]) -> str:
-    """Return a value if it is known; otherwise raise ValueError."""
+    """Return a value if it is one of `known`; otherwise raise ValueError."""
     if value not in known:
         raise ValueError(
             f"{field} = {short(value)}; expected {', '.join(known)}; did you mean {nearest(value, known)!r}?"
@@ -109,7 +109,7 @@ def kept(columns: Columns, where: object) -> np.ndarray:
 
 
 def _plain(column: np.ndarray) -> list[float | int | None]:
-    """Return a column for JSON: integers unchanged, other numbers shortened, None for unknown values."""
+    """Return a column for JSON: integers unchanged, floats with five digits, None for unknown values."""
     if column.dtype.kind in "iu":
         return [int(value) for value in column]
     return [float(f"{value:.5g}") if np.isfinite(value) else None for value in column.tolist()]

@@ -1,4 +1,4 @@
-"""A living world as a source for the viewer."""
+"""A live world as a source for the viewer."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from ecs_eco.view.story import EVERY, Story, foods_of
 from ecs_eco.view.tally import point
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
-TRACED = 600  # points of the happiness trace of one organism
-FOLLOWED = 16  # organisms whose traces are kept
-KEPT = 64  # organisms whose last states are kept
+TRACED = 600  # maximum number of points in an organism's trace
+FOLLOWED = 16  # organisms whose traces are stored
+KEPT = 64  # dead organisms whose last states are stored
 
 
 class Live(Watched):
-    """A living world to be watched, run in this thread.
+    """A live world that runs in this thread while pages watch it.
 
-    `last` is the tick at which the run ends, None for never. Watching changes nothing: pages act on the world
-    only through interventions, at the start of the next tick.
+    The run ends at tick `last` (None: never). Watching changes nothing: pages affect the world only through
+    interventions, at the start of the next tick.
     """
 
     mode, ahead = "live", 1
@@ -54,12 +54,12 @@ class Live(Watched):
         self.story = Story(self.species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
         super().__init__(world.space.size)
         self.ring = Ring(world, self.journal, self.story)
-        self._told = -1, 0  # the latest story entry that was sent: its tick, number of entries
+        self._told = -1, 0  # sent so far: tick of the latest story entry, number of entries
         if world.recorder is not None:
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self.last_states: dict[int, Message] = {}  # of the dead by uid, the latest death last
+        self.last_states: dict[int, Message] = {}  # dead organisms by uid, in order of death
         world.on_death.append(self._has_died)
         self._announced = len(world.intervened), uses_of(world)
 
@@ -98,7 +98,7 @@ class Live(Watched):
         with listening(world.before_tick, look):
             while go:
                 if self.done:
-                    go = served = turn()  # stay at the end until a page goes back in time
+                    go = served = turn()  # wait at the end until a page goes back in time
                 else:
                     served = False
                 world.run(10**12 if self.last is None else max(0, self.last - world.tick))
@@ -115,7 +115,7 @@ class Live(Watched):
         }
 
     def passed(self) -> None:
-        k, over = len(self.species), self.world.tick - 1  # as in the records: the last completed tick
+        k, over = len(self.species), self.world.tick - 1  # the last completed tick, as in the records
         n = np.array([self.world.tables[name].n for name in self.species], np.int64)
         if over % EVERY == 0 or self.story.changes(n):
             births, bred = self.journal.born[:k], self.journal.bred[:k]
@@ -164,7 +164,7 @@ class Live(Watched):
         return Crowd(table.uid[:high], x, y, z, heading, value, full, table.alive[:high])
 
     def _column(self, table: Table, what: str) -> np.ndarray | None:
-        """Return the values of `Crowd.value` by row."""
+        """Return the values for `Crowd.value`, by row."""
         column: np.ndarray | None = None
         if what == "born":
             column = table.born
@@ -195,7 +195,7 @@ class Live(Watched):
         return state | {"trace": self._trace(uid, happy, state["energy"] if state["alive"] else None)}
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
-        """Note the state of each dying organism that is followed, before its row is freed."""
+        """Store the state of each followed organism that dies, before its row is freed."""
         for uid in table.uid[rows].tolist() if self._traces else ():
             if uid in self._traces:
                 state, nerves = state_of(self.world, uid), table.species.nerves
@@ -230,10 +230,10 @@ class Live(Watched):
             return [of_world(self.world, self.journal)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
-        return [said("warning", f"{kind} needs a recorded run; this world is alive", kind)]
+        return [said("warning", f"{kind} needs a recorded run; this is a live world", kind)]
 
     def _seek(self, tick: object) -> Message:
-        """Go back to an earlier tick and forget what came after it."""
+        """Go back to an earlier tick and discard everything after it."""
         tick = self.ring.back(tick_of(tick, f"a tick up to {self.tick}"))
         self.genealogy.go_back()
         self.families = Families(self.genealogy.lives)
@@ -241,7 +241,7 @@ class Live(Watched):
         for trace in self._traces.values():
             while trace and trace[-1][0] >= tick:
                 trace.pop()
-        text = f"Back at tick {tick:,}. The world will repeat itself unless you change something"
+        text = f"Back at tick {tick:,}. Unless you change something, the world will repeat itself"
         return said("info", text, "seek")
 
     def _act(self, request: object) -> Message:

@@ -1,4 +1,4 @@
-"""Pictures of a recorded run without a browser: the world and the population sizes of its species."""
+"""Pictures of a recorded run without a browser: the world and its population sizes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ecs_eco.engine import files
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.replay import Replay
 
-ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # angles of the end of a capsule
+ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # angles along the rounded end of a capsule
 
 
 def outlines(
     shape: str, places: np.ndarray, heading: np.ndarray, size: Sequence[np.ndarray], side: bool = False
 ) -> np.ndarray:
-    """Return the corners of capsules or boxes f64[n, corners, 2] [m]: seen from above or, with `side`, along
-    the y axis. `places` f64[n, 2] are their centers; `size` has length, width and height f64[n]."""
+    """Return the corners of capsules or boxes f64[n, corners, 2] [m], seen from above or, with `side`, along
+    the y axis. `places` f64[n, 2] are their centers; `size` has lengths, widths, heights f64[n]."""
     length, width, height = (np.asarray(s, float)[:, None] / 2 for s in size)
     cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    if side:  # bodies that point toward or away from the viewer look shorter
+    if side:  # bodies that face toward or away from the viewer look shorter
         inner = width if shape == "capsule" else np.zeros_like(width)
         length = abs(cos) * (length - inner) + abs(sin) * (width - inner) + inner
         width, cos, sin = height, np.ones_like(cos), np.zeros_like(sin)
@@ -42,11 +42,11 @@ def outlines(
 
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
 NIGHT = (0.05, 0.07, 0.16)
-DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # of the sea without light, in full light
-# arrows of length 1 along the heading, as the page draws moving organisms
+DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # color of the sea in darkness and in full light
+# arrow of unit length along the heading, as the page draws moving organisms
 DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])
-LEAST = {"moves": 5.5, "stays": 1.5}  # [px] in a picture 720 px high; smaller bodies are drawn at this size
-LEVELS = 128  # of light by depth
+LEAST = {"moves": 5.5, "stays": 1.5}  # [px] minimum size of a body in a picture 720 px high
+LEVELS = 128  # number of depths at which light is drawn
 
 
 class Painter:
@@ -142,8 +142,7 @@ class Painter:
         return path
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Create the axes: the world on the left and a strip for each species on the right, or below if the
-        world is wide."""
+        """Create the axes: the world, and a strip for each species on its right or, if it is wide, below it."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
         room = (
@@ -218,7 +217,7 @@ class Painter:
     def _strip(
         self, kind: dict[str, Any], place: tuple[float, ...], ticks: np.ndarray, n: np.ndarray, labelled: bool
     ) -> None:
-        """Draw a species' numbers over time, past ones strong, later ones pale; mark and name above."""
+        """Draw a species' population over time, with the future faded, and its marker and name above."""
         name, hue = kind["name"], self.hues[kind["name"]]
         left, bottom, width, height = place
         ax = self.figure.add_axes((left, bottom, width, height))
@@ -310,7 +309,7 @@ class Painter:
         return PolyCollection(corners, facecolor=hue, clip_on=True, **rim)
 
     def _land(self, tick: int) -> None:
-        """Redraw roads, fences and areas if they differ from those shown."""
+        """Redraw roads, fences and areas if they have changed."""
         land = self.replay.recording.land(tick)
         if self.volume or land == self.ground:
             return
@@ -331,7 +330,7 @@ class Painter:
         size = max(kind["radius"] * self.scale, LEAST["moves"]) / self.scale
         cos, sin = np.cos(organisms.heading), np.sin(organisms.heading)
         ahead, aside = (cos, sin), (-sin, cos)
-        if self.volume:  # seen from the side: bodies that point toward or away from the viewer look shorter
+        if self.volume:  # seen from the side: bodies that face toward or away from the viewer look shorter
             ahead = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos), 0 * cos
             aside = 0 * cos, np.ones_like(cos)
         x, y = (
@@ -348,7 +347,7 @@ class Painter:
             self.light.set_data(np.array(DEEP) + share * (np.array(BRIGHT) - np.array(DEEP)))
 
     def _by_depth(self, tick: int) -> np.ndarray:
-        """Return the light from the floor to the surface, 0 to 1: f64[LEVELS]."""
+        """Return the light (0 to 1) from the floor to the surface: f64[LEVELS]."""
         scene = self.replay.recording.scene
         if scene is None:
             return np.ones(LEVELS)
@@ -376,13 +375,13 @@ class Painter:
             if kind["moves"]
         )
         self.hint.set_text(
-            f"places between snapshots (every {r.every} ticks) are interpolated linearly" if between else ""
+            f"positions are interpolated between snapshots (every {r.every} ticks)" if between else ""
         )
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Return the edge of each kind: black for every second kind that moves, so that kinds differ in more than
-    hue."""
+    """Return the edge style of each kind: black for every second moving kind, so that kinds differ in more
+    than hue."""
     styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:
@@ -396,7 +395,7 @@ def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dic
 
 
 def clock(seconds: float, day: dict[str, float] | None = None) -> str:
-    """Return a time of a world in words: "1 h 5 min", or day and hour if the world has a sun."""
+    """Return a world's time as text: "1 h 5 min", or the day and hour if the world has a sun."""
     if day is not None:
         since = seconds / day["length"] + day.get("start", 0.0)
         return (

@@ -1,8 +1,7 @@
-"""Two worlds as one source: the page's world and, next to it, a branch or another world; and the choice of a
-new world.
+"""Two worlds as one source (the page's world and a branch or another world), and the choice of a new world.
 
-The first world owns the page: its clock, charts and organisms. The second follows that clock, in the same
-thread. Pages receive its frame after the first's, and messages "beside".
+The first world provides the page's clock, charts and organisms. The second follows that clock in the same
+thread. Pages receive the second frame after the first, and messages "beside".
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ from ecs_eco.view.replay import Replay
 from ecs_eco.view.second import Second, beside, fork
 from ecs_eco.view.source import Message, Source, is_whole, said, short
 
-SEEDS = 2**53  # numbers in a page are no longer exact from here on
+SEEDS = 2**53  # from here on, numbers in a page are no longer exact
 
 
 class Picker:
-    """The worlds that a page may start: those that come with the package, and the displayed one.
+    """The worlds that a page can start: the shipped worlds and the displayed world.
 
-    `build(world, seed)` returns the source of a world, a `Pair`; seed None means the world's own seed. It may
-    raise any error of building a world.
+    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed of the world file. It
+    may raise any error that occurs while building a world.
     """
 
     def __init__(self, world: str, title: str, build: Callable[[str, int | None], Any]) -> None:
@@ -38,16 +37,16 @@ class Picker:
         self.world = self.first = name if name in known else world
         self.titles = known if self.world in known else {world: title, **known}
         self.build = build
-        self.wanted: tuple[str, int | None] | None = None  # the world to start as soon as the tick is over
-        self.begun = 0  # number of worlds that this server has started so far
+        self.wanted: tuple[str, int | None] | None = None  # the world to start once the tick is over
+        self.begun = 0  # number of worlds started by this server so far
 
     def offered(self) -> Message:
-        """Return the data that a page needs for the choice."""
+        """Return the data that a page needs to offer the choice."""
         worlds = [{"name": name, "title": title} for name, title in self.titles.items()]
         return {"worlds": worlds, "world": self.world, "begun": self.begun}
 
     def ask(self, request: Message) -> Message:
-        """Note the world to start: {"world", "seed"}; raise ValueError if it is not offered."""
+        """Store the world to start, {"world", "seed"}; raise ValueError if it is not offered."""
         world, seed = request.get("world", self.world), request.get("seed")
         if not isinstance(world, str) or world not in self.titles:
             raise ValueError(
@@ -57,26 +56,26 @@ class Picker:
         if seed is not None and not is_whole(seed, 0, SEEDS):
             raise ValueError(
                 f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
-                "or null for the world's own seed"
+                "or null for the seed of the world file"
             )
         self.wanted = world, seed
         words = f"starting {self.titles[world] or world} …"
         return said("info", words, "begin")
 
     def begin(self) -> Any:
-        """Return the source of the requested world, or a text that explains why it cannot be started."""
+        """Return the source of the requested world, or an explanation of why it cannot be started."""
         assert self.wanted is not None
         (world, seed), self.wanted = self.wanted, None
         try:
             made = self.build(world, seed)
-        except Exception as error:  # whatever fails, the displayed world continues
+        except Exception as error:  # the displayed world continues whatever fails
             return f"{world} cannot be started: {error}"
         self.world, self.begun, made.picker = world, self.begun + 1, self
         return made
 
 
 def reason(first: Live | Replay, second: Live | Replay | None) -> str:
-    """Return the reason why the displayed world cannot be replaced."""
+    """Return why the displayed world cannot be replaced."""
     if second is not None:
         return "Two worlds are shown side by side."
     if not isinstance(first, Live):
@@ -84,17 +83,17 @@ def reason(first: Live | Replay, second: Live | Replay | None) -> str:
     return "The program that runs this world decides which world to start."
 
 
-SLICE = 0.05  # [s] for which the second world runs to catch up with the first, before pages are served again
-ALONE = 0.2  # [s] the same, while the first world is paused
-WORDS = 0.25  # [s] between two sentences
+SLICE = 0.05  # [s] that the second world may run to catch up, before pages are served again
+ALONE = 0.2  # [s] the same while the first world is paused
+WORDS = 0.25  # [s] between sentences
 
 
 class Pair(Source):
-    """A source, and optionally a second one next to it. Frames are of both worlds, one after the other, or of
-    the first while the second has no state of this tick.
+    """A source, optionally with a second one next to it. A frame shows both worlds, one after the other, or
+    only the first while the second has no state at this tick.
 
-    `start` is the command that started a living world, for the command that reproduces its branches; `picker`
-    offers the worlds that may replace it. Call `attend(player)` before `run`.
+    `start` is the command that started a live world, used in the command that reproduces its branches;
+    `picker` offers the worlds that can replace it. Call `attend(player)` before `run`.
     """
 
     def __init__(
@@ -113,7 +112,7 @@ class Pair(Source):
         self._said_at, self._said_tick = -math.inf, -1
 
     def attend(self, player: Player) -> Player:
-        """Store the player, which serves pages while the second world catches up."""
+        """Store and return the player, which serves pages while the second world catches up."""
         self.player = player
         return player
 
@@ -208,8 +207,8 @@ class Pair(Source):
             return self.first.handle(request)
         if request["kind"] == "act" and self.second.forked and self.tick < self.second.start:
             raise ValueError(
-                f"act: the worlds part at tick {self.second.start:,}; "
-                "to change an earlier tick, go to that tick, or close the second world first"
+                f"act: the worlds diverge at tick {self.second.start:,}; "
+                "to change an earlier tick, go to that tick or first close the second world"
             )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
 
@@ -238,13 +237,13 @@ class Pair(Source):
         return [said(level, why, "whatif")] if why else []
 
     def _show(self, messages: list[Message]) -> None:
-        """Send messages to all pages, and this tick's frame again."""
+        """Send messages to all pages, and resend this tick's frame."""
         self._told += messages
         if self.player is not None:
             self.player.again()
 
     def _seek(self, request: Message) -> list[Message]:
-        """Go back in both worlds, but no further than both can."""
+        """Go back in both worlds, no further than both of them can."""
         assert self.second is not None
         tick = request.get("tick")
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:
@@ -258,7 +257,7 @@ class Pair(Source):
         return self.second is not None and not self.second.there and self.second.comes
 
     def _come_up(self, seconds: float = SLICE) -> None:
-        """Run the second world for a moment, up to the tick of the first; close it if it fails."""
+        """Run the second world briefly, at most to the tick of the first; close it if it fails."""
         second = self.second
         if second is None:
             return
@@ -282,7 +281,7 @@ class Pair(Source):
         return [self._marked(message) for message in self.first.greeting() if message["kind"] == "marks"]
 
     def _marked(self, message: Message) -> Message:
-        """Return the marks, with the tick and change of the branch added."""
+        """Return the message, with the branch's tick and change added to marks."""
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}

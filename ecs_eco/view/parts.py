@@ -1,5 +1,5 @@
-"""The rows of one kind in a recording, read by block and column when needed: from the parts of a recorded
-run, or from memory."""
+"""The rows of one kind in a recording, read by block and column on demand, from the parts of a recorded run
+or from memory."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.parquet import open_part, read_group, read_metadata, to_codes
 
-BUDGET = 192 * 2**20  # bytes of columns that are kept
+BUDGET = 192 * 2**20  # maximum bytes of cached columns
 Columns = dict[str, np.ndarray]
 
 
 class Group(NamedTuple):
-    """A row group of a part, or a block in memory, with its inclusive ranges of ticks and uids."""
+    """A row group of a part or a block in memory, with its inclusive tick and uid ranges."""
 
     path: Path | None
     number: int
     rows: int
     ticks: tuple[int, int]
-    uids: tuple[int, int] | None  # None if there is no such column
+    uids: tuple[int, int] | None  # None if there is no uid column
     names: tuple[str, ...]
 
 
 class Cache:
-    """A cache of columns and open files; the oldest are dropped when there are too many bytes."""
+    """A cache of columns and open files; the oldest columns are dropped when it exceeds its budget [bytes]."""
 
     def __init__(self, budget: int = BUDGET) -> None:
         self.budget, self.size = budget, 0
         self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
-        self.file = lru_cache(4)(open_part)  # open parts whose seals were checked
+        self.file = lru_cache(4)(open_part)  # open parts, with verified seals
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
         """Add a column to the cache."""
@@ -48,13 +48,13 @@ class Cache:
 
 
 class Blocks:
-    """All rows of one kind ("births", say), in groups that are read column by column: `Parts` of a folder, or
-    `Kept` in memory."""
+    """All rows of one kind, such as "births", in groups that are read column by column: `Parts` of a folder
+    or `Kept` in memory."""
 
     groups: list[Group]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group, zeros for those that it lacks."""
+        """Return columns of one group, with zeros for missing ones."""
         raise NotImplementedError
 
     @property
@@ -63,12 +63,12 @@ class Blocks:
         return sum(group.rows for group in self.groups)
 
     def ticks(self) -> tuple[int, int] | None:
-        """Return the first and the last tick, None if there are no rows."""
+        """Return the first and last tick, or None if there are no rows."""
         spans = [group.ticks for group in self.groups if group.rows]
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
     def between(self, first: int, last: int, names: Sequence[str], uid: int | None = None) -> Columns:
-        """Return these columns of all rows from tick `first` to tick `last`, or of an organism's rows, in
+        """Return these columns for all rows, or one organism's rows, from tick `first` to tick `last`, in
         recorded order."""
         blocks: list[Columns] = []
         for group in self.groups:
@@ -91,7 +91,7 @@ class Blocks:
             yield self.read(group, names)
 
     def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
-        """Return an organism's first row at or after a tick as a dict, None if there is none."""
+        """Return an organism's first row at or after a tick as a dict, or None if there is none."""
         for group in self.groups:
             if group.rows and group.ticks[1] >= first and _has(group, uid):
                 at = np.flatnonzero(self.read(group, ("uid",))["uid"] == uid)
@@ -101,21 +101,21 @@ class Blocks:
 
 
 def _has(group: Group, uid: int | None) -> bool:
-    """Return whether a group may contain an organism, or any."""
+    """Return whether a group may contain this organism (None: any organism)."""
     return uid is None or group.uids is None or group.uids[0] <= uid <= group.uids[1]
 
 
 class Kept(Blocks):
-    """Rows in memory, in groups of `size` rows or more; beyond `most` rows the oldest group is dropped."""
+    """Rows in memory, in groups of at least `size` rows; beyond `most` rows, the oldest group is dropped."""
 
     def __init__(self, size: int, most: int) -> None:
         self.size, self.most = size, most
         self.groups = []
-        self._columns: dict[int, Columns] = {}  # by the number of the group
+        self._columns: dict[int, Columns] = {}  # by group number
         self._number = 0
 
     def add(self, columns: Columns) -> None:
-        """Add at least one row; all must be later than the rows before."""
+        """Add one or more rows, all later than the existing rows."""
         if self.groups and self.groups[-1].rows < self.size:
             last = self._columns.pop(self.groups.pop().number)
             columns = {name: np.concatenate([last[name], column]) for name, column in columns.items()}
@@ -127,7 +127,7 @@ class Kept(Blocks):
             del self._columns[self.groups.pop(0).number]
 
     def keep(self, name: str, below: int) -> None:
-        """Keep only rows whose value in a column is below this."""
+        """Keep only rows whose value in a column is less than `below`."""
         held, self._columns, self.groups = list(self._columns.values()), {}, []
         for columns in held:
             rows = np.flatnonzero(columns[name] < below)
@@ -135,13 +135,13 @@ class Kept(Blocks):
                 self.add({n: column[rows] for n, column in columns.items()})
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group, zeros for those that it lacks."""
+        """Return columns of one group, with zeros for missing ones."""
         columns = self._columns[group.number]
         return {name: columns.get(name, np.zeros(group.rows, np.uint64)) for name in names}
 
 
 class Parts(Blocks):
-    """All parts of one kind ("births", say); `words` are the text columns, with the number of each word."""
+    """All parts of one kind, such as "births"; `words` lists the words of each text column by number."""
 
     def __init__(
         self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool
@@ -150,7 +150,7 @@ class Parts(Blocks):
         self.groups = [group for path in parts(run, kind) for group in _groups(path)]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one row group, zeros for those that it lacks."""
+        """Return columns of one row group, with zeros for missing ones."""
         cache = self.cache
         assert group.path is not None
         missing = [
@@ -202,5 +202,5 @@ def _groups(path: Path) -> Iterator[Group]:
                     (int(s.min), int(s.max)) if s is not None and s.has_min_max else (0, 2**63 - 1)
                 )
         if "tick" not in spans:
-            raise RecordingError(f"{path}: has no column tick")
+            raise RecordingError(f"{path}: has no `tick` column")
         yield Group(path, number, group.num_rows, spans["tick"], spans.get("uid"), names)

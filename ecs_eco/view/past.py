@@ -1,4 +1,4 @@
-"""The curves and the story of a recorded run, from its series."""
+"""The curves and story of a recorded run, from its series."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ecs_eco.view.genealogy import LARGEST
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, foods_of
 
-LONGEST = 60_000_000  # values of the series above which births, deaths and the story are left out
-STEPS = 100_000  # ticks that a story examines, in addition to those in which a species appears or disappears
+LONGEST = 60_000_000  # with more values in the series, births, deaths and the story are omitted
+STEPS = 100_000  # ticks examined by a story, besides those in which a species appears or disappears
 
 
 class Past:
-    """The history of a recorded run, from its series; each part is read on first use.
+    """The history of a recorded run, from its series. Each part is read when first used.
 
-    `causes` of death are those that occur. `shared` is true if the energy of each food was not recorded.
+    `causes` lists the causes of death that occurred. `shared` is true if energy was not recorded per food.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -33,8 +33,8 @@ class Past:
 
     @cached_property
     def _counts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Numbers and births i64[ticks, s] and deaths i64[ticks, s, causes]; births and deaths are totals
-        since the first tick. None if there are too many."""
+        """Population sizes and births i64[ticks, s], and deaths i64[ticks, s, causes]; births and deaths are
+        totals since the first tick. None if there are too many values."""
         r, causes = self._recording, self.causes
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
@@ -46,7 +46,7 @@ class Past:
 
     @cached_property
     def entries(self) -> list[dict[str, Any]]:
-        """The story of the whole run, empty if the run is too long."""
+        """The story of the whole run, or an empty list if the run is too long."""
         r = self._recording
         if self._counts is None:
             return []
@@ -63,8 +63,8 @@ class Past:
 
     @cached_property
     def _first_young(self) -> np.ndarray:
-        """The tick in which each species first had young of parents, infinity if never: f64[s]. With too many
-        births, the tick of the first birth after the first tick."""
+        """The tick of each species' first birth to parents, or infinity if there is none: f64[s]. If there
+        are too many births, the tick of the first birth after the first tick."""
         r = self._recording
         first = np.full(len(r.species), np.inf)
         few = r.births.rows <= LARGEST
@@ -75,8 +75,8 @@ class Past:
         return first
 
     def levels(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
-        """Return numbers, mean happiness, reports and depths at these ticks, which are the ticks of the
-        recording's curves. Depths are missing if the run is too long."""
+        """Return population sizes, mean happiness, reports and depths at these ticks, which must be the ticks
+        of the recording's curves. Depths are omitted if the run is too long."""
         r, config = self._recording, self._recording.manifest["config"]["species"]
         out: dict[Key, np.ndarray] = {("n", name): n for name, n in r.curves["n"].items()}
         for name in (name for name in r.species if config[name].get("happiness")):

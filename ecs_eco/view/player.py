@@ -1,7 +1,7 @@
-"""The player: it lets time pass at the pace that pages request, and sends them what they show.
+"""The player, which advances time at the speed requested by pages and sends them what they display.
 
-All of it runs in the thread of the world. Requests of pages arrive in `inbox` from the server's thread and
-are read between ticks. Frames are never queued: the next one is made from the current state once the page has
+It runs in the world's thread. Requests from pages arrive in `inbox` from the server's thread and are read
+between ticks. Frames are never queued: the next frame is made from the current state once the page has
 acknowledged the last.
 """
 
@@ -18,11 +18,11 @@ from ecs_eco.view.families import asked
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
 from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
-USUAL = 10.0  # ticks per second, called 1×
+USUAL = 10.0  # ticks per second, shown as 1×
 FASTEST_FRAMES = 0.05  # [s] between frames
-BUSY_FRAMES = 0.125  # [s] between frames of a world that runs at full speed; the page interpolates motion
-PATIENCE = 0.25  # [s] between states, and longest wait
-SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
+BUSY_FRAMES = 0.125  # [s] between frames of a world running at full speed; the page interpolates motion
+PATIENCE = 0.25  # [s] between states, and maximum wait
+SHARE = 0.03  # maximum share of a running world's time spent on frames, charts and panels
 SPEEDS = (0.01, 100_000.0)
 ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter", "whatif", "begin")
 
@@ -39,16 +39,16 @@ class Player(Inbox):
     ) -> None:
         self.source, self.speed, self.playing, self.halted = source, speed, playing, halted
         super().__init__()
-        self.frames = 0  # made so far
+        self.frames = 0  # frames made so far
         self._views: dict[Page, View] = {}
         self._steps = 0
         self._next = time.monotonic()  # when the next tick is due
-        self._looks = -math.inf, -math.inf  # next time to serve: if the tick stays the same, if it changes
-        self._passed = -1  # the last tick that was passed on to the source
+        self._looks = -math.inf, -math.inf  # next time to serve if the tick stays the same, and if it changes
+        self._passed = -1  # the last tick reported to the source
         self._served = -1  # the tick at which pages were last served
         # the last frame of each color: tick, number, bytes
         self._made: dict[str, tuple[int, int, bytes]] = {}
-        self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
+        self._cost = {"frame": 0.0, "sample": 0.0}  # [s] each
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
         self._ticked, self._rate = (time.monotonic(), source.tick), 0.0
         hello = source.hello()
@@ -67,11 +67,11 @@ class Player(Inbox):
             self._wake.wait(wait)
 
     def poll(self) -> tuple[bool, float]:
-        """Serve the pages; return at once whether a tick is due, and if not, the time until the next call [s]."""
+        """Serve the pages; return whether a tick is due and, if not, the time until the next call [s]."""
         if self.source.tick != self._passed:
             self._passed = self.source.tick
             self.source.passed()
-        for _ in range(len(self.inbox)):  # later messages wait for the next call, so ticks continue
+        for _ in range(len(self.inbox)):  # later messages wait for the next call, so that ticks continue
             page, request = self.inbox.popleft()
             self._answer(page, request)
             soonest = -math.inf
@@ -94,9 +94,9 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Make and send this tick's frame again if it was sent: a second world has appeared or gone."""
+        """Remake and resend this tick's frame if it was sent, because a second world has appeared or gone."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
-            return  # it will be made when pages can take it
+            return  # it will be made when pages are ready for it
         self._made.clear()
         self._looks = -math.inf, -math.inf
         for view in self._views.values():
@@ -110,7 +110,7 @@ class Player(Inbox):
         self._log.told(self.source.tick, [message])
 
     def show(self) -> None:
-        """Send the final state and frame to all pages that can take them."""
+        """Send the final state and frame to all pages that are ready for them."""
         for view in self._views.values():
             view.frame_at, view.news = -math.inf, True
         self._serve(time.monotonic())
@@ -122,7 +122,7 @@ class Player(Inbox):
             return now
         if not self.playing or self.source.done:
             self._steps = 0
-            if self.playing:  # the end is reached; going back does not resume playing
+            if self.playing:  # playing ends here; going back does not resume it
                 self.playing = False
                 self._refresh_all()
             return math.inf
@@ -130,11 +130,11 @@ class Player(Inbox):
             return now
         due = self._next
         if due <= now:
-            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # lost time is made up, within limits
+            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # lost time is made up within limits
         return due
 
     def _serve(self, now: float) -> None:
-        """Send each page what is due, and determine when to serve next."""
+        """Send each page what is due, and set when to serve next."""
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick
@@ -143,19 +143,19 @@ class Player(Inbox):
         if state or any(view.news for view in self._views.values()):
             self._measure(now)
         news = [text(message) for message in self._log.told(tick, self.source.news())]
-        # curve points are sent with the next frame, because waking the server's thread costs the most
+        # curve points wait for the next frame, because waking the server's thread is the largest cost
         ready = any(view.awaits is None for view in self._views.values())
         same, new = now + PATIENCE, now + PATIENCE if ready else min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
-            stood = not self.playing and view.sent_tick != tick  # the user made a single step
+            stood = not self.playing and view.sent_tick != tick  # after a single step by the user
             due, shown = view.news or ((state or stood) and view.awaits is None), view.seen
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not view.whole(tick):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
-            # after the frame, which determines the range of a new color
+            # after the frame, which sets the range of a new color
             if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:
                 view.news, view.sent_tick = False, tick
                 out.append(self._state(view))
@@ -164,7 +164,7 @@ class Player(Inbox):
         self._looks = (min(same, self._sample_at) if tick != self._sampled else same), new
 
     def _period(self) -> float:
-        """Return the time between frames [s], longer if frames take too much time from a running world."""
+        """Return the time between frames [s], increased if frames take too much time from a running world."""
         busy = self.playing and self.speed is None
         return (
             max(BUSY_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
@@ -173,7 +173,7 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its usual time [s]; the first call includes loading and counts little."""
+        """Do some work and return its typical time [s]; the first call includes loading, so it counts little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
@@ -183,7 +183,7 @@ class Player(Inbox):
         return self._cost[part]
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Add points of the series, the panel and the frame that a page lacks; return whether any."""
+        """Add the series points, panel and frame that a page lacks; return whether there are any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:
@@ -250,7 +250,7 @@ class Player(Inbox):
                     f"unknown request {str(kind)[:40]!r}; "
                     f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?"
                 )
-        except Exception as error:  # no message of a page may end the run; a ConfigError is a ValueError
+        except Exception as error:  # a page's message must never end the run; a ConfigError is a ValueError
             words = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
             refusal = said("error", words, str(kind)[:40])
             page.send([text(refusal)])
@@ -272,7 +272,7 @@ class Player(Inbox):
         self._refresh_all()
 
     def _go_back(self) -> None:
-        """Forget what was sent of ticks that a living world will run again."""
+        """Discard what was sent about ticks that a live world will run again."""
         tick = self._passed = self.source.tick
         self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
         self._next = time.monotonic()
@@ -306,7 +306,7 @@ class Player(Inbox):
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
             raise ValueError(
                 f"speed: value = {short(value)}; expected "
-                f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null"
+                f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks per second, or null"
             )
         self.speed = None if value is None else float(value)
         self._next = time.monotonic()

@@ -1,4 +1,4 @@
-"""Queries on a recorded run: organisms at a tick, one life, curves, values of genes, interventions."""
+"""Queries on a recorded run: organisms at a tick, curves, gene values, interventions."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
 from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes
 
-CHAPTERS = 3  # chapters that are kept
+CHAPTERS = 3  # chapters kept in memory
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
-POINTS = 4000  # of a curve
-BINS = 400  # of births and deaths on the timeline
+POINTS = 4000  # maximum number of points of a curve
+BINS = 400  # maximum number of bins of births and deaths on the timeline
 
 
 class Recording:
-    """A folder written by `ecs-eco run`, read lazily. A damaged file raises an error when first read.
+    """A folder written by `ecs-eco run`, read lazily: a damaged file raises an error when first read.
 
-    `first` and `last` are the recorded ticks. `scene` is a world built like the recorded one, without
-    organisms; it holds everything that does not change. It is None if it cannot be built here, and `why`
-    gives the reason. Raises FileNotFoundError for a folder without a run, RecordingError for one without a
-    tick.
+    `first` and `last` are the first and last recorded ticks. `scene` is a world built like the recorded one
+    but without organisms; it contains everything that does not change. It is None if it cannot be built here,
+    and `why` gives the reason. Raises FileNotFoundError for a folder without a run, and RecordingError for a
+    run without a recorded tick.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -49,7 +49,7 @@ class Recording:
         )
         span = self.series.ticks()
         if span is None:
-            raise RecordingError(f"{self.path}: contains no recorded tick")
+            raise RecordingError(f"{self.path}: contains no recorded ticks")
         self.first, self.last = span
         self.details = {name: self.parts(KIND + name) for name in self.species}
         space = self.manifest["config"]["space"]
@@ -80,25 +80,25 @@ class Recording:
             return None, str(error)
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: from details, else interpolated."""
+        """Return the living organisms of a species at the end of a tick, from details or else interpolated."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details[species].between(tick, tick, ("uid", *STATE)))
 
     def _read_chapter(self, number: int) -> Chapter:
-        """Return the ticks from one snapshot to the next, as far as they were recorded."""
+        """Return the recorded ticks from one snapshot to the next."""
         begin, end = number * self.every, (number + 1) * self.every
         a, b, state = max(self.first, begin), min(end, self.last + 1), ("uid", "species", *STATE)
         before = self.snapshots.between(a, a, state) if a == begin else None
         after = self.snapshots.between(b, b, state) if b <= self.last else None
-        # without a snapshot, all were born here or were present when the recording began
+        # without a snapshot, all organisms were born here or were present when the recording began
         since = -(2**62) if before is None else a + 1
         births, deaths = (p.between(since, min(b, self.last), EVENT) for p in (self.births, self.deaths))
         return Chapter(a, b, before, after, births, deaths, self.size, self.torus)
 
     @cached_property
     def objects(self) -> dict[str, np.ndarray]:
-        """Place [m], heading [rad], length, width and height [m] of permanent objects by type, f32[n, 7], from
-        the first checkpoint that still exists; sizes are 0 for spheres."""
+        """Position [m], heading [rad], length, width and height [m] of permanent objects by type, f32[n, 7],
+        from the earliest remaining checkpoint; sizes are 0 for spheres."""
         config = self.manifest["config"]
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}
@@ -122,7 +122,7 @@ class Recording:
 
     @cached_property
     def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lowest uid of each series of uids born in one tick, ascending, and that tick."""
+        """The lowest uid in each run of uids born in one tick, ascending, and that tick."""
         uid, tick = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
         for columns in self.births.each(("uid", "tick")):
             order = np.argsort(columns["uid"], kind="stable")
@@ -133,14 +133,14 @@ class Recording:
         return np.concatenate(uid), np.concatenate(tick)
 
     def born(self, uid: np.ndarray) -> np.ndarray:
-        """Return the ticks at which organisms were born: i64[n]."""
+        """Return the tick at which each organism was born: i64[n]."""
         starts, ticks = self._births_by_uid
         if not ticks.size:
             return np.zeros(uid.size, np.int64)
         return ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
 
     def genomes(self, uid: np.ndarray) -> list[str]:
-        """Return the genomes of organisms (uids ascending) as text, "" if there is none."""
+        """Return the genomes of organisms (uids ascending) as text, or "" if there is none."""
         out = [""] * uid.size
         for group in self.births.groups:
             if (
@@ -156,7 +156,7 @@ class Recording:
         return out
 
     def column(self, name: str, step: int = 1, missing: float = 0.0) -> np.ndarray:
-        """Return a column of the series at every `step`-th tick, `missing` where nothing was recorded:
+        """Return a series column at every `step`-th tick, with `missing` where nothing was recorded:
         f64[ticks, species]."""
         out = np.full((len(range(self.first, self.last + 1, step)), len(self.species)), missing)
         for c in self.series.each(("tick", "species", name)):
@@ -167,8 +167,8 @@ class Recording:
 
     @cached_property
     def curves(self) -> dict[str, Any]:
-        """`tick` and, by species, `n` and `happiness`, at most POINTS of each, and `reports` by reporter;
-        `births` and `deaths` in BINS over all ticks."""
+        """`tick`, `n` and `happiness` by species, and `reports` by reporter, with at most POINTS points each;
+        `births` and `deaths` in at most BINS bins over all ticks."""
         ticks = self.last + 1 - self.first
         step, width = (max(1, -(-ticks // most)) for most in (POINTS, BINS))
 
@@ -203,7 +203,7 @@ class Recording:
         return self.series.between(tick, tick, COMPARED)
 
     def interventions(self) -> list[dict[str, Any]]:
-        """Return the interventions: tick and text."""
+        """Return the tick and text of each intervention."""
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
     def land(self, tick: int) -> Land:
@@ -214,7 +214,7 @@ class Recording:
 
 
 def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return a report by species, or under "" if it is one number for the whole world."""
+    """Return a report by species, or under "" if it is a single number for the whole world."""
     first, *others = said.values()
     if all(np.array_equal(first, other, equal_nan=True) for other in others):
         said = {"": first}
@@ -222,7 +222,7 @@ def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
-    """Replace the state of organisms by that in their details where these exist; return the organisms."""
+    """Overwrite the states of organisms with their details, where these exist; return the organisms."""
     if not details["uid"].size or not organisms.uid.size:
         return organisms
     at = np.minimum(np.searchsorted(organisms.uid, details["uid"].astype(np.uint64)), organisms.uid.size - 1)
@@ -235,7 +235,7 @@ def overlaid(organisms: Organisms, details: Columns) -> Organisms:
 
 
 def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
-    """Return place, heading and size f32[n, 7] of the objects of a type in an open checkpoint."""
+    """Return position, heading and size f32[n, 7] of a type's objects in an open checkpoint."""
 
     def column(field: str) -> np.ndarray:
         return file.get_tensor(f"table/{name}/{field}")
@@ -249,7 +249,7 @@ def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
 
 
 class GeneValues:
-    """The genes that code for one number each, `codes` by species and name, and their values in organisms."""
+    """The genes that each code for one number (`codes`, by species and name), and their values in organisms."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording, scene = recording, recording.scene
@@ -257,7 +257,7 @@ class GeneValues:
             {} if scene is None else {name: coloured_genes(scene.tables[name]) for name in recording.species}
         )
         self.codes = {name: genes for name, genes in codes.items() if genes}
-        # values by species, of the uids requested recently
+        # values by species, for recently requested uids
         self._kept: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
 
     def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
@@ -287,7 +287,7 @@ class GeneValues:
         return out
 
     def means(self, tick: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the mean of each gene over the living at these ticks f64[n], by "species.gene"."""
+        """Return the mean of each gene over living organisms at these ticks, f64[n] by "species.gene"."""
         lineage = Lineage.read(self._recording.path)
         out: dict[str, np.ndarray] = {}
         for name, genes in self.codes.items():

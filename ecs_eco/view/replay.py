@@ -24,13 +24,13 @@ from ecs_eco.view.scene import describe, drawn, eyes_of, plain_kind, sized, sky
 from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
-STRETCHES = 3  # stretches that are kept
-GENOMES = 500_000  # births above which mean values of genes are not computed
-OBJECT_UID = 0x80000000  # objects are not recorded by uid; in a frame their uids start here
+STRETCHES = 3  # stretches kept in memory
+GENOMES = 500_000  # with more births, gene means are not computed
+OBJECT_UID = 0x80000000  # objects are recorded without uids; in a frame, their uids start here
 
 
 class Replay(Watched):
-    """A recorded run as the viewer shows it; nothing of the recording changes.
+    """A recorded run as shown in the viewer. The recording never changes.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Replay(Watched):
     Attributes
     ----------
     tick : int
-        The tick that is shown: the state at its end.
+        The displayed tick, whose final state is shown.
 
     Examples
     --------
@@ -174,10 +174,10 @@ class Replay(Watched):
             return [said("error", stretch, "fill")]
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
-        text = f"ticks {stretch.first} to {stretch.last} have been rerun: all details are available there"
+        text = f"ticks {stretch.first} to {stretch.last} have been rerun: all their details are available"
         if stretch.wrong is not None:
             text += (
-                f"; but the rerun differs from the recording from tick {stretch.wrong} on; "
+                f"; but the rerun differs from the recording from tick {stretch.wrong} onward; "
                 "different versions or another machine may be the cause"
             )
         message = said("info" if stretch.wrong is None else "warning", text, "fill")
@@ -192,7 +192,7 @@ class Replay(Watched):
         }
 
     def organisms(self, species: str) -> Organisms:
-        """Return the living organisms of a species at this tick, as exactly as possible."""
+        """Return the living organisms of a species at this tick as exactly as possible."""
         r = self.recording
         organisms = r.organisms(self._tick, species)
         for stretch in self.stretches:
@@ -287,7 +287,7 @@ class Replay(Watched):
         tick = self._tick if died is None else died  # for a dead organism, the last ticks of its life
         if any(s.first <= tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
-        # its own files and cache, because the recording's belong to this thread
+        # separate files and cache, because the recording's belong to this thread
         series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
         return [said("info", f"rerunning from the last checkpoint before tick {tick + 1}", "fill")]

@@ -1,4 +1,4 @@
-"""Reruns of stretches of a recorded run, in a separate thread, and the list of stretches with details."""
+"""Rerun stretches of a recorded run in a separate thread, and list the stretches with details."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ecs_eco.view.interpolate import STATE
 from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording
 
-ROWS = 2_000_000  # largest number of organisms times ticks in a stretch
-BEFORE, AFTER = 20, 60  # ticks around the requested one
+ROWS = 2_000_000  # maximum organisms × ticks in a stretch
+BEFORE, AFTER = 20, 60  # ticks before and after the requested tick
 
 
 class Stretch:
-    """The ticks from `first` to `last`: details by species, the state of all organisms, sexes by uid.
+    """The ticks from `first` to `last`: details by species, states of all organisms, and sexes by uid.
 
-    `wrong` is the first tick at which the numbers differ from the recorded ones, None if they never do.
+    `wrong` is the first tick at which the series differs from the recording, or None if it never does.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Stretch:
         self.details = {k.removeprefix(KIND): _kept(rows) for k, rows in blocks.items() if k.startswith(KIND)}
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the state of all organisms of a species (by its number) at a tick: uid, x, y, z, heading,
+        """Return the states of all organisms of a species (by number) at a tick: uid, x, y, z, heading,
         energy, happiness."""
         columns = self.states.between(tick, tick, ("species", "uid", *STATE))
         return {name: column[columns["species"] == species] for name, column in columns.items()}
@@ -70,11 +70,11 @@ def compute(
     progress: Callable[[int, int], None] = lambda done, total: None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
-    """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns
+    """Rerun a recorded run around a tick with all details. `end` is its last tick; `recorded(tick)` returns
     its series.
 
-    Call this in the thread that is to own the world. Raises CheckpointError, RecordingError or ConfigError
-    for a run that cannot be repeated here, and InterruptedError once `halt()` is true.
+    Call this in the thread that will own the world. Raises CheckpointError, RecordingError or ConfigError for
+    a run that cannot be repeated here, and InterruptedError once `halt()` returns true.
     """
     with turn:
         world = near(path, manifest, tick)
@@ -111,7 +111,7 @@ def compute(
 
 
 def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world of the last checkpoint before the end of a tick, or of the start."""
+    """Return the world at the last checkpoint before the end of a tick or, if there is none, at the start."""
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
     if file is not None:
         return World.restore(file, record=False)
@@ -131,7 +131,7 @@ def _note_sexes(table: Table, rows: np.ndarray, sexes: dict[int, int]) -> None:
 
 
 def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarray]]) -> int | None:
-    """Return the first tick whose numbers differ from the recorded ones; None if none does."""
+    """Return the first tick whose series differs from the recording, or None if none does."""
     for block in blocks:
         for tick in np.unique(block["tick"]).tolist():
             was, here = recorded(tick), block["tick"] == tick
@@ -141,7 +141,7 @@ def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarr
 
 
 class Rerun:
-    """Reruns one stretch at a time, in a thread that owns its world. The caller polls `answer`."""
+    """Reruns one stretch at a time in a thread that owns its world. The caller polls `answer`."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], end: int) -> None:
         self.path, self.manifest, self.end = path, manifest, end
@@ -153,17 +153,17 @@ class Rerun:
 
     @property
     def busy(self) -> bool:
-        """True while a stretch is being rerun."""
+        """Whether a stretch is being rerun."""
         return self._thread is not None
 
     def begin(self, uid: int, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
-        """Start to rerun the stretch around a tick."""
+        """Start rerunning the stretch around a tick."""
         self.uid, self.share, self._result, self._halted = uid, 0.0, None, False
         self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again")
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
-        """Return the stretch when it is ready, or the reason why it failed; None before."""
+        """Return the stretch once it is ready, or the reason for a failure; None until then."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()
@@ -177,8 +177,8 @@ class Rerun:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Return whether the result is no longer needed. At exit Python waits for this thread, and nothing
-        else can stop it."""
+        """Return whether the result is no longer needed. This is the only way to stop the thread when Python
+        waits for it at exit."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
@@ -186,7 +186,7 @@ class Rerun:
             self.share = done / max(1, total)
 
         try:
-            with apart():  # no other thread uses this world, and the main thread's world has priority
+            with apart():  # only this thread uses this world, and the main thread's world has priority
                 self._result = compute(
                     self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
                 )
@@ -207,8 +207,8 @@ class Rerun:
 
 
 def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, Any]]:
-    """Return the stretches of `marks`: kind ("full", "focal" or "filled"), first and last tick, species, the
-    number of focal organisms, and the first tick at which a filled one differs from the record."""
+    """Return the stretches for `marks`: kind ("full", "focal" or "filled"), first and last tick, species,
+    number of focal organisms, and the first tick at which a filled stretch differs from the record."""
     record = str(recording.manifest.get("record") or "")
     kind, _, most = record.partition("=")
     known: dict[tuple[int, int], list[str]] = {}
@@ -236,13 +236,13 @@ def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
 
 
 def note(recording: Recording) -> str:
-    """Return a text about which data are exact and which are interpolated."""
+    """Return a note on which data are exact and which are interpolated."""
     r = recording
     detailed = [name for name in r.species if r.details[name].rows]
     text = "Recorded in every tick."
     if r.every > 1:
         text = (
             f"Recorded every {r.every} ticks; in between, "
-            "births and deaths are exact, and places are interpolated along straight lines."
+            "births and deaths are exact, and positions are interpolated linearly."
         )
     return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")

@@ -1,4 +1,4 @@
-"""Going back in a living world: the world reruns from the nearest checkpoint in memory."""
+"""Going back in a live world, by rerunning it from the nearest checkpoint in memory."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ecs_eco.record import parts
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.story import Story
 
-MEMORY = 96e6  # [bytes] of checkpoints; beyond that the oldest is dropped
-SHARE = 1 / 120  # of the world's run time, for making checkpoints
-APART = 0.1  # [s] of run time between two checkpoints at least; a shorter stretch is quickly rerun
+MEMORY = 96e6  # [bytes] maximum for checkpoints; beyond that, the oldest is dropped
+SHARE = 1 / 120  # maximum share of run time spent on checkpoints
+APART = 0.1  # [s] minimum run time between checkpoints; shorter stretches are quickly rerun
 
 
 class Point(NamedTuple):
@@ -35,10 +35,9 @@ class Point(NamedTuple):
 
 
 class Ring:
-    """Checkpoints of a world, made while it lives. Interventions from pages are stored, so that a rerun can
-    repeat them.
+    """Checkpoints made while a world runs. Interventions from pages are stored, so that a rerun can repeat them.
 
-    `why` is the reason why this world cannot go back, or "". Runs recorded in files cannot.
+    `why` is the reason why this world cannot go back, or "" if it can. Runs recorded to files cannot go back.
     """
 
     def __init__(self, world: World, journal: Journal, story: Story) -> None:
@@ -54,11 +53,11 @@ class Ring:
 
     @property
     def first(self) -> int | None:
-        """The first tick to which the world can go back, or None."""
+        """The earliest tick to which the world can go back, or None."""
         return self.points[0].tick if self.points else None
 
     def look(self) -> None:
-        """Make a checkpoint before a tick if it is time for one."""
+        """Make a checkpoint before a tick if one is due."""
         if self.why or (self.points and self.points[-1].tick >= self.world.tick):
             return
         begin = time.thread_time()
@@ -70,17 +69,17 @@ class Ring:
             self.why = f"no checkpoint can be made of this world: {error}"
             self.points.clear()
         self._since = time.thread_time()
-        if len(self.points) > 1:  # the first one is slow, because it loads modules
+        if len(self.points) > 1:  # the first checkpoint is slow, because it loads modules
             spent = self._since - begin
             self._cost = min(spent, self._cost) if self._cost else spent
 
     def back(self, tick: int) -> int:
-        """Return the world to an earlier tick, or to the earliest possible one if that is later; return that
-        tick. Raises ValueError if the world cannot go back."""
+        """Take the world back to an earlier tick, or to the earliest possible tick if that is later; return
+        that tick. Raises ValueError if the world cannot go back."""
         if self.why or not self.points:
             raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
         if tick > self.world.tick:
-            raise ValueError(f"seek: tick = {tick}; expected at most {self.world.tick}, the present tick")
+            raise ValueError(f"seek: tick = {tick}; expected at most {self.world.tick}, the current tick")
         tick = max(tick, self.points[0].tick)
         while self.points[-1].tick > tick:
             self.points.pop()

@@ -1,4 +1,4 @@
-"""The data about a world that a page needs before it draws: species, senses, ground, sky, maps of fields."""
+"""The data about a world that a page needs before it can draw: species, senses, ground, sky, field maps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SEEING = ("nearest", "rays", "approach", "property")
 
 def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]:
     """Return the sensors of a species that reach beyond its body: name, kind, targets, reach [m], field of
-    view [rad] and, for rays, their number and direction. `sensors` have the form of a manifest."""
+    view [rad] and, for rays, their number and direction. `sensors` are as in a manifest."""
     out = []
     for number, sensor in enumerate(sensors or ()):
         if sensor["kind"] not in SEEING:
@@ -57,8 +57,8 @@ def _targets(sensor: Mapping[str, Any]) -> list[str]:
 
 
 def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
-    """Return the present reach [m] of an organism's sensors by the number of the sensor, for those whose
-    reach is individual or depends on the light."""
+    """Return the current reach [m] of an organism's sensors by sensor number, for sensors whose reach is
+    individual or depends on light."""
     out = {}
     for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in SEEING:
@@ -77,14 +77,14 @@ def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
     return out
 
 
-SIDE = 160  # most cells of a map along each side
-LAYERS = 64  # of depth, for a map without a lattice
+SIDE = 160  # maximum number of map cells along each side
+LAYERS = 64  # number of depths in a light map
 GROWTH = "growth of the land"
 
 
 def names_of(world: World) -> list[str]:
-    """Return the names of the maps that can be laid over the scene: fields, light if it varies in the water,
-    and the growth that real land allows."""
+    """Return the names of maps that can be laid over the scene: fields, light if it varies in water, and
+    plant growth on real land."""
     land = getattr(world.terrain, "land", None)
     more = ["light"] if world.space.volume and "light" in world.environment else []
     return [*more, *world.fields, *([GROWTH] if getattr(land, "growth", None) is not None else [])]
@@ -92,7 +92,8 @@ def names_of(world: World) -> list[str]:
 
 def map_of(world: World, name: str) -> dict[str, Any]:
     """Return the message "field": values u8[ny, nx] from low to high, in base64. Land is seen from above,
-    from the south-west; water from the side, averaged over its width, from the bottom.
+    beginning at the southwest corner; water is seen from the side, averaged over its width, beginning at the
+    bottom.
 
     Raises KeyError for a name that is not in `names_of`.
     """
@@ -117,7 +118,7 @@ def map_of(world: World, name: str) -> dict[str, Any]:
 
 
 def _values(world: World, name: str) -> tuple[np.ndarray, str]:
-    """Return the values f64[ny, nx] of a map, and their unit."""
+    """Return the values f64[ny, nx] of a map and their unit."""
     terrain: Any = world.terrain
     if name in names_of(world):
         if name == "light" and name not in world.fields:
@@ -128,7 +129,7 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
             )
             return light[:, None].astype(np.float64), "of full light"
         if name == GROWTH and name not in world.fields:
-            return np.asarray(terrain.land.growth, np.float64), "times the usual growth"
+            return np.asarray(terrain.land.growth, np.float64), "times normal growth"
         field = world.fields[name]
         lattice = field.value.astype(np.float64)
         flat = lattice.mean(axis=1) if world.space.volume else lattice[0]
@@ -137,10 +138,10 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
 
 
 def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
-    """Return {"wiring": …} of a species with a nervous system, else {}.
+    """Return {"wiring": …} for a species with a nervous system, or else {}.
 
-    `reflexes` are [rows of readings, row of the action, label]. `all` has a flag for reflex, policy and
-    happiness: whether every reading may affect it, as in a function or a network.
+    `reflexes` are [rows of readings, row of the action, label]. `all` has flags for reflex, policy and
+    happiness: whether every reading can affect it, as in a function or a network.
     """
     if config is None or species not in nervous_species(config):
         return {}
@@ -163,12 +164,11 @@ def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
     }
 
 
-CELLS = 65_536  # cells of the ground that are sent; larger grounds are sent at a coarser resolution
+CELLS = 65_536  # maximum number of ground cells sent; larger grounds are sent at a coarser resolution
 
 
 def kinds_of(world: World) -> tuple[list[str], list[str]]:
-    """Return the names of the species and of the object types that have places, without landmarks of the
-    ground."""
+    """Return the names of the species and object types that have positions, excluding landmarks."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in world.species_names() if name in placed]
     declared = placed if world.config is None else world.config.objects
@@ -176,7 +176,7 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
 
 
 def coloured_genes(table: Table) -> dict[str, Any]:
-    """Return the genes of a species that code for one number each, by name, as `ecs_eco.genomes` codes."""
+    """Return the genes of a species that each code for one number, by name, as codes of `ecs_eco.genomes`."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     return (
         {}
@@ -188,7 +188,7 @@ def coloured_genes(table: Table) -> dict[str, Any]:
 def describe(
     world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
-    """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
+    """Return the part of hello that depends on the world: names, sizes, kinds, ground, day."""
     return {
         "world": world.name,
         "title": getattr(world.config, "title", "") or world.name,
@@ -207,7 +207,7 @@ def describe(
 
 
 def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | None]]:
-    """Return whether each species breeds, and whether it learns; None if it never can."""
+    """Return whether each species reproduces, and whether it learns (None if it never can)."""
     kinds = {name: world.tables[name].species for name in species}
     return {
         name: {
@@ -219,7 +219,7 @@ def switches(world: World, species: list[str]) -> dict[str, dict[str, bool | Non
 
 
 def grows(world: World, name: str) -> bool:
-    """Return whether a sessile species is a plant, which grows, breeds or is eaten, not a resting animal."""
+    """Return whether a sessile species is a plant (it grows, reproduces or is eaten), not a resting animal."""
     species = {} if world.config is None else world.config.species
     own = species.get(name)
     eaten = any(food.eats == name for other in species.values() for food in other.diet)
@@ -250,12 +250,12 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
 
 
 def shape_of(body: Body) -> dict[str, Any]:
-    """Return shape and size [m] of bodies from their section of the world file; {} for spheres."""
+    """Return the shape and size [m] of bodies from their section of the world file, or {} for spheres."""
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 
 
 def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[str, Any]:
-    """Return the data about a species or an object type that its section of a manifest contains."""
+    """Return data about a species or an object type from its section of a manifest."""
     body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
     out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
     return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}
@@ -263,7 +263,7 @@ def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[st
 
 def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first: int) -> list[dict[str, Any]]:
     """Return object types with the sizes [m] of individual capsules and boxes by uid, counted from `first`.
-    `objects` has place, heading and size f32[n, 7] of the objects of a type."""
+    `objects` has the position, heading and size f32[n, 7] of each type's objects."""
     out = []
     for kind in kinds:
         size = objects[kind["name"]][:, 4:].round(4).tolist()
@@ -274,7 +274,7 @@ def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first:
 
 
 def sizes_of(table: Table) -> dict[str, Any]:
-    """Return the sizes [m] of the objects of a type by uid if they differ from each other."""
+    """Return the sizes [m] of a type's objects by uid, if they differ from each other."""
     if Shape not in table or not table.species.is_object or not table.n:
         return {}
     rows = table.by_uid()
@@ -285,7 +285,7 @@ def sizes_of(table: Table) -> dict[str, Any]:
 
 
 def ground(world: World) -> dict[str, Any] | None:
-    """Return heights and landmarks, and the colors of real land; None if the world is flat and open."""
+    """Return heights, landmarks and the colors of real land, or None if the world is flat and open."""
     terrain, config = world.terrain, getattr(world.config, "terrain", None)
     if terrain is None:
         return None
@@ -295,7 +295,7 @@ def ground(world: World) -> dict[str, Any] | None:
     marks: dict[str, Any] = {
         kind: [p.model_dump() for p in getattr(config, kind, ())] for kind in ("rocks", "lakes")
     }
-    if terrain.land is not None:  # heights are relative to the lowest point, colors as on maps
+    if terrain.land is not None:  # heights are relative to the lowest point; colors are as on maps
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
@@ -309,12 +309,12 @@ def ground(world: World) -> dict[str, Any] | None:
 
 
 def _coarser(cells: np.ndarray, every: int) -> np.ndarray:
-    """Return every `every`-th cell along each side."""
+    """Return every `every`-th cell along each axis."""
     return np.ascontiguousarray(cells[every // 2 :: every, every // 2 :: every])
 
 
 def uses_of(world: World) -> list[dict[str, Any]]:
-    """Return the land uses in force at this tick, without seasons, in the form of a world file."""
+    """Return the land uses in effect at this tick, ignoring seasons, as in a world file."""
     uses = () if world.config is None else world.config.land_use
     return [
         use.model_dump()
@@ -324,7 +324,7 @@ def uses_of(world: World) -> list[dict[str, Any]]:
 
 
 def land_of(world: World) -> Land:
-    """Return the fences, roads and land-use areas of a living world."""
+    """Return the fences, roads and land-use areas of a live world."""
     terrain = world.terrain
     there = (
         {}
@@ -338,8 +338,8 @@ def land_of(world: World) -> Land:
 
 
 def drawn(land: Land) -> dict[str, Any]:
-    """Return the land in the form that pages draw: the corners [m] of fences, the center lines and widths of
-    roads, kind and border of areas."""
+    """Return the land as drawn by pages: the corners [m] of fences, the center lines and widths of roads, and
+    the kinds and borders of areas."""
 
     def corners(shape: dict[str, Any]) -> list[list[float]]:
         line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
@@ -354,7 +354,7 @@ def drawn(land: Land) -> dict[str, Any]:
 
 
 def day(world: World) -> dict[str, float] | None:
-    """Return the length of a day [s] and the time of day at tick 0 as a fraction since midnight; None if
+    """Return the length of a day [s] and the time of day at tick 0 (as a fraction since midnight), or None if
     there are no days."""
     sun = _moving(world)
     return (
@@ -371,8 +371,8 @@ def _shift(sun: Sun) -> float:
 
 
 def sky(world: World) -> tuple[float, float]:
-    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]. Without days, the elevation is
-    the one that would give this light."""
+    """Return the light at the surface (0 to 1) and the sun's elevation [rad]. Without days, this is the
+    elevation that would give this light."""
     sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)

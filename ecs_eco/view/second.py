@@ -1,4 +1,5 @@
-"""The second of two worlds, a branch of the first or an unrelated world, which follows the first's clock."""
+"""The second of two worlds: a branch of the first or an unrelated world, which follows the clock of the
+first."""
 
 from __future__ import annotations
 
@@ -20,13 +21,13 @@ Ask = Callable[[World], None]
 
 
 class Second:
-    """A source next to the source `of`. `told` is the data about it that pages need: names, tick and change
-    of the branch, and the command that reproduces it.
+    """A source next to the source `of`. `told` is the data that pages need about it: names, the tick and
+    change of the branch, and the command that reproduces it.
 
-    Its own clock begins at `begins`; `start`, `first` and `tick` count on the clock of `of`. Before each tick
-    of a living world, `ask` requests the interventions of the other world; `refused` collects the errors of
-    those that this world rejects. `change` is the intervention that makes the difference, or None. Organisms
-    with uids below `common` were born before the worlds parted.
+    Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
+    of a live world, `ask` requests the interventions of the other world, and `refused` collects errors for
+    interventions that this world rejects. `change` is the intervention that makes the difference, or None.
+    Organisms with uids below `common` were born before the worlds diverged.
     """
 
     def __init__(
@@ -39,33 +40,33 @@ class Second:
         change: Message | None = None,
     ) -> None:
         self.of, self.source, self.begins, self.told = of, source, begins, told
-        # a living world's tick is the next one, a recording's the last one
+        # a live world's tick is the next one; a recording's tick is the last one
         self.shift = source.ahead - of.ahead
         self.refused, self.common, self._ask, self._change = list[str](), 0, ask, change
         self._sent, self._fated = -1, -1
-        source.ranges = of.ranges  # a color has the same meaning in both
+        source.ranges = of.ranges  # colors have the same meaning in both
         if isinstance(source, Live):
             self.common, source.ring.used = int(source.world.next_uid), True
             source.world.before_tick.append(self._before)
 
     @property
     def start(self) -> int:
-        """Its first tick."""
+        """The first tick of this world."""
         return self.begins - self.shift
 
     @property
     def first(self) -> int:
-        """The earliest tick to which it can go back."""
+        """The earliest tick to which this world can go back."""
         return max(self.begins, self.source.earliest) - self.shift
 
     @property
     def tick(self) -> int:
-        """Its present tick."""
+        """The current tick of this world."""
         return self.source.tick - self.shift
 
     @property
     def forked(self) -> bool:
-        """True if it is a branch of the first world."""
+        """Whether this is a branch of the first world."""
         return self.told["at"] is not None
 
     @property
@@ -77,13 +78,13 @@ class Second:
 
     @property
     def comes(self) -> bool:
-        """True if it is not at the tick of the first world, but can get there."""
+        """Whether this world is not at the tick of the first, but can get there."""
         target = self._target()
         return target >= self.start and (self.tick < target or self.first <= target < self.tick)
 
     @property
     def there(self) -> bool:
-        """True if it has a state at the present tick of the first world."""
+        """Whether this world has a state at the current tick of the first."""
         return self.tick == self._target() and self.of.tick >= self.start
 
     def _target(self) -> int:
@@ -92,14 +93,14 @@ class Second:
         return self.of.tick
 
     def follow(self, seconds: float) -> None:
-        """Run toward the tick of the first world for at most about `seconds`, or go back to it."""
+        """Run toward the tick of the first world for about `seconds` at most, or go back to it."""
         if self.comes and self.tick > self._target():
             self.back()
         elif self.comes:
             self.run_to(self._target(), seconds)
 
     def run_to(self, tick: int, seconds: float) -> bool:
-        """Run or show the ticks up to a later one, for at most about `seconds`; return whether it got there."""
+        """Run or show ticks up to a later one, for about `seconds` at most; return whether it was reached."""
         if isinstance(self.source, Replay):
             self._seek(tick)
             return True
@@ -113,7 +114,7 @@ class Second:
         return self.tick >= tick
 
     def back(self) -> None:
-        """Go back to the tick of the first world, as far as possible."""
+        """Go back to the tick of the first world, or as far as possible."""
         self.back_to(self._target())
 
     def back_to(self, tick: int) -> None:
@@ -126,7 +127,7 @@ class Second:
         self.source.handle({"kind": "seek", "tick": tick + self.shift})
 
     def _before(self) -> None:
-        """Prepare the next tick of a living world."""
+        """Prepare the next tick of a live world."""
         assert isinstance(self.source, Live)
         world, ring = self.source.world, self.source.ring
         if not ring.busy:
@@ -148,18 +149,18 @@ class Second:
         return tick in (of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"])
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return its frame."""
+        """Return the frame of this world."""
         known, of = self.source.hello()["colours"], asked(colour)
         shown = colour in known if of is None else self.shares(of)
         return self.source.frame(number, colour if shown else "species")
 
     def sample(self) -> None:
-        """Add a point to its curves if the two worlds are at the same tick."""
+        """Add a point to the curves if both worlds are at the same tick."""
         if self.there:
             self._sample()
 
     def _sample(self) -> None:
-        """Add a point to the curves of a living world: at most one per tick, and none before the start."""
+        """Add a point to the curves of a live world: at most one per tick, and none before the start."""
         if isinstance(self.source, Live) and self.tick >= self.start:
             ticks = self.source.curves.ticks
             if not ticks or ticks[-1] < self.source.tick:
@@ -172,7 +173,7 @@ class Second:
         return [{"kind": "beside", "hello": hello, **self.told}, *self._points(-1), *map(_wrapped, marks)]
 
     def news(self) -> list[Message]:
-        """Return new points of its curves, marks, and deaths."""
+        """Return new curve points, marks and deaths."""
         out = [
             _wrapped(message) if message["kind"] == "marks" else self.passed_on(message)
             for message in self.source.news()
@@ -195,34 +196,34 @@ class Second:
         return [{"kind": "beside", "series": series | {"tick": ticks}}]
 
     def organism(self, uid: int) -> Message:
-        """Return one of its organisms, living or dead; raise KeyError for an unknown one."""
+        """Return an organism of this world, living or dead; raise KeyError if it is unknown."""
         return self.labelled(self.source.organism(uid), second=True)
 
     def tell(self, request: Message) -> list[Message]:
-        """Answer a request: `fill` at its displayed tick, or `tree`."""
+        """Answer a request: `fill` at the displayed tick, or `tree`."""
         return [self.passed_on(message) for message in self.source.handle(request)]
 
     def passed_on(self, message: Message) -> Message:
-        """Return one of its messages in the form that pages expect."""
+        """Return a message of this world in the form that pages expect."""
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
-        """Return a message about an organism with the name of its world, whether that is the second one, and
-        whether both worlds have the organism because it was born before they parted."""
+        """Return a message about an organism, with the name of its world, whether that is the second world,
+        and whether both worlds have the organism because it was born before they diverged."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 
     def shares(self, uid: int) -> bool:
-        """Return whether an organism was born before the worlds parted."""
+        """Return whether an organism was born before the worlds diverged."""
         return self.forked and uid < self.common
 
     def refusals(self) -> list[str]:
-        """Return the interventions of the first world that it has refused since the last call."""
+        """Return the first world's interventions that this world has refused since the last call."""
         out, self.refused = self.refused, []
         return out
 
     def sentence(self) -> Message:
-        """Return population sizes and a sentence on the present differences."""
+        """Return population sizes and a sentence on the current differences."""
         tick, n = self.of.tick, self.source.counts()
         if self.there:
             since = self.start if self.forked else None
@@ -232,7 +233,7 @@ class Second:
         else:
             text = f"It starts at tick {self.first:,}; earlier ticks are no longer stored."
             if tick < self.start:
-                text = f"It parts from the original at tick {self.start:,}."
+                text = f"It diverges from the original at tick {self.start:,}."
             elif self.comes:
                 text = f"Catching up: tick {self.tick:,} of {tick:,}."
             told = {"text": text, "clauses": {}}
@@ -240,7 +241,7 @@ class Second:
 
 
 def beside(first: Live | Replay, second: Live | Replay, names: tuple[str, str]) -> Second:
-    """Return another world next to the first. If both are living, interventions apply to both."""
+    """Return another world next to the first. If both are live, interventions apply to both."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Replay):
         return Second(first, second, second.recording.first, told)
@@ -264,12 +265,12 @@ NAMES = ("original", "what if")
 def fork(
     first: Live | Replay, tick: int | None, change: Message | None, start: branch.Start | None = None
 ) -> Second:
-    """Return a branch of the displayed world, from a tick (None: the displayed one) and with a change, an
-    intervention in the form of a world file (None: no change).
+    """Return a branch of the displayed world from a tick (None: the displayed tick), with a change: an
+    intervention as in a world file (None: no change).
 
-    A recorded run is branched at the end of the displayed tick. Raises ValueError or ConfigError for a tick
-    that is no longer stored and for a change that does not fit, CheckpointError or RecordingError for a world
-    that cannot be copied or run here.
+    A recorded run branches at the end of the displayed tick. Raises ValueError or ConfigError for a tick that
+    is no longer stored and for an invalid change, and CheckpointError or RecordingError for a world that
+    cannot be copied or run here.
     """
     change, tick = change or None, first.tick if tick is None else tick
     ask: Ask

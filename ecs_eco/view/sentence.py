@@ -1,17 +1,17 @@
-"""One sentence about an organism: its kind, its condition, and what it saw and did in its last tick."""
+"""A sentence about an organism: its species and condition, and what it saw and did in its last tick."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # fractions of the energy that it can hold
-SEEN = 0.02  # readings of nearness below this count as nothing
+STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # upper limits, as fractions of maximum energy
+SEEN = 0.02  # lower readings of nearness count as nothing
 IDLE = {"none", "still", "rest"}
 
 
 def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Sequence[str] = ()) -> str:
-    """Return a sentence about a message "organism"; `foods` are its food species, `enemies` its eaters."""
+    """Return a sentence for a message "organism", given the species that it eats and those that eat it."""
     name = str(state["species"]).capitalize()
     died = state.get("died")
     if not state["alive"] and died:
@@ -25,7 +25,7 @@ def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Seque
 
 
 def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[str]) -> list[str]:
-    """Return phrases on what it saw and did in its last tick, as far as known."""
+    """Return phrases on what an organism saw and did in its last tick, if known."""
     nerves = state.get("nerves")
     if not nerves:
         return []
@@ -52,7 +52,7 @@ def _fed(state: Mapping[str, Any]) -> str:
 
 
 def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
-    """Return a phrase on its nearest targets and their direction."""
+    """Return a phrase on the nearest targets and their directions."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
@@ -60,7 +60,7 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
     who = {
         target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
         for target in near
-    }  # targets of rays have the sensor's name in front, as "far_deer"
+    }  # targets of rays begin with the sensor's name, as in "far_deer"
     lines = []
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
@@ -79,7 +79,7 @@ def _where(value: Mapping[str, float], target: str) -> str:
 
 
 def _does(actions: Sequence[Mapping[str, Any]]) -> str:
-    """Return a phrase on what it did, and whether reflex or policy decided."""
+    """Return a phrase on what the organism did, and whether reflex or policy decided."""
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
         return "did nothing" if actions and not actions[0].get("continuous") else ""
@@ -99,6 +99,6 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _act(action: Mapping[str, Any]) -> str:
-    """Return an action in words: "turn left", "walk", "eat"."""
+    """Return an action as words: "turn left", "walk", "eat"."""
     group, name = action["group"], action["name"]
     return f"{group} {name}" if group in ("turn", "climb") else str(name)

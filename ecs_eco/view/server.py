@@ -1,4 +1,4 @@
-"""The viewer's server, in a separate thread: the page's files, and a WebSocket for each page."""
+"""The viewer's server, in a separate thread: it serves the page's files and a WebSocket for each page."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from ecs_eco.view.shown import Inbox
 
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
-PAGES = 32  # open at the same time
-STRANGERS = 64  # connections that have not shown the credential; one more closes the oldest
-BACKLOG = 32  # connections that wait to be accepted
-PATIENCE = 10.0  # [s] for the header of a first request
-UNREAD = 1 << 18  # [bytes] that the operating system buffers for a page that does not read
-WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
-ASKED = 16  # pending requests of a page
-LARGEST = 1 << 18  # [bytes] of one message from a page
+PAGES = 32  # maximum number of pages open at the same time
+STRANGERS = 64  # maximum number of connections without the credential; one more closes the oldest
+BACKLOG = 32  # maximum number of connections waiting to be accepted
+PATIENCE = 10.0  # [s] time limit for the header of a first request
+UNREAD = 1 << 18  # [bytes] buffered by the operating system for a page that does not read
+WAITING = 64  # pending messages for a page that does not read; beyond that, it is disconnected
+ASKED = 16  # maximum number of pending requests from a page
+LARGEST = 1 << 18  # [bytes] maximum size of a message from a page
 TYPES = {
     ".js": "text/javascript",
     ".css": "text/css",
@@ -62,7 +62,7 @@ class Client:
             self._waiting.put_nowait(message)
 
     async def pour(self) -> None:
-        """Send queued messages as fast as the page reads."""
+        """Send queued messages as fast as the page reads them."""
         while True:
             message = await self._waiting.get()
             if isinstance(message, str):
@@ -72,7 +72,7 @@ class Client:
 
 
 class Strangers(dict[object, asyncio.Transport]):
-    """Connections without the credential, by address, oldest first; limited to protect file handles."""
+    """Connections without the credential, by address, oldest first, limited in number to protect file handles."""
 
     def add(self, address: object, transport: asyncio.Transport) -> None:
         """Add a connection; close the oldest if there are too many."""
@@ -82,7 +82,7 @@ class Strangers(dict[object, asyncio.Transport]):
             self.pop(next(iter(self))).abort()
 
     def protocol(self) -> type[H11Protocol]:
-        """Return the protocol class of new connections."""
+        """Return the protocol class for new connections."""
         strangers = self
 
         class Arriving(H11Protocol):
@@ -103,11 +103,11 @@ class Strangers(dict[object, asyncio.Transport]):
 
 
 class Server:
-    """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; port 0 is any
-    free one.
+    """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; port 0 selects
+    any free port.
 
-    `frames` are the origins of pages that may show the viewer in a frame: none, except for a notebook. `page`
-    is the file that is shown first. The server's thread calls `came(code, accepted)` for each code.
+    `frames` are the origins of pages that may embed the viewer (none, except for a notebook). `page` is the
+    file shown first. The server's thread calls `came(code, accepted)` for each code.
     """
 
     def __init__(
@@ -148,19 +148,19 @@ class Server:
         )
 
     def start(self) -> Server:
-        """Start to listen; return when pages can connect."""
+        """Start listening; return when pages can connect."""
         self._thread.start()
         while not self._uvicorn.started and self._thread.is_alive():
             threading.Event().wait(0.01)
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes. Its code is in the fragment, which
+        """Return an address that admits one page within this many minutes. Its code is in the fragment, which
         browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
-        """Replace the player by another one; all pages join it."""
+        """Replace the player; all pages join the new one."""
 
         def swap() -> None:
             self.player = player
@@ -169,7 +169,7 @@ class Server:
 
         loops = {client.loop for client in list(self.clients)}
         if loops:
-            loops.pop().call_soon_threadsafe(swap)  # in the thread where pages join and leave
+            loops.pop().call_soon_threadsafe(swap)  # in the thread in which pages join and leave
         else:
             swap()
 
@@ -187,7 +187,7 @@ class Server:
         self.stop()
 
     def _pages(self) -> Starlette:
-        # the machine's table of media types may differ, and browsers then refuse scripts
+        # this machine's media types may differ, and browsers would then refuse scripts
         for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
@@ -199,8 +199,8 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the page's credential; 403 for an invalid
-        one."""
+        """Exchange a page's code for the credential, or confirm the page's credential; respond with 403 if it
+        is invalid."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":
@@ -217,7 +217,7 @@ class Server:
     async def _speak(self, websocket: WebSocket) -> None:
         """Serve one page until it disconnects."""
         if len(self.clients) >= PAGES:
-            await websocket.close(1013, f"{PAGES} pages are open already")
+            await websocket.close(1013, f"{PAGES} pages are already open")
             return
         transport = self._strangers.pop(tuple(websocket.scope["client"] or ()), None)
         await websocket.accept(SUBPROTOCOL)
@@ -238,12 +238,12 @@ class Server:
             await asyncio.gather(*tasks, return_exceptions=True)
         if client.behind.is_set():
             if transport is not None:
-                # a page that does not read never receives the closing message
+                # a page that does not read would never receive the closing message
                 client.loop.call_later(1.0, transport.abort)
             await websocket.close(1013, "too far behind")
 
     async def _listen(self, client: Client) -> None:
-        """Deliver a page's messages until it disconnects."""
+        """Deliver messages from a page until it disconnects."""
         while True:
             try:
                 text = await client.socket.receive_text()
@@ -255,7 +255,7 @@ class Server:
                 request = None
             if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
                 request = {"kind": "not a request"}
-            # a page that sends requests faster than they are answered must wait, but other pages need not
+            # a page that sends requests faster than they are answered must wait, without delaying other pages
             while sum(page is client for page, _ in self.player.inbox.copy()) >= ASKED:
                 await asyncio.sleep(0.005)
             self.player.say(client, request)

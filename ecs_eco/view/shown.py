@@ -1,4 +1,4 @@
-"""The state of each page, its panel, and one log of the actions of all pages."""
+"""The state of each page, its panel, and a common log of the actions of all pages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
-FIELDS = 0.5  # [s] between two maps of a field
+FIELDS = 0.5  # [s] between maps of a field
 
 
 class Page(Protocol):
@@ -30,24 +30,24 @@ class Chosen(NamedTuple):
 
 
 class View:
-    """The choices of one page, and what it has been sent."""
+    """The choices made on one page, and the data sent to it."""
 
     def __init__(self) -> None:
-        self.number = 0  # pages are numbered as they join
+        self.number = 0  # pages are numbered in the order in which they join
         self.colour = "species"
         self.selected: Chosen | None = None
-        self.awaits: int | None = None  # the frame that it has not acknowledged yet
-        self.seen: tuple[Any, ...] | None = None  # contents of its last frame
+        self.awaits: int | None = None  # number of the frame not yet acknowledged
+        self.seen: tuple[Any, ...] | None = None  # contents of the last frame
         self.frame_at = self.panel_at = self.field_at = -math.inf
-        self.series = -1  # last tick of the series that it has
-        self.panel: tuple[Any, ...] | None = None  # contents of its last panel
-        self.news, self.sent_tick = True, -1  # whether to send the state; the tick that was sent last
-        self.fated = -1  # the last tick whose deaths it has received
-        self.field: str | None = None  # laid over its scene
-        self.mapped: tuple[Any, ...] | None = None  # contents of its last map
+        self.series = -1  # last tick of the series sent
+        self.panel: tuple[Any, ...] | None = None  # contents of the last panel
+        self.news, self.sent_tick = True, -1  # whether to send the state; the last tick sent
+        self.fated = -1  # the last tick whose deaths were sent
+        self.field: str | None = None  # the field laid over the scene
+        self.mapped: tuple[Any, ...] | None = None  # contents of the last map
 
     def back(self, tick: int) -> None:
-        """Forget what was sent of ticks from this one on."""
+        """Discard what was sent about this tick and later ones."""
         self.series, self.seen, self.panel = min(self.series, tick - 1), None, None
         self.fated, self.mapped = min(self.fated, tick - 1), None
 
@@ -60,7 +60,7 @@ class View:
         )
 
     def lay(self, source: Source, request: Message) -> None:
-        """Choose the field that is laid over the scene, None for none."""
+        """Choose the field laid over the scene (null: none)."""
         name, known = request.get("name"), source.hello().get("fields", [])
         if name is not None and name not in known:
             raise ValueError(
@@ -71,7 +71,7 @@ class View:
 
 
 def beside(source: Source, view: View, now: float, out: list[str | bytes]) -> None:
-    """Add messages that accompany a frame: deaths since the last one, and the map of a field."""
+    """Add the messages that accompany a frame: deaths since the last frame, and the map of a field."""
     tick = source.tick
     if view.fated != tick and view.seen is not None and view.seen[0] == tick:
         fates = source.fates(view.fated if view.fated < tick else -1)
@@ -92,7 +92,7 @@ class Inbox:
         self._wake = threading.Event()
 
     def say(self, page: Page, request: Message) -> None:
-        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
+        """Deliver a page's message {"kind": …}; "join" and "leave" mark its presence."""
         self.inbox.append((page, request))
         self._wake.set()
 
@@ -103,7 +103,7 @@ class Inbox:
 
 
 def choose(source: Source, view: View, request: Message) -> None:
-    """Select an organism by its uid, None for none; with `second`, an organism of the second world."""
+    """Select an organism by its uid (null: none), in the second world if `second` is true."""
     uid, second = request.get("uid"), request.get("second", False)
     if uid is not None and not is_whole(uid, 1):
         raise ValueError(f"select: uid = {short(uid)}; expected the uid of an organism, or null")
@@ -138,15 +138,15 @@ def _second(source: Source) -> Any:
     return getattr(source, "second", None)
 
 
-KEPT = 200  # entries; older ones are dropped
-LONGEST = 400  # characters of an entry
+KEPT = 200  # maximum number of entries; older ones are dropped
+LONGEST = 400  # maximum characters per entry
 DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 
 class Log:
-    """The last KEPT actions of pages, with their answers. Pages are numbered in the order in which they join.
+    """The last KEPT actions of pages and their answers. Pages are numbered in the order in which they join.
 
-    `views` are the pages that are present. With `used` false, for a recorded run, the log only numbers pages.
+    `views` are the connected pages. If `used` is false, as for a recorded run, the log only numbers pages.
     """
 
     def __init__(self, views: Mapping[Page, View], used: bool) -> None:
@@ -161,13 +161,13 @@ class Log:
         return [{"kind": "log", "page": view.number, "entries": list(self.entries)}] if self.used else []
 
     def answered(self, tick: int, view: View, request: Message, answers: Sequence[Message]) -> None:
-        """Log a request of a page at a tick with its answers, and send the entries to all pages."""
+        """Log a page's request at a tick with the answers, and send the entries to all pages."""
         if request.get("kind") in DOES:
             for answer in answers:
                 self._note(tick, answer, {"page": view.number, **_of(request)})
 
     def told(self, tick: int, messages: Sequence[Message]) -> list[Message]:
-        """Log messages to all pages; return them as a list."""
+        """Log messages that go to all pages; return them as a list."""
         for message in messages:
             self._note(tick, message, {"page": None})
         return list(messages)
@@ -183,7 +183,7 @@ class Log:
 
 
 def _of(request: Message) -> dict[str, Any]:
-    """Return a request in words, and whether it undoes another one."""
+    """Return a request as words, and whether it undoes an earlier request."""
     what, way = request.get("what"), request.get("as")
     try:
         words = describe(what) if isinstance(what, dict) else ""

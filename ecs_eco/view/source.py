@@ -1,4 +1,4 @@
-"""The interface between the viewer and a living world or a recorded run, and its messages."""
+"""The interface between the viewer and a live world or a recorded run, and its messages."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ Message = dict[str, Any]
 class Source(Protocol):
     """A source for the viewer.
 
-    All methods are called in the thread that created it. Messages are described in docs/how-to/watching.md.
+    All methods are called in the thread that created the source. docs/reference/viewer_protocol.md describes
+    the messages.
     """
 
     @property
     def tick(self) -> int:
-        """The displayed tick: of a living world the next one, of a recorded run the one whose end is shown."""
+        """The displayed tick: the next tick of a live world, or the tick of a recorded run whose end is
+        shown."""
 
     @property
     def done(self) -> bool:
-        """True if this is the last tick."""
+        """Whether this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run or show the world: call `turn()` before every tick and after the last, and return when it
-        returns False.
+        """Run or show the world: call `turn()` before every tick and after the last, until it returns False.
 
         `turn` serves the pages and returns when the next tick is due. While `done`, it returns only at the
         end, or if `seek` goes back.
@@ -38,47 +39,46 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return messages for all pages since the last call, such as `marks` after an intervention; cheap if
-        there are none."""
+        """Return new messages for all pages since the last call, such as `marks` after an intervention. Must
+        be fast if there are none."""
 
     def passed(self) -> None:
-        """Update the source after a tick; called before every tick, and cheap."""
+        """Update the source after a tick. Called before every tick, so it must be fast."""
 
     def counts(self) -> dict[str, int]:
-        """Return the number of each species and object type, for `state`."""
+        """Return the number of organisms or objects of each kind, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello.
 
-        Values 1 to 255 span the range in `scales`; 0 means that the organism has no value or that it is
-        unknown.
+        Values from 1 to 255 span the range in `scales`; 0 means that the organism has no value or an unknown
+        one.
         """
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
-        """Return the deaths of animals after a tick, at most of the last five ticks: tick, number of the
-        species, uid, place [m], uid of the killer or 0."""
+        """Return animal deaths after a tick, within the last five ticks: tick, species number, uid, position
+        [m], uid of the killer or 0."""
 
     def field(self, name: str) -> Message:
         """Return the map of one of the `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values that 1 and 255 represent in the last frame of this color, for each species that
+        """Return the values represented by 1 and 255 in the last frame of this color, for each species that
         has it."""
 
     def sample(self) -> None:
-        """Add a point to the series, unless the series is recorded; the player decides how often."""
+        """Add a point to the series, unless the series is recorded. The player decides how often."""
 
     def series(self, after: int) -> Message | None:
-        """Return the points of ticks later than `after` (−1: all): {"kind": "series", …}; None if there are
-        none."""
+        """Return the points after tick `after` (−1: all): {"kind": "series", …}; None if there are none."""
 
     def organism(self, uid: int) -> Message:
-        """Return everything known about one organism now: {"kind": "organism", …}; raise KeyError if it never
-        existed."""
+        """Return everything currently known about an organism: {"kind": "organism", …}; raise KeyError if it
+        never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers to the page that
-        sent it; refusals are `said`."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the page that
+        sent it; refusals are `said` messages."""
 
 
 def text(message: Message) -> str:
@@ -87,17 +87,17 @@ def text(message: Message) -> str:
 
 
 def said(level: str, words: str, field: str | None = None) -> Message:
-    """Return a text message at level "info", "warning" or "error"; `field` is its request."""
+    """Return a text message at level "info", "warning" or "error"; `field` is the request it refers to."""
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 
 def is_whole(value: object, low: int = 0, end: int = 2**63) -> TypeGuard[int]:
-    """Return whether a value of a request is a whole number from `low` to before `end`."""
+    """Return whether a value in a request is a whole number, at least `low` and less than `end`."""
     return isinstance(value, int) and not isinstance(value, bool) and low <= value < end
 
 
 def uid_of(request: Message) -> int:
-    """Return the uid of a request; raise ValueError if it has none."""
+    """Return the uid in a request; raise ValueError if it has none."""
     uid = request.get("uid")
     if not is_whole(uid, 1):
         raise ValueError(f"{request['kind']}: uid = {short(uid)}; expected the uid of an organism")

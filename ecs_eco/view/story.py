@@ -9,38 +9,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-FACTOR = 2.0  # growth from the last low that counts as a boom, or decline from the last high that counts as a crash
-LEAST = 20  # organisms at the high end of a boom or crash; smaller numbers often double at random
-NAMED = 0.15  # smallest share of deaths for which a cause is named
-SOON = 5  # ticks from the beginning in which first births, mostly of plants, are not reported
-KEPT = 500  # entries
-EVERY = 5  # ticks between two checks of the numbers; appearances and extinctions are noticed at once
+FACTOR = 2.0  # growth since the last low for a boom, or decline since the last high for a crash
+LEAST = 20  # minimum high population in a boom or crash; smaller ones often double at random
+NAMED = 0.15  # minimum share of deaths for a cause to be named
+SOON = 5  # initial ticks in which first births, mostly of plants, are not reported
+KEPT = 500  # maximum number of entries
+EVERY = 5  # ticks between checks of population sizes; appearances and extinctions are noticed at once
 
 
 class Turn(NamedTuple):
-    """A high or low of a species, with the sums at that tick."""
+    """A high or low of a species, with the totals at that tick."""
 
     tick: int
     n: int
     births: int
     deaths: np.ndarray  # by cause
-    others: np.ndarray  # the numbers of all species
+    others: np.ndarray  # population sizes of all species
 
 
 @dataclass
 class Course:
-    """The course of a species: its last low and high, and whether it is gone and has bred."""
+    """The course of a species: its last low and high, whether it is gone, and whether it has reproduced."""
 
     low: Turn
     high: Turn
     gone: bool
     bred: bool
     peak: Turn | None = None  # the high before the last crash
-    way: int = 0  # of the last entry: +1 a boom, −1 a crash
+    way: int = 0  # +1 after a boom, −1 after a crash
 
     def turn(self, n: int) -> int:
-        """Return +1 if a number is a boom since the last low, −1 if it is a crash since the last high, else
-        0."""
+        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
         if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
             return 1
         return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
@@ -49,7 +48,7 @@ class Course:
 class Story:
     """Entries {tick, kind, species, text, cause}, oldest first; kinds: birth, boom, crash, extinct, return.
 
-    `foods` gives what each species eats; `cause(column)` names the cause of death of a column.
+    `foods` lists what each species eats; `cause(column)` names the cause of death in a column.
     """
 
     def __init__(
@@ -61,7 +60,7 @@ class Story:
         self._began = -1
 
     def mark(self) -> tuple[Any, ...]:
-        """Return the entries so far, and the state from which the next ones follow."""
+        """Return the entries so far and the state needed to continue them."""
         return [*self.entries], [*map(copy, self._courses)], self._began
 
     def go_back(self, mark: tuple[Any, ...]) -> None:
@@ -70,14 +69,16 @@ class Story:
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
     def changes(self, n: np.ndarray) -> bool:
-        """Return whether a species has appeared or died out since the last `note`, or none was made."""
+        """Return whether a species has appeared or died out since the last `note`; also True before the
+        first."""
         return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(
         self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
     ) -> None:
-        """Note the state after `tick` ticks: numbers i64[s]; births i64[s] since the beginning; `deaths()`
-        i64[s, causes], called if needed; `bred` bool[s], true once a species has had young of parents."""
+        """Note the state after `tick` ticks: population sizes n i64[s]; births i64[s] since the beginning;
+        `deaths()` i64[s, causes], called if needed; `bred` bool[s], true once a parent of the species has
+        reproduced."""
 
         def turn(s: int) -> Turn:
             return Turn(tick, int(n[s]), int(births[s]), deaths()[s].copy(), n.copy())
@@ -96,7 +97,7 @@ class Story:
         if bred and not course.bred:
             course.bred = True
             if now.tick - self._began > SOON:
-                self._tell(now, s, "birth", f"First {name} born of parents", "")
+                self._tell(now, s, "birth", f"First {name} born to parents", "")
         if now.n == 0:
             if not course.gone:
                 course.gone, peak = True, course.peak or course.high
@@ -109,15 +110,15 @@ class Story:
             self._swing(s, now)
 
     def _swing(self, s: int, now: Turn) -> None:
-        """Add a boom or a crash; remember a new high or low."""
+        """Add a boom or a crash, and store a new high or low."""
         course, name = self._courses[s], self.species[s]
         low, high, way = course.low, course.high, course.turn(now.n)
         if way > 0:
-            text = f"{name} boom: {now.n / max(low.n, 1):.2g} × tick {low.tick:,}"
+            text = f"{name} boom: {now.n / max(low.n, 1):.2g} times as many as at tick {low.tick:,}"
             self._tell(now, s, "boom", text, self._rise(s, low, now), low.n)
             course.way, course.high, course.peak = 1, now, None
         elif way < 0:
-            text = f"{name} crash: {now.n / high.n:.0%} of tick {high.tick:,} left"
+            text = f"{name} crash: {now.n / high.n:.0%} as many as at tick {high.tick:,}"
             self._tell(now, s, "crash", text, self._fall(s, high, now), high.n)
             course.way, course.low, course.peak = -1, now, high
         if now.n >= course.high.n:
@@ -143,7 +144,7 @@ class Story:
         del self.entries[:-KEPT]
 
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
-        """Return a text on the causes of death since a high, and on changes in foods and enemies."""
+        """Return a text on the causes of death since a high, and on changes in food species and enemies."""
         died = now.deaths - high.deaths
         total, born = int(died.sum()), now.births - high.births
         if not total:
@@ -163,14 +164,14 @@ class Story:
     ) -> list[str]:
         lines = []
         for name, word, rises in [
-            *((food, "Its food", not fell) for food in foods),
-            *((enemy, "Its enemy", fell) for enemy in enemies),
+            *((food, "its food", not fell) for food in foods),
+            *((enemy, "its enemy", fell) for enemy in enemies),
         ]:
             if name not in self.species:
                 continue
             a, b = (int(turn.others[self.species.index(name)]) for turn in (then, now))
             if b >= 1.25 * a if rises else b <= 0.8 * a:
-                lines.append(f"{word}, {name}, went from {a:,} to {b:,} meanwhile.")
+                lines.append(f"Meanwhile, {word} ({name}) went from {a:,} to {b:,}.")
         return lines
 
     def _rise(self, s: int, low: Turn, now: Turn) -> str:
@@ -182,7 +183,7 @@ class Story:
 
 
 def foods_of(config: Mapping[str, Any] | None) -> dict[str, list[str]]:
-    """Return the species that each species eats without loss, according to a configuration, a mapping."""
+    """Return the species that each species eats without loss, given a configuration."""
     species = (config or {}).get("species") or {}
     return {
         name: list(

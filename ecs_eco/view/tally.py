@@ -1,4 +1,4 @@
-"""The points of curves of a watched living world."""
+"""Curve points of a live world that is being watched."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ecs_eco.view.scene import sky
 
 
 def point(world: World, journal: Journal, genes: Mapping[str, Collection[str]]) -> Point:
-    """Return a point of all curves now. `genes` are the genes of each species that have curves.
+    """Return the current point of all curves. `genes` are the genes of each species that have curves.
 
-    The sums are births, deaths by cause, and energy flows up to now.
+    Its sums are births, deaths by cause, and energy flows so far.
     """
     sums, words = flows.of_world(world.recorder), ["unknown", *world.causes]
     for s, name in enumerate(genes):
@@ -28,9 +28,9 @@ def point(world: World, journal: Journal, genes: Mapping[str, Collection[str]]) 
 
 
 def _levels(world: World, genes: Mapping[str, Collection[str]]) -> dict[Key, float]:
-    """Return numbers, mean happiness (undefined before the first tick), mean values of genes, depths, light, and
-    the latest reports. Without a recorder, also return the energy that the living took in and burned in the last
-    tick."""
+    """Return population sizes, mean happiness (undefined before the first tick), gene means, depths, light
+    and the latest reports. Without a recorder, also return the energy that living organisms took in and
+    burned in the last tick."""
     out: dict[Key, float] = {("light", ""): sky(world)[0]}
     for name in genes:
         out["n", name] = int(world.tables[name].n)

@@ -1,11 +1,11 @@
-"""A sentence on the present differences between two worlds that are shown side by side."""
+"""A sentence on the current differences between two worlds shown side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-MOST = 4  # species in the sentence; the rest are counted
+MOST = 4  # maximum number of species in the sentence; the rest are counted
 
 
 class Side(NamedTuple):
@@ -16,7 +16,7 @@ class Side(NamedTuple):
 
 
 def side(counts: Mapping[str, int], entries: Sequence[Mapping[str, Any]], tick: int) -> Side:
-    """Return a world's side at a tick, from its numbers and its story."""
+    """Return a world's side at a tick, from its population sizes and its story."""
     gone = {
         entry["species"]: int(entry["tick"])
         for entry in entries
@@ -31,7 +31,7 @@ def differences(
     """Return the sentence and, by species, its clauses: {"text", "clauses"}.
 
     `other` branched from `one` at tick `since`; None means that the worlds are unrelated. Species that live
-    in only one world come first, then those with the largest differences.
+    in only one world come first, then the other species by size of difference.
     """
     shared = [name for name in species if name in one.n and name in other.n]
     told = sorted(((_weight(one, other, name), name) for name in shared), key=lambda pair: -pair[0])
@@ -47,13 +47,13 @@ def differences(
 
 
 def _alone(which: str, mine: Side, theirs: Side) -> list[str]:
-    """Return a clause on the species that only one of the two worlds has."""
+    """Return a clause on the species that exist in only one of the worlds."""
     own = [f"{n:,} {name}" for name, n in mine.n.items() if name not in theirs.n]
     return [f"only the {which} has {', '.join(own)}"] if own else []
 
 
 def _weight(one: Side, other: Side, name: str) -> float:
-    """Return how much a species differs: 0 for equal numbers, above 1 if it lives in only one world."""
+    """Return how much a species differs: 0 for equal population sizes, above 1 if it lives in only one world."""
     a, b = one.n[name], other.n[name]
     if a == b:
         return 0.01 if one.extinct.get(name) != other.extinct.get(name) else 0.0
@@ -65,7 +65,7 @@ def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
     here, there = ("here", "in the original") if forked else ("in the second", "in the first")
     if not a and not b:
         ends = [
-            f"at {ends.extinct[name]:,} {place}"
+            f"at tick {ends.extinct[name]:,} {place}"
             for ends, place in ((other, here), (one, there))
             if name in ends.extinct
         ]
@@ -73,7 +73,9 @@ def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
     if not a or not b:
         (gone, place), (n, other_place) = ((other, here), (a, there)) if not b else ((one, there), (b, here))
         lost = (
-            f"died out at {gone.extinct[name]:,} {place}" if name in gone.extinct else f"do not exist {place}"
+            f"died out at tick {gone.extinct[name]:,} {place}"
+            if name in gone.extinct
+            else f"do not exist {place}"
         )
         return f"{name} {lost}, {n:,} {'lives' if n == 1 else 'live'} {other_place}"
     if forked:

@@ -1,4 +1,4 @@
-"""Watching: a source, its player and its server together, for the command line and for notebooks."""
+"""Watching: combine a source, its player and its server, for the command line and notebooks."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def watch(
     playing: bool = True,
     browser: bool = False,
 ) -> None:
-    """Serve a source, and any world that pages start in its place, until Ctrl-C, in the thread that created
-    it. `announce` receives an address, and a new one after each use.
+    """Serve a source, and any world that pages start in its place, until Ctrl-C. Call this in the thread that
+    created the source. `announce` receives an address, and a new one after each use.
 
     Raises OSError if the port is taken.
     """
@@ -51,7 +51,7 @@ def watch(
 
 
 def served(source: Live | Replay | Pair, *how: Any, **more: Any) -> Player:
-    """Return a player of a source that lets pages create branches; arguments as for `Player`."""
+    """Return a player for a source that lets pages create branches. The arguments are those of `Player`."""
     pair = source if isinstance(source, Pair) else Pair(source)
     if pair.picker is not None:
         more = {"halted": lambda: pair.picker.wanted is not None, **more}
@@ -59,8 +59,8 @@ def served(source: Live | Replay | Pair, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of the world that pages want to start, the same player if that fails, or None if
-    pages want no other world."""
+    """Return the player of the world that pages want to start, the same player if that fails, or None if no
+    other world is wanted."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
@@ -72,7 +72,7 @@ def _begun(player: Player) -> Player | None:
 
 
 class Window(ExitStack):
-    """A view of a world that other code runs: `open` it before the first tick; `close` shows the end of the
+    """A view of a world that other code runs: call `open` before the first tick; `close` shows the end of the
     world.
 
     The world waits between ticks while a page has paused it, and runs at full speed unless a page slows it.
@@ -86,7 +86,7 @@ class Window(ExitStack):
         self.player: Player | None = None
 
     def open(self, world: World) -> None:
-        """Start to serve this world; raise OSError if the port is taken."""
+        """Start serving this world; raise OSError if the port is taken."""
         player = self.player = served(Live(world, self.ticks), None, halted=lambda: world.stopping)
         server = self.enter_context(Server(player, self.port))
         self.callback(time.sleep, 0.2)  # time for the server's thread to send the last messages
@@ -95,14 +95,14 @@ class Window(ExitStack):
         self.enter_context(closing(Entrance(server, self.announce, self.browser)))
 
 
-SLICE = 0.04  # [s] for ticks before control returns to the notebook
-FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # notebooks on this machine may frame the page
+SLICE = 0.04  # [s] time for ticks before control returns to the notebook
+FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # notebooks on this machine may embed the page
 
 
 class Panel:
-    """A page in an output cell. The world stands still until you press play, and while a cell runs.
+    """A page in an output cell. The world is paused until you press play, and while a cell runs.
 
-    `close()` ends it; a second `world.view()` of the same world ends the first.
+    `close()` ends it; another `world.view()` of the same world ends the first.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Panel:
             server.stop()
 
     def _pump(self) -> None:
-        """Run the ticks that are due for a moment, then return control to the notebook."""
+        """Briefly run the ticks that are due, then return control to the notebook."""
         until, wait = time.monotonic() + SLICE, 0.0
         while time.monotonic() < until:
             due, wait = self.player.poll()
@@ -139,7 +139,7 @@ class Panel:
 
     def _repr_html_(self) -> str:
         if self.server is None:
-            return "<p>This view is closed: <code>world.view()</code> opens a new one.</p>"
+            return "<p>This view is closed. Open a new one with <code>world.view()</code>.</p>"
         style = "width: 100%; border: 1px solid #ccd; border-radius: 6px"
         return (
             f'<iframe src="{escape(self.server.address())}" title="{escape(self.world.name)}" '
@@ -150,7 +150,7 @@ class Panel:
         return f"<view of {self.world!r}{'' if self.server else ', closed'}>"
 
 
-_PANELS: dict[Any, Panel] = {}  # open panels, by their world
+_PANELS: dict[Any, Panel] = {}  # open panels by world
 
 
 def view(
@@ -162,10 +162,10 @@ def view(
     height: int = 640,
     port: int = 0,
 ) -> Panel | None:
-    """Show a live world, in a notebook in the output cell, elsewhere in the browser until Ctrl-C.
+    """Show a live world in the output cell of a notebook or, outside a notebook, in the browser until Ctrl-C.
 
-    The world runs for `ticks` more ticks, or without end. `speed` is in ticks/s, None for full speed;
-    `height` is in px. The notebook must run on this machine, because the page comes from 127.0.0.1.
+    The world runs for `ticks` more ticks (None: without end). `speed` is in ticks/s (None: full speed),
+    `height` in px. The notebook must run on this machine, because the page is served from 127.0.0.1.
     """
     try:
         asyncio.get_running_loop()

@@ -1,4 +1,4 @@
-"""The part of a viewer source that living worlds and recorded runs share."""
+"""The part of a viewer source that is common to live worlds and recorded runs."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message, Source
 from ecs_eco.view.story import Story
 
-TICKS = 5  # for which a death is marked
-MOST = 100  # deaths in a message, the latest ones
-NARROWER = 0.02  # fraction per frame by which the range of a color contracts toward the present values
+TICKS = 5  # ticks for which a death is marked
+MOST = 100  # maximum number of deaths in a message; the latest are kept
+NARROWER = 0.02  # fraction per frame by which the range of a color contracts toward the current values
 Genes = dict[str, dict[str, Any]]
-"""The genes of each species that have colors, by name: codes of `ecs_eco.genomes`."""
+"""The genes of each species that have colors, by name, as codes of `ecs_eco.genomes`."""
 
 
 class Crowd(NamedTuple):
-    """The members of a species, or the objects of a type, at the displayed tick.
+    """The members of a species or the objects of a type at the displayed tick.
 
-    `value(name)` returns "energy", "happiness", "age", "born" or "gene:NAME" of each, f32[n], NaN if unknown,
-    or None if the kind has no such value. `full` is the most energy that a member can hold.
+    `value(name)` returns the "energy", "happiness", "age", "born" or "gene:NAME" of each member, f32[n], NaN
+    if unknown, or None if the kind has no such value. `full` is the maximum energy of a member.
     """
 
     uid: np.ndarray  # u64[n]
-    x: np.ndarray  # f32[n] [m], as y and z
+    x: np.ndarray  # f32[n] [m], like y and z
     y: np.ndarray
     z: np.ndarray
     heading: np.ndarray  # f32[n] [rad]
     value: Callable[[str], np.ndarray | None] = lambda what: None
     full: float | None = None
-    alive: np.ndarray | None = None  # bool[n], the rows in use; None: all
+    alive: np.ndarray | None = None  # bool[n]: rows in use; None: all
 
     @property
     def rows(self) -> np.ndarray:
@@ -50,14 +50,14 @@ class Crowd(NamedTuple):
 
 
 class Watched(Source):
-    """A world as pages see it.
+    """A world as seen by pages.
 
-    `species` are the displayed species, `animals` the numbers of those that move, `objects` the types of
-    objects, `genes` the genes that have colors, and `foods` what each species eats.
+    `species` are the displayed species, `animals` the numbers of moving species, `objects` the object types,
+    `genes` the genes that have colors, and `foods` what each species eats.
     """
 
     mode = ""
-    ahead = 0  # the clock's tick minus the tick whose end is shown
+    ahead = 0  # tick of the clock minus the tick whose end is shown
     species: list[str]
     animals: list[int]
     objects: list[str]
@@ -73,25 +73,25 @@ class Watched(Source):
         self.frame(0, "happiness")  # compiles kernels before the first page connects
         self.ranges.clear()
 
-    # --- methods that living worlds and recorded runs implement, besides some of `Source` --------------------
+    # --- implemented by live worlds and recorded runs, together with methods of `Source` ---------------------
 
     @property
     def earliest(self) -> int:
-        """The earliest tick to which it can go back."""
+        """The earliest tick to which the world can go back."""
         raise NotImplementedError
 
     @property
     def config(self) -> WorldConfig | None:
-        """The configuration of its world; None for a world that was built in Python or cannot be built here."""
+        """The world's configuration, or None if it was built in Python or cannot be built here."""
         raise NotImplementedError
 
     @property
     def scene(self) -> World | None:
-        """A world at this tick with the displayed light and fields; None if there is none."""
+        """A world at this tick with the displayed light and fields, or None if there is none."""
         raise NotImplementedError
 
     def crowd(self, name: str) -> Crowd:
-        """Return the members of a species, or the objects of a type."""
+        """Return the members of a species or the objects of a type."""
         raise NotImplementedError
 
     def state(self, uid: int) -> Message:
@@ -99,10 +99,10 @@ class Watched(Source):
         raise NotImplementedError
 
     def answer(self, request: Message) -> list[Message]:
-        """Carry out a request that differs between living worlds and recorded runs."""
+        """Carry out a request that differs between live worlds and recorded runs."""
         raise NotImplementedError
 
-    # --- methods that build on them -------------------------------------------------------------------------
+    # --- built on these methods -----------------------------------------------------------------------------
 
     def hello(self) -> Message:
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
@@ -110,7 +110,7 @@ class Watched(Source):
         return {"kind": "hello", "mode": self.mode, "foods": self.foods, "colours": colours}
 
     def sky(self) -> tuple[float, float]:
-        """Return the light at the surface, 0 to 1, and the sun's elevation [rad]."""
+        """Return the light at the surface (0 to 1) and the sun's elevation [rad]."""
         return (1.0, math.pi / 2) if self.scene is None else sky(self.scene)
 
     def field(self, name: str) -> Message:
@@ -140,8 +140,8 @@ class Watched(Source):
         return out
 
     def _range(self, name: str, crowd: Crowd, colour: str, least: float, most: float) -> tuple[float, float]:
-        """Return the range of a color: fixed if it is known in advance, else wide enough for all present
-        values. It contracts slowly, so that colors do not jump."""
+        """Return the range of a color: fixed if known in advance, or else wide enough for all current values.
+        It contracts slowly, so that colors do not jump."""
         if colour.startswith("gene:"):
             code = self.genes[name][colour[5:]]
             return float(code.low), float(code.high)
@@ -164,14 +164,14 @@ class Watched(Source):
     def fates(self, after: int) -> list[tuple[float, ...]]:
         tick, names = self.tick - self.ahead, ("tick", "species", "uid", "x", "y", "z", "killer")
         columns = self.genealogy.noted.deaths.between(max(after - self.ahead, tick - TICKS) + 1, tick, names)
-        # plants are left out because they die too often to be marked
+        # plants die too often to be marked
         rows = np.flatnonzero(np.isin(columns["species"], self.animals))[-MOST:]
         fates = {name: column[rows] for name, column in columns.items()}
         fates |= {axis: fates[axis].astype(np.float64).round(2) for axis in "xyz"}
         return list(zip(*(fates[name].tolist() for name in names), strict=True))
 
     def listed(self, name: str) -> listing.Columns:
-        """Return the columns of a species, in the order of uids."""
+        """Return the columns of a species, sorted by uid."""
         crowd, genes = self.crowd(name), self.genes.get(name, ())
         rows = crowd.rows
         rows = rows[np.argsort(crowd.uid[rows], kind="stable")]
@@ -193,14 +193,14 @@ class Watched(Source):
         return [self.marks(), {"kind": "story", "entries": self.story.entries}]
 
     def marks(self) -> Message:
-        """Return the message "marks": the marks along the timeline, and the land."""
+        """Return the message "marks": marks along the timeline, and the land."""
         raise NotImplementedError
 
     def passed(self) -> None:
-        """Update after a tick; a recorded run needs no update."""
+        """Update after a tick; a recorded run needs no updates."""
 
     def sample(self) -> None:
-        """Add a point to the curves; a recorded run has its curves already."""
+        """Add a point to the curves; a recorded run already has its curves."""
 
     def handle(self, request: Message) -> list[Message]:
         kind = request["kind"]

@@ -121,9 +121,9 @@ def test_energy_from_nothing_is_caught_with_who_got_most(caught):
 
     message = caught(gift, setup=lambda world: arrange(world, "deer", energy=0.5), metabolism={"basal": 0.0})
     assert message == (
-        "species 'deer': energy appeared without a source: the energy of all living changed by 0.375, "
+        "species 'deer': energy appeared without a source: the organisms' energy changed by 0.375, "
         "but taken − burnt − given by 0, a difference of 0.375; the largest gap, 0.25, is in "
-        f"uid {caught.uids[1]} (row 1), Metabolism.energy 0.5 to 0.75; "
+        f"uid {caught.uids[1]} (row 1), with Metabolism.energy 0.5 before and 0.75 after; "
         "add it to taken, burnt or given"
     )
 

@@ -117,7 +117,7 @@ def test_two_with_one_uid_are_caught(debug, meadow):
         world.run(1)
     assert str(error.value) == (
         "after code between ticks, tick 1, species 'grass': "
-        f"uid {uid} is in row 1 and in row 0 of 'deer'; each uid may be assigned once"
+        f"uid {uid} is in row 1 and in row 0 of 'deer'; each uid may be assigned only once"
     )
 
 

@@ -89,7 +89,7 @@ def test_a_branch_goes_back_as_far_as_its_start_and_comes_to_the_same():
 
 def test_what_cannot_be_is_refused_with_what_is_allowed():
     live = lived(10)
-    with pytest.raises(ValueError, match="tick = 11; expected at most 10, the present tick"):
+    with pytest.raises(ValueError, match="tick = 11; expected at most 10, the current tick"):
         fork(live, 11, None)
     with pytest.raises(ConfigError, match='did you mean "wolf"'):
         fork(live, 5, WITHOUT | {"species": "wulf"})

@@ -68,7 +68,7 @@ def test_a_changed_value_is_taken_back_and_all_of_them(act):
 def test_a_value_is_chosen_by_sliding_between_its_bounds(act):
     page = act
     page.get_by_label("Parameter").fill("species.deer.diet.0.chance")
-    slider = page.get_by_label("Slider for the value")
+    slider = page.get_by_label("Value slider")
     assert (slider.get_attribute("min"), slider.get_attribute("max")) == ("0", "1")
     slider.focus()
     page.keyboard.press("Home")

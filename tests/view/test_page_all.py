@@ -25,8 +25,8 @@ def table(page):
 def filtered(page, where):
     page.locator("#tab-all").click()
     before = page.evaluate("(ecs.messages.table ?? 0) + (ecs.messages.said ?? 0)")
-    page.get_by_label("Filter: show only organisms for which this is true").fill(where)
-    page.get_by_label("Filter: show only organisms for which this is true").press("Enter")
+    page.get_by_label("Filter: show only organisms that match").fill(where)
+    page.get_by_label("Filter: show only organisms that match").press("Enter")
     until(page, f"(ecs.messages.table ?? 0) + (ecs.messages.said ?? 0) > {before}")
 
 

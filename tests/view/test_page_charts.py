@@ -73,7 +73,7 @@ def test_one_kind_is_shown_alone_and_all_again(curves):
 
 def test_one_of_a_kind_is_found(curves):
     page = curves
-    page.get_by_label("Select one: wolf").click()
+    page.get_by_label("Select one wolf").click()
     until(page, "ecs.uids('wolf').includes(ecs.selected) && ecs.still")
     at, box = page.evaluate("ecs.screen(ecs.selected)"), page.locator("#canvas").bounding_box()
     assert abs(at["x"] - box["x"] - box["width"] / 2) < 0.2 * box["width"]

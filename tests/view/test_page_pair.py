@@ -53,7 +53,7 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     assert page.evaluate("ecs.counts.deer === ecs.second.counts.deer")
     until(page, "document.querySelector('#pairSays').innerText.includes('12 live in the original')")
     assert f"wolf died out at {tick} here" in page.locator("#pairSays").inner_text()
-    assert f"from tick {tick} on: cull 100 % of wolf" in page.locator("#pairWhat").inner_text()
+    assert f"from tick {tick} onward: cull 100 % of wolf" in page.locator("#pairWhat").inner_text()
     row = page.locator(".legend-row", has_text="wolf")
     assert row.locator("b").all_inner_texts() == ["12", "0"]
     assert row.locator("b.differs").count() == 1
@@ -117,7 +117,9 @@ def test_a_change_that_does_not_fit_is_refused_in_the_dialog_and_a_kept_tick_is_
     page.locator("#ask").get_by_label("From tick").fill("12")
     page.get_by_role("button", name="Branch").click()
     until(page, f"ecs.second && ecs.second.tick === {tick} && ecs.second.still")
-    assert "from tick 12 on: species.deer.metabolism.basal = 0.5" in page.locator("#pairWhat").inner_text()
+    assert (
+        "from tick 12 onward: species.deer.metabolism.basal = 0.5" in page.locator("#pairWhat").inner_text()
+    )
     page.locator("#pairAgain").click()
     command = page.locator("#again .recipe").first.inner_text()
     assert command.startswith("ecs-eco run predator-prey --seed 3 --policies random --set")

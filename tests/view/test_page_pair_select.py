@@ -55,7 +55,7 @@ def test_a_click_in_either_world_selects_one_of_it_and_the_panel_says_of_which(b
     uid = click(page, "deer")
     until(page, f"{WORLD}.includes('what if')")
     assert page.locator("#organism .who strong").inner_text().endswith(f"#{uid}")
-    assert "born before the worlds parted" in page.evaluate(WORLD)
+    assert "born before the worlds diverged" in page.evaluate(WORLD)
     assert page.locator("#organism .nerves").count() == 1
     until(page, f"ecs.second.ring === {uid} && !document.querySelector('.ring:not(#ring)').hidden")
     until(page, "!document.querySelector('#ring').hidden")  # there as well

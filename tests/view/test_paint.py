@@ -192,7 +192,7 @@ def test_what_ffmpeg_complains_of_is_said(folder, tmp_path, ffmpeg, limit):
     ffmpeg('print("Unknown encoder", file=sys.stderr); sys.exit(3)', limit)
     done = _film(folder, tmp_path / "run.mp4", "--step", 5, "--size", "640x360", "-q")
     assert done.exit_code == 2
-    assert "ffmpeg ended with code 3: Unknown encoder" in done.output
+    assert "ffmpeg exited with code 3: Unknown encoder" in done.output
     assert sorted(os.listdir(tmp_path)) == ["bin"]
 
 

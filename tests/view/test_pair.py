@@ -144,8 +144,8 @@ def test_both_go_back_together_and_before_the_fork_there_is_one():
     pair.handle(asks("seek", tick=5))
     assert (pair.tick, pair.second.tick, pair.second.there) == (5, 8, False)
     assert len(parts(pair.frame(1, "species"))) == 1
-    assert pair.second.sentence()["state"]["text"] == "It parts from the original at tick 8."
-    with pytest.raises(ValueError, match="the worlds part at tick 8"):
+    assert pair.second.sentence()["state"]["text"] == "It diverges from the original at tick 8."
+    with pytest.raises(ValueError, match="the worlds diverge at tick 8"):
         pair.handle(asks("act", what=ACTS[3]))
     pair.first.world.run(15)
     pair.passed()
@@ -174,7 +174,7 @@ def test_what_does_not_fit_is_said_and_nothing_is_opened():
         said,
         (
             'did you mean "basal"',
-            "expected at most 5, the present tick",
+            "expected at most 5, the current tick",
             "expected a whole number",
             "not an intervention",
         ),

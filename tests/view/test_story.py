@@ -23,7 +23,7 @@ def told(deer, wolf=None, grass=None, starved=None, eaten=None):
 def test_a_boom_and_a_crash_are_told_once_each_when_numbers_doubled_and_halved():
     entries = told([40, 50, 79, 80, 120, 200, 190, 101, 100, 60, 30, 31])
     assert [(e["tick"], e["kind"], e["before"]) for e in entries] == [(3, "boom", 40), (8, "crash", 200)]
-    assert entries[1]["text"] == "Deer crash: 50% of tick 5 left"
+    assert entries[1]["text"] == "Deer crash: 50% as many as at tick 5"
 
 
 def test_small_numbers_double_by_chance():
@@ -40,12 +40,12 @@ def test_an_extinction_is_told_with_the_deaths_since_the_last_high_and_a_return_
     assert [e["kind"] for e in entries] == ["crash", "extinct", "return"]
     assert entries[1]["tick"] == 4
     assert entries[1]["cause"].startswith("Of 100 deaths since tick 0: 70% starved, 30% eaten by wolf;")
-    assert entries[1]["cause"].endswith("Its food, grass, went from 500 to 90 meanwhile.")
+    assert entries[1]["cause"].endswith("Meanwhile, its food (grass) went from 500 to 90.")
 
 
 def test_who_was_eaten_has_its_enemy_named_where_that_grew():
     entries = told([100, 70, 45], eaten=[0, 30, 55], wolf=[5, 9, 20])
-    assert entries[0]["cause"].endswith("Its enemy, wolf, went from 5 to 20 meanwhile.")
+    assert entries[0]["cause"].endswith("Meanwhile, its enemy (wolf) went from 5 to 20.")
 
 
 def test_a_first_birth_is_told_once():

@@ -23,17 +23,17 @@ def test_other_numbers_are_said_and_equal_ones_are_not():
 def test_who_lives_in_one_world_alone_comes_first_with_its_end():
     told = said((228, 0, 9), (310, 12, 9), ends=([("wolf", 180)], []))
     assert told["text"] == (
-        "After 420 ticks: wolf died out at 180 in the original, 12 live here; deer 310 instead of 228."
+        "After 420 ticks: wolf died out at tick 180 in the original, 12 live here; deer 310 instead of 228."
     )
     told = said((228, 1, 9), (228, 0, 9), ends=([], [("wolf", 180)]))
-    assert told["text"] == "After 420 ticks: wolf died out at 180 here, 1 lives in the original."
+    assert told["text"] == "After 420 ticks: wolf died out at tick 180 here, 1 lives in the original."
 
 
 def test_ends_at_other_ticks_differ_and_ends_that_are_to_come_are_not_told():
     told = said((5, 0, 9), (5, 0, 9), ends=([("wolf", 180)], [("wolf", 300)]))
-    assert told["text"] == "After 420 ticks: wolf died out at 300 here and at 180 in the original."
+    assert told["text"] == "After 420 ticks: wolf died out at tick 300 here and at tick 180 in the original."
     told = said((5, 7, 9), (5, 0, 9), ends=([("wolf", 900)], [("wolf", 520)]))
-    assert told["clauses"]["wolf"] == "wolf died out at 520 here, 7 live in the original"
+    assert told["clauses"]["wolf"] == "wolf died out at tick 520 here, 7 live in the original"
 
 
 def test_equal_numbers_and_one_tick():

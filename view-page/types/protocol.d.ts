@@ -1,4 +1,4 @@
-// JSON messages between server and page; frame.js reads binary frames. The modules import only types from here.
+// JSON messages between server and page; frame.js reads binary frames. Modules import only types from here.
 
 export interface Kind {
   name: string;
@@ -11,25 +11,25 @@ export interface Kind {
   hunts?: boolean; // eats animals; computed by the page
   build?: string; // its silhouette, from diet and habitat; computed by the page
   variant?: number; // index among kinds with the same silhouette
-  opaque?: boolean; // false: does not hide what is behind it
+  opaque?: boolean; // false: does not hide objects behind it
   sees?: SeeingEye[]; // sensors that reach beyond its body
   solid?: boolean;
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
   shape?: "capsule" | "box"; // absent: a sphere
-  size?: number[]; // of a capsule or box: length, width, height [m]
+  size?: number[]; // length, width and height of a capsule or box [m]
   sizes?: Record<string, number[]>; // of individual objects, by uid, if they differ
 }
 
-/** The connections of a nervous system; rows number its readings and actions. */
+/** The connections of a nervous system. Readings and actions are given by their row numbers. */
 export interface Wiring {
   reflexes: [number[], number, string][]; // readings, action, label
-  function: string; // name of the reflex function, "" without one
+  function: string; // name of the reflex function, or "" if there is none
   policy: string; // its layers, or "none"
   happiness: string | null; // its formula
   felt: number[]; // readings in the formula
-  all: { reflex: boolean; policy: boolean; happiness: boolean }; // whether every reading may affect it
+  all: { reflex: boolean; policy: boolean; happiness: boolean }; // whether every reading can affect it
 }
 
 /** A sensor that reaches beyond the body. */
@@ -57,7 +57,7 @@ export interface Terrain {
   nx: number;
   ny: number;
   heights: string;
-  /** red, green and blue of each cell, of real land: bytes in base64 */
+  /** for real land: red, green and blue of each cell, as bytes in base64 */
   colours?: string;
   rocks?: Landmark[];
   lakes?: Landmark[];
@@ -82,24 +82,24 @@ export interface Hello {
   terrain: Terrain | null;
   colours: string[];
   acts: boolean;
-  rewinds?: boolean; // whether a living world can go back in time
+  rewinds?: boolean; // whether a live world can go back in time
   stays?: string; // why it cannot
-  foods?: Record<string, string[]>; // the foods of each species that it gains from
+  foods?: Record<string, string[]>; // foods from which each species gains energy
   snapshot_every?: number | null;
-  fields?: string[]; // maps that may be laid over the scene
+  fields?: string[]; // maps that can be laid over the scene
   begins?: Begins;
   forks?: boolean; // whether the world can be branched
 }
 
-/** The worlds that may replace the displayed one, or the reason why there are none. */
+/** The worlds that can replace the displayed world, or the reason why there are none. */
 export interface Begins {
   why?: string;
   worlds?: { name: string; title: string }[];
   world?: string; // the displayed world
-  begun?: number; // number of worlds that this server has started so far
+  begun?: number; // number of worlds started by this server so far
 }
 
-/** Data about a second world: its description, curves and differences; or the message that it is closed. */
+/** Data about a second world: its description, curves and differences, or the message that it is closed. */
 export interface Beside {
   kind: "beside";
   hello?: Hello;
@@ -128,7 +128,7 @@ export interface TableMessage {
   down: boolean;
   where: string;
   from: number;
-  n: number; // of the species
+  n: number; // number of organisms of the species
   found: number; // rows that satisfy `where`
   columns: Record<string, (number | null)[]>;
 }
@@ -141,11 +141,11 @@ export interface Relative {
   died: { tick: number; cause: string; killer?: number | null } | null;
   age: number | null; // at death [s]
   parents: number[];
-  young: number | null; // all its children
+  young: number | null; // total number of children
   clade: number | null; // its value, 0 to 255, if the color shows descent
 }
 
-/** The family tree of an organism, which is the first of `lives`; then its ancestors, the nearest first. */
+/** The family tree of an organism, which comes first in `lives`, followed by its ancestors, nearest first. */
 export interface TreeMessage {
   kind: "tree";
   uid: number;
@@ -160,11 +160,11 @@ export interface ScatterMessage {
   kind: "scatter";
   x: string;
   y: string;
-  names: string[]; // of the available values
+  names: string[]; // names of the available values
   points: Record<string, { x: number[]; y: number[]; uid: number[] }>;
 }
 
-/** A field as a map: bytes in base64, 0 to 255 from low to high, row by row from the south (of water, from the bottom). */
+/** A field as a map: bytes in base64, 0 to 255 from low to high, row by row from the south (in water, from the bottom). */
 export interface FieldMessage {
   kind: "field";
   name: string;
@@ -195,12 +195,12 @@ export interface Series {
   n: Record<string, (number | null)[]>;
   happiness?: Record<string, (number | null)[]>;
   genes?: Record<string, (number | null)[]>;
-  /** By reporter, then by species, or "" for a number of the whole world. */
+  /** By reporter, then by species, or "" for a single number for the whole world. */
   reports?: Record<string, Record<string, (number | null)[]>>;
   light?: (number | null)[];
   energy?: Record<string, Record<string, (number | null)[]>>; // taken in and burned per tick, by species
   flows?: Record<string, Record<string, (number | null)[]>>; // energy per tick since the previous point, by species: taken in, burnt, given, lost, and "eaten: FOOD"
-  shared?: boolean; // whether the energy of each food is estimated from numbers eaten
+  shared?: boolean; // whether energy per food is estimated from numbers eaten
   births?: Record<string, (number | null)[]>; // per tick
   deaths?: Record<string, (number | null)[]>;
   causes?: Record<string, Record<string, (number | null)[]>>; // deaths per tick, by species and cause
@@ -213,7 +213,7 @@ export interface Mark {
 
 export interface Marks {
   kind: "marks";
-  switches?: Record<string, { reproduction: boolean; learning: boolean | null }>; // of a living world, by species
+  switches?: Record<string, { reproduction: boolean; learning: boolean | null }>; // of a live world, by species
   births?: number[] | null;
   deaths?: number[] | null;
   interventions?: Mark[];
@@ -223,14 +223,14 @@ export interface Marks {
   stretches?: Detailed[]; // of a recorded run
 }
 
-/** Ticks with recorded details of organisms, of all or of a focal sample, or ticks that were rerun. */
+/** Ticks with recorded details of all organisms or of a focal sample, or ticks that were rerun. */
 export interface Detailed {
   kind: "full" | "focal" | "filled";
   first: number;
   last: number;
   species: string[];
   n: number | null; // organisms of each species in a focal sample
-  wrong: number | null; // the first tick at which a filled one differs from the record
+  wrong: number | null; // the first tick at which a rerun stretch differs from the record
 }
 
 /** A road: its center line and its width [m]. */
@@ -253,7 +253,7 @@ export interface Entry {
   n: number;
   text: string;
   cause: string;
-  before?: number; // the number before the boom, crash or extinction
+  before?: number; // population before the boom, crash or extinction
 }
 
 export interface StoryMessage {
@@ -338,13 +338,13 @@ export interface Organism {
   nerves: Nerves | null;
   trace: { tick: number[]; happiness?: (number | null)[]; energy?: (number | null)[] } | null;
   detail: "full" | "snapshot" | "record";
-  as_of?: number; // of a dead organism: the tick of this state, its last known one
-  reach?: Record<string, number>; // present reach of its sensors [m], by number, if it differs from the species'
+  as_of?: number; // of a dead organism: the tick of this last known state
+  reach?: Record<string, number>; // current reach of its sensors [m], by number, where it differs from that of the species
   note?: string | null;
   sentence?: string;
   world?: string; // the name of its world, if there are two
-  second?: boolean; // whether that is the second world
-  both?: boolean; // whether it was born before the worlds parted, so that both have it; absent for unrelated worlds
+  second?: boolean; // whether it is in the second world
+  both?: boolean; // whether both worlds have it, because it was born before they diverged; absent for unrelated worlds
 }
 
 export interface Said {
@@ -352,10 +352,10 @@ export interface Said {
   level: "info" | "warning" | "error";
   text: string;
   field?: string | null;
-  at?: string; // the part of a change that does not fit
+  at?: string; // the invalid part of a change
 }
 
-/** An action of a page, or a message of the world to all pages. */
+/** An action of a page, or a message from the world to all pages. */
 export interface LogEntry {
   tick: number;
   page: number | null; // number of the page; null: a message to all pages
@@ -366,7 +366,7 @@ export interface LogEntry {
   as?: "undo" | "reset"; // whether it undoes a change
 }
 
-/** New entries of the log that all pages share; with `page`, the number of this page, all entries so far. */
+/** New entries of the log shared by all pages; with `page`, this page's number, all entries so far. */
 export interface LogMessage {
   kind: "log";
   page?: number;
@@ -383,7 +383,7 @@ export interface Parameter {
   about?: string | null;
 }
 
-/** A parameter that the world offers as a knob, with the ends of its slider. The present value may lie outside. */
+/** A parameter that the world offers as a knob, with the ends of its slider. The current value may lie outside. */
 export interface Knob {
   key: string;
   label: string;
@@ -396,10 +396,10 @@ export interface Params {
   kind: "params";
   list: Parameter[];
   knobs: Knob[];
-  forks?: number[]; // first and last tick at which a branch may start
+  forks?: number[]; // first and last tick at which a branch can start
 }
 
-/** The map of an archipelago: numbers n[island][species][point], moves [point, species, from, to, number]. */
+/** The map of an archipelago: population sizes n[island][species][point], moves [point, species, from, to, number]. */
 export interface Islands {
   kind: "islands";
   title: string;
@@ -417,7 +417,7 @@ export interface Islands {
   moves: [number, number, number, number, number][];
 }
 
-/** A requested island is open at this address. */
+/** The address at which a requested island is open. */
 export interface OpenedIsland {
   kind: "opened";
   island: string;
@@ -426,7 +426,7 @@ export interface OpenedIsland {
 
 export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside;
 
-/** Data about the page that tests read, as `window.ecs`; see docs/how-to/watching.md. */
+/** Data about the page for tests, as `window.ecs`; see docs/reference/viewer_protocol.md. */
 export interface Counters {
   frames: number;
   tick: number;
@@ -445,7 +445,7 @@ export interface Counters {
   acts: number;
   second: { tick: number; frames: number; still: boolean; counts: Record<string, number>; camera: number[]; chosen: boolean; ring: number | null;
     uids(kind: string, most?: number): number[]; screen(uid: number): { x: number; y: number } | null } | null; // of a second world
-  camera: number[]; // its position [m]
+  camera: number[]; // position [m]
   uids(kind: string, most?: number): number[];
   place(uid: number): number[] | null;
   screen(uid: number): { x: number; y: number } | null;

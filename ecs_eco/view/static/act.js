@@ -16,11 +16,11 @@ export class Act {
     this.hello = hello;
     this.calls = calls;
     this.names = [...hello.species, ...(hello.objects ?? [])].map(({ name }) => name);
-    this.page = 0; // number of this page
+    this.page = 0; // this page's number
     /** @type {string | undefined} */
     this.done = undefined;
     this.aiming = false;
-    /** @type {number[][] | null} corners of a fence clicked so far; null if clicks place organisms */
+    /** @type {number[][] | null} fence corners clicked so far; null if clicks place organisms */
     this.corners = null;
     this.sent = 0;
     this.changes = new Changes((what, as) => this.send(what, as));
@@ -40,13 +40,13 @@ export class Act {
     const count = h("input", { class: "input", type: "number", min: 1, max: 100000, value: 10, "aria-label": "How many" });
     this.many = count;
     this.aimer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Click in the scene", onclick: () => this.aim(!this.aiming || this.corners !== null) });
-    const random = h("button", { class: "button primary", type: "button", text: "At random places", onclick: () => {
+    const random = h("button", { class: "button primary", type: "button", text: "At random positions", onclick: () => {
       if (count.reportValidity()) this.send({ kind: "add", species: this.newcomer?.value, count: Number(count.value) });
     } });
     return group("Place", h("label", { text: "kind" }), this.newcomer, h("label", { text: "how many" }), count, h("div", { class: "row full" }, random, this.aimer));
   }
 
-  /** Switches placing by clicks on or off: of organisms, or of the corners of a fence. @param {boolean} on @param {boolean} [fence] */
+  /** Turns placing by clicks on or off, for organisms or fence corners. @param {boolean} on @param {boolean} [fence] */
   aim(on, fence = false) {
     this.aiming = on;
     this.corners = on && fence ? [] : null;
@@ -114,7 +114,7 @@ export class Act {
     this.done = done;
   }
 
-  /** Marks the state of the chosen species' switches, or of all species if they agree. @param {import("./protocol.js").Marks["switches"]} now */
+  /** Shows the switch states of the chosen species, or of all species if they agree. @param {import("./protocol.js").Marks["switches"]} now */
   standing(now) {
     this.switchedAs = now;
     const all = Object.entries(now ?? {}), chosen = all.filter(([name]) => name === this.switched?.value);
@@ -130,7 +130,7 @@ export class Act {
     const key = h("input", { class: "input", list: "parameterKeys", placeholder: "Type to search", "aria-label": "Parameter", autocomplete: "off", spellcheck: "false" });
     const value = h("input", { class: "input", "aria-label": "New value", autocomplete: "off" });
     const about = h("p", { class: "about", text: "" });
-    const slider = h("input", { type: "range", "aria-label": "Slider for the value", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
+    const slider = h("input", { type: "range", "aria-label": "Value slider", step: "any", hidden: true, oninput: () => (value.value = String(Number(Number(slider.value).toPrecision(3)))) });
     value.addEventListener("input", () => (slider.value = value.value));
     const { changes } = this, found = () => changes.find(key.value);
     const go = h("button", { class: "button primary", type: "button", text: "Change", disabled: true, onclick: () => {
@@ -166,7 +166,7 @@ export class Act {
     this.keys?.replaceChildren(...list.map(({ key, about }) => h("option", { value: key, text: about ?? "" })));
   }
 
-  /** Enables or disables the buttons for the selected organism. @param {boolean} there */
+  /** Enables or disables the button that removes the selected organism. @param {boolean} there */
   selected(there) {
     if (this.remover) this.remover.disabled = !there;
   }
@@ -181,7 +181,7 @@ export class Act {
   }
 }
 
-/** A line of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page did it */
+/** A line of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page sent the request */
 function line({ tick, page, level, text, what, as }, own) {
   const who = page === null ? "the world" : own ? "this page" : `page ${page}`;
   const begin = level === "error" && page !== null ? `refused: ${what ? `${what}. ` : ""}` : as ? `${as}: ` : "";
@@ -194,7 +194,7 @@ const group = (title, ...content) => h("fieldset", {}, h("legend", { text: title
 /** @param {string[]} names @param {string} label */
 const choice = (names, label) => h("select", { class: "input", "aria-label": label }, ...names.map((name) => h("option", { text: name, value: name })));
 
-/** A description of a parameter in one line. @param {Parameter} parameter */
+/** A one-line description of a parameter. @param {Parameter} parameter */
 function tell({ about, unit, low, high }) {
   const limits = low !== null && low !== undefined ? (high !== null && high !== undefined ? `, ${number(low)} to ${number(high)}` : `, at least ${number(low)}`) : "";
   return `${about ?? ""}${unit ? ` [${unit}]` : ""}${limits}`;
@@ -203,7 +203,7 @@ function tell({ about, unit, low, high }) {
 /** @param {unknown} value */
 const written = (value) => (typeof value === "string" ? value : JSON.stringify(value));
 
-/** Parses a number, true, false or a list; otherwise returns the text. @param {string} text */
+/** Parses a number, true, false or a list; returns any other text unchanged. @param {string} text */
 function read(text) {
   try {
     return JSON.parse(text);

@@ -4,7 +4,7 @@ import { $, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").TableMessage} TableMessage */
 
-const PACE = 1000; // [ms] between two requests while time passes
+const PACE = 1000; // [ms] between requests while time passes
 
 export class All {
   /**
@@ -23,7 +23,7 @@ export class All {
     this.at = 0;
     const choice = h("select", { class: "input", style: "width:auto", "aria-label": "Species in the table", onchange: () => this.again({ species: choice.value, from: 0, sort: "uid", down: false }) },
       ...names.map((name) => h("option", { value: name, text: name, selected: name === this.asked.species })));
-    const where = h("input", { class: "input", type: "search", placeholder: "energy < 0.3, age > 100", "aria-label": "Filter: show only organisms for which this is true", spellcheck: "false", onchange: () => this.again({ where: where.value, from: 0 }) });
+    const where = h("input", { class: "input", type: "search", placeholder: "energy < 0.3, age > 100", "aria-label": "Filter: show only organisms that match", spellcheck: "false", onchange: () => this.again({ where: where.value, from: 0 }) });
     this.where = where;
     this.note = h("p", { class: "about", role: "status" });
     this.head = h("tr");
@@ -35,14 +35,14 @@ export class All {
       h("div", { class: "row" }, this.back, this.on));
   }
 
-  /** Requests the table again, with changed parameters. @param {Partial<All["asked"]>} [change] */
+  /** Requests the table again, with some parameters changed. @param {Partial<All["asked"]>} [change] */
   again(change = {}) {
     Object.assign(this.asked, change);
     this.at = performance.now();
     if (this.asked.species) this.calls.ask(this.asked);
   }
 
-  /** Called at each tick: refreshes the table from time to time while it is shown. @param {number} tick */
+  /** Called at each tick: refreshes the table at intervals while it is shown. @param {number} tick */
   time(tick) {
     if (this.root.hidden || tick === this.tick || performance.now() - this.at < PACE) return;
     this.tick = tick;

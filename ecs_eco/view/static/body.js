@@ -1,8 +1,8 @@
-// The shapes of bodies. Each kind of animal has a silhouette that depends on its diet, its habitat and its variant. Forward is +x, in radii of the
-// body. Capsules and boxes are boxes from −1 to 1 along each axis; the shader moves their corners outward along `facing` by the rounding.
+// The shapes of bodies. Each kind of animal has a silhouette that depends on its diet, habitat and variant. Lengths are in body radii.
+// Forward is +x. Capsules and boxes start as cubes from −1 to 1 along each axis, whose corners the shader moves outward along `facing` by the rounding.
 
 /** @typedef {number[]} Corner x, y (left) and z (up) */
-/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half width along the length, from tail to nose; ratio of height to width; triangles */
+/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half width along the body from tail to nose; ratio of height to width; triangles */
 
 const both = (/** @type {Corner[][]} */ fins) => fins.flatMap((fin) => [fin, fin.map(([x, y, z]) => [x, -y, z])]);
 
@@ -24,7 +24,7 @@ const BUILDS = {
     fins: both([[[0.8, 0.5, 0.1], [1.1, 0.9, 0.1], [1.6, 0.55, 0.1]], [[0.0, 0.8, 0], [-0.4, 1.35, -0.3], [-0.3, 0.7, 0]]]) },
 };
 
-/** Corners and normals of facets, three of each per facet. @param {number[][][]} facets */
+/** Corners and normals of facets, three each per facet. @param {number[][][]} facets */
 function faceted(facets) {
   const corners = new Float32Array(facets.length * 9);
   const normals = new Float32Array(facets.length * 9);
@@ -68,16 +68,16 @@ export function animal(build, variant = 0) {
   return faceted(facets.map((facet) => facet.map(([x, y, z]) => [long * x, wide * y, wide * z])));
 }
 
-/** The outline of a silhouette from above, as polygons of x and y, for icons. @param {string} build @param {number} variant */
+/** The outline of a silhouette seen from above, as polygons of x and y, for icons. @param {string} build @param {number} variant */
 export function outline(build, variant = 0) {
   const { girth, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
   const [long, wide] = VARIANTS[variant % VARIANTS.length];
   const body = [...girth, ...girth.toReversed().map(([x, r]) => [x, -r])];
-  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // seen from above it is a line, so it is drawn lying flat
+  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // a line when seen from above, so drawn lying flat
   return [body, ...fins.map((fin) => fin.map(([x, y, z]) => [x, upright(fin) ? 0.8 * z : y]))].map((polygon) => polygon.map(([x, y]) => [long * x, wide * y]));
 }
 
-/** Corners and normals of a box, three of each per facet. */
+/** Corners and normals of a box, three each per facet. */
 export function box() {
   /** @type {number[]} */
   const corners = [];
@@ -96,7 +96,7 @@ export function box() {
   return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
 }
 
-/** Corners and normals of a capsule: a sphere cut into two halves, one at each end. */
+/** Corners and normals of a capsule: a sphere cut in half, with one half at each end. */
 export function capsule(around = 12, along = 8) {
   /** @type {number[]} */
   const corners = [];

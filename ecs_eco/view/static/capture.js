@@ -1,4 +1,4 @@
-// Pictures and videos of the scene as shown on the screen, saved as files.
+// Saves pictures and videos of the scene, as shown on the screen, to files.
 
 import { $, h } from "./dom.js";
 import { save, slug } from "./save.js";
@@ -7,7 +7,7 @@ import { css } from "./theme.js";
 const [RATE, KIND] = [30, "video/webm"]; // frames per second
 
 /**
- * Adds the buttons. The scene already has its `onrender`.
+ * Adds the buttons. The scene's `onrender` must already be set.
  * @param {import("./stage.js").Stage} stage
  * @param {import("./protocol.js").Hello} hello
  */
@@ -22,7 +22,7 @@ export function capture(stage, hello) {
     if (film) paint(stage, sheet);
   };
   const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene", onclick: () => {
-    stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing has been discarded
+    stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing is already discarded
     paint(stage, sheet);
     sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
   } });
@@ -31,7 +31,7 @@ export function capture(stage, hello) {
   let ending = false;
   const finish = () => {
     if (parts.length) return film?.stop();
-    paint(stage, sheet); // nothing is encoded yet: a recorder that stops now would leave an empty file
+    paint(stage, sheet); // nothing is encoded yet, and stopping now would leave an empty file
     requestAnimationFrame(finish);
   };
   const moving = h("button", { type: "button", "aria-pressed": "false", text: "Video", title: "Record a video of the scene; click again to save it", onclick: () => {
@@ -58,7 +58,7 @@ export function capture(stage, hello) {
 }
 
 /**
- * Copies the sky, the scene and its overlay; called right after the scene was drawn.
+ * Copies the sky, the scene and its overlay. Called right after the scene is drawn.
  * @param {import("./stage.js").Stage} stage
  * @param {HTMLCanvasElement} sheet
  */

@@ -1,4 +1,4 @@
-// Scrolling charts, stacked on one axis of ticks: populations, happiness, genes, births and deaths, with nights shaded.
+// Scrolling charts of populations, happiness, genes, births and deaths, stacked on a common tick axis, with nights shaded.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
@@ -13,10 +13,10 @@ import { css, isDark } from "./theme.js";
 /** @typedef {import("./protocol.js").Series} Series */
 /** @typedef {(number | null)[]} Line */
 
-const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; thin and thick if there is a second world
-const SPARK = 40; // points of a sparkline
-const LATELY = 60; // points over which causes of death are counted
-const MOST = 12000; // points kept; beyond that, every second point of the older half is dropped
+const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; the last two apply if there is a second world
+const SPARK = 40; // number of points in a sparkline
+const LATELY = 60; // number of recent points over which causes of death are counted
+const MOST = 12000; // maximum number of points; beyond that, every second point of the older half is dropped
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
 /** @typedef {{key: string, title: string, unit: string}} Chart */
@@ -42,13 +42,13 @@ export class Charts {
     this.hello = hello;
     this.colourOf = colourOf;
     this.seek = seek;
-    /** @type {[number, number] | null} ticks chosen by dragging */
+    /** @type {[number, number] | null} ticks selected by dragging */
     this.zoom = null;
     const plants = hello.species.filter(({ moves }) => !moves).map(({ name }) => name);
     this.plants = plants.length < hello.species.length ? plants : [];
-    /** @type {import("./other.js").Other | null} the curves of a second world */
+    /** @type {import("./other.js").Other | null} curves of a second world */
     this.other = null;
-    this.layout = ""; // which charts exist
+    this.layout = ""; // describes which charts exist
     this.tick = hello.tick;
     /** @type {number[]} */
     this.ticks = [];
@@ -58,7 +58,7 @@ export class Charts {
     this.redraw = () => this.draw();
     /** @type {Record<string, Record<string, Line>>} */
     this.lines = { n: {}, happiness: {}, genes: {}, causes: {}, births: {}, energy: {}, flows: {} };
-    this.shared = false; // whether the energy of each food is estimated from numbers eaten
+    this.shared = false; // whether energy per food is estimated from numbers eaten
     /** @type {Set<string>} */
     this.hidden = new Set(recalled());
     /** @type {Set<string>} kinds hidden in the legend */
@@ -92,7 +92,7 @@ export class Charts {
     return h("div", { class: "row tools" }, this.chooser, this.pointed, this.back, choice);
   }
 
-  /** @param {Series} series points to be appended */
+  /** @param {Series} series points to append */
   add(series) {
     const first = series.tick[0];
     if (first === undefined) return;
@@ -114,7 +114,7 @@ export class Charts {
     soon(this.redraw);
   }
 
-  /** Deletes the points at this tick and later ones. @param {number} tick */
+  /** Deletes the points at this tick and later. @param {number} tick */
   cut(tick) {
     const keep = this.ticks.findIndex((t) => t >= tick);
     for (const line of this.all()) line.length = keep;
@@ -143,7 +143,7 @@ export class Charts {
     this.figures.at();
   }
 
-  /** Points at a tick in all charts, so that its values can be read. @param {number} tick */
+  /** Moves the cursor to a tick in all charts, to show the values there. @param {number} tick */
   point(tick) {
     if (this.window !== Infinity && (this.ticks[this.ticks.length - 1] ?? 0) - tick > this.window) {
       this.window = Infinity;
@@ -190,7 +190,7 @@ export class Charts {
     this.draw();
   }
 
-  /** The data that the timeline draws. @returns {import("./lanes.js").Counted} */
+  /** The data drawn by the timeline. @returns {import("./lanes.js").Counted} */
   lanes() {
     const deaths = (/** @type {string} */ name) => {
       const lines = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `)).map(([, line]) => line);
@@ -199,7 +199,7 @@ export class Charts {
     return { ticks: this.ticks, births: this.lines.births, deaths, colourOf: (name) => this.colourOf(name) };
   }
 
-  /** The present data on a kind, for the legend. @param {string} name */
+  /** Current data on a kind, for the legend. @param {string} name */
   brief(name) {
     const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
     const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);
@@ -212,7 +212,7 @@ export class Charts {
       for (let i = Math.max(1, at + 1 - points); i <= at; i++) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
         const span = this.ticks[i] - this.ticks[i - 1];
-        sum += span * (values[i] ?? 0); // a cause that has not occurred yet
+        sum += span * (values[i] ?? 0); // no value if the cause has not occurred yet
         ticks += span;
       }
       return ticks ? sum / ticks : null;
@@ -252,9 +252,9 @@ export class Charts {
     this.figures.at();
   }
 
-  /** The lines with data. @param {string} key */
+  /** The names of lines that have data. @param {string} key */
   names(key) {
-    const plants = key === "causes" || key === "energy" ? this.plants : []; // their curves would hide all others
+    const plants = key === "causes" || key === "energy" ? this.plants : []; // their curves would dwarf all others
     return Object.keys(this.lines[key]).filter((name) => !plants.includes(name.split(": ")[0]) && !this.away.has(name.split(/[.:]/)[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null) || this.other?.lines[key]?.[name]);
   }
 
@@ -327,7 +327,7 @@ export class Charts {
     if (this.hello.mode === "replay" && performance.now() - (this.moved ?? 0) > 300) this.seek(Math.round(plot.posToVal(plot.cursor.left ?? 0, "x")));
   }
 
-  /** Updates the values next to the names: at the pointer, else at the present tick. */
+  /** Updates the values next to the names, at the pointer or else at the current tick. */
   values() {
     const idx = [...this.plots.values()][0]?.plot.cursor.idx;
     if (this.pointed) this.pointed.textContent = idx == null ? "" : `tick ${number(this.ticks[idx])}`;
@@ -341,7 +341,7 @@ export class Charts {
     }
   }
 
-  /** Draws the present tick of a replay. @param {uPlot} u */
+  /** Draws the current tick of a replay. @param {uPlot} u */
   cursor(u) {
     if (this.hello.mode !== "replay") return;
     const x = u.valToPos(this.tick, "x", true);

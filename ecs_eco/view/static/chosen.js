@@ -1,4 +1,4 @@
-// The selected organism and its world. That world's scene leads; the other scene also marks the organism with a ring if it exists in both.
+// The selected organism and its world. That world's scene controls the camera; the other scene also marks the organism with a ring if it exists in both worlds.
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
@@ -11,7 +11,7 @@ export class Chosen {
     this.second = false;
   }
 
-  /** The scene of its world. */
+  /** The scene of the organism's world. */
   get stage() {
     return this.second ? this.stages.second() : this.stages.first();
   }
@@ -21,7 +21,7 @@ export class Chosen {
     return this.second ? this.stages.first() : this.stages.second();
   }
 
-  /** Its position in the scene [m], or null if it is not drawn. */
+  /** The organism's position in the scene [m], or null if it is not drawn. */
   get place() {
     return this.uid === null ? null : this.stage?.place(this.uid) ?? null;
   }
@@ -33,14 +33,14 @@ export class Chosen {
     this.mark();
   }
 
-  /** Marks it in its own scene, and in the other one only if it is known to exist in both. */
+  /** Marks the organism in its own scene, and in the other scene only if it is known to exist in both. */
   mark() {
     for (const stage of [this.stage, this.other]) if (stage) stage.over.organism = null;
     this.stage?.select(this.uid);
     this.other?.select(null);
   }
 
-  /** The fields of a request that identify it. */
+  /** The request fields that identify the organism. */
   get asked() {
     return { uid: this.uid, ...(this.second ? { second: true } : {}) };
   }
@@ -53,23 +53,23 @@ export class Chosen {
     return true;
   }
 
-  /** Whether the camera follows it. */
+  /** Whether the camera follows the organism. */
   get followed() {
     return this.stage?.eye.preset === "follow";
   }
 
-  /** Makes the camera of its scene follow it; the other scene copies that camera. */
+  /** Makes the camera of the organism's scene follow it; the other scene copies that camera. */
   follow() {
     const { stage, other } = this;
     if (!stage) return;
     if (other) this.stay(other);
     stage.eye.followed = this.place;
     stage.eye.look("follow");
-    stage.eye.touched ||= this.second; // keeps its camera when the layout changes
+    stage.eye.touched ||= this.second; // keeps the camera when the layout changes
     stage.dirty = true;
   }
 
-  /** Stops a scene's camera from following. @param {Stage} stage */
+  /** Stops a scene's camera from following the organism. @param {Stage} stage */
   stay({ eye }) {
     if (eye.preset === "follow") (eye.preset = "side"), (eye.touched = true);
   }

@@ -1,4 +1,4 @@
-// Classroom mode: large text and few controls, for a screen that a group watches.
+// Classroom mode: large text and few controls, for a screen watched by a group.
 
 import { $, h } from "./dom.js";
 
@@ -13,7 +13,7 @@ export function classroom() {
     if (on && ["tab-all", "tab-act"].some((id) => $(id).getAttribute("aria-selected") === "true")) $("tab-charts").click();
     try {
       localStorage.setItem(KEPT, on ? "on" : "off");
-    } catch {} // private windows may forbid storage
+    } catch {} // storage may be unavailable in private windows
     window.dispatchEvent(new Event("resize"));
   };
   $("theme").before(button);

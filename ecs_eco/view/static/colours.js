@@ -1,20 +1,20 @@
-// Palettes: colors of kinds that color-blind people can distinguish (Okabe and Ito 2008), and ramps for values.
+// Palettes: colors for kinds, distinguishable by color-blind people (Okabe and Ito 2008), and ramps for values.
 
 import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType } from "./vendor.js";
 
-/** Colors on a light and on a dark background, with the hue [degrees] that each represents; as in ecs_eco/analysis/palette.py. @type {[string, string, number][]} */
+/** Colors on light and dark backgrounds, with the hue [degrees] that each represents, as in ecs_eco/analysis/palette.py. @type {[string, string, number][]} */
 const SAFE = [["#069b6d", "#049662", 125], ["#6f3e00", "#e7a002", 38], ["#de640a", "#c85300", 2], ["#2992c2", "#60bef2", 198], ["#bd6fa5", "#cc79a7", 308], ["#888e3b", "#fffa5f", 58], ["#005396", "#0072b2", 225]];
 const GREY = "#7f888d";
 
-/** Colors of genes, different from all species colors (Tol 2021, "muted", and its grays), on a light and on a dark background. */
+/** Gene colors on light and dark backgrounds, distinct from all species colors (Tol 2021, "muted", and its grays). */
 const GENES = [["#332288", "#882255", "#117733", "#8a6d1f", "#AA4499", "#555555"], ["#b0a4ff", "#ff9ecb", "#9be3a5", "#DDCC77", "#88e0e8", "#c8c8c8"]];
 
 /** @param {boolean} dark */
 export const genes = (dark) => GENES[Number(dark)];
 
-/** Stops of ramps from low to high. Lightness rises steadily, or falls to both sides from the middle. */
+/** Stops of ramps from low to high. Lightness rises steadily, or falls from the middle to both sides. */
 const RAMPS = {
-  // like viridis, whose dark end would be invisible on a dark background
+  // like viridis, but without the dark end, which would be invisible on a dark background
   sequential: ["#6247a8", "#5558ab", "#3f6fa0", "#2a8093", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
   diverging: ["#b35806", "#e08214", "#fdb863", "#e9e2d6", "#b2c7e0", "#6f9fd0", "#2166ac"],
 };
@@ -26,8 +26,8 @@ export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 1
 const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
 
 /**
- * Assigns each kind the safe color nearest to its own hue: species before things, the closest pairs first. If there are more kinds than
- * colors, repeated colors are shifted toward the ink.
+ * Assigns each kind the safe color nearest to its own hue: species before objects, closest pairs first.
+ * If there are more kinds than colors, repeated colors are shifted toward the ink color.
  * @param {import("./protocol.js").Kind[]} kinds
  * @param {boolean} dark
  * @returns {string[]}
@@ -60,7 +60,7 @@ const hueOf = ([r, g, b]) => (Math.atan2(Math.sqrt(3) * (g - b), 2 * r - g - b) 
 const gap = (a, b) => Math.abs(((((a - b + 180) % 360) + 360) % 360) - 180);
 
 /**
- * Makes a world's own color light enough for a dark background or dark enough for a light one.
+ * Makes a color from a world file light enough for a dark background or dark enough for a light one.
  * @param {string} hex
  * @param {boolean} dark
  */
@@ -73,7 +73,7 @@ export function legible(hex, dark) {
 }
 
 /**
- * The ramp for a quantity that colors organisms.
+ * The color ramp for a quantity by which organisms are colored.
  * @param {string} by
  * @returns {"sequential" | "diverging" | "families" | "kin"}
  */
@@ -97,15 +97,15 @@ export function rampColour(name, share) {
   return stops[i].map((part, k) => part + (stops[i + 1][k] - part) * (level - i));
 }
 
-/** Colors of the twelve largest families (Tol 2021, "light" and "vibrant"): easy to distinguish, in no particular order. */
+/** Colors of the twelve largest families (Tol 2021, "light" and "vibrant"): easily distinguished, in no particular order. */
 export const FAMILIES = ["#ee7733", "#0077bb", "#33bbee", "#ee3377", "#009988", "#aa4499", "#999933", "#cc3311", "#7d73c9", "#ddaa33", "#44aa66", "#a0765b"];
 const DESCENDANT = "#ee3377";
 
-/** The color of a value, 0 to 255. @param {ReturnType<typeof rampOf>} name @param {number} value */
+/** The color of a value from 0 to 255. @param {ReturnType<typeof rampOf>} name @param {number} value */
 const colourAt = (name, value) => (name === "families" ? rgb(FAMILIES[Math.min(11, Math.floor((value - 0.5) / 21))] ?? GREY) : name === "kin" ? rgb(DESCENDANT) : rampColour(name, value / 255));
 
 /**
- * The clade of an organism as a color and a text; null for none.
+ * The clade of an organism as a color and a text, or null if it has none.
  * @param {string} by
  * @param {import("./protocol.js").Relative} life
  */

@@ -1,13 +1,13 @@
-// The WebSocket to the server: passes each message to the listeners for its kind, and reconnects with growing delays.
+// The WebSocket to the server: passes each message to the listeners for its kind, and reconnects with increasing delays.
 
 import { enter, SUBPROTOCOL } from "./credential.js";
 
 /** @typedef {import("./protocol.js").Message} Message */
 /** @typedef {"connecting" | "open" | "lost" | "ended" | "refused"} Link */
 
-const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last one, the run is considered ended
+const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last attempt, the run is considered ended
 
-const ENDS = [1000, 1001, 1012]; // the server closed on purpose
+const ENDS = [1000, 1001, 1012]; // close codes of a server that stopped deliberately
 
 export class Connection {
   constructor() {
@@ -25,7 +25,7 @@ export class Connection {
     this.attempt = 0; // number of the latest attempt
     this.greeted = false;
     this.live = false;
-    this.done = false; // whether a living world has reached its end
+    this.done = false; // whether a live world has reached its end
   }
 
   /**
@@ -86,7 +86,7 @@ export class Connection {
   }
 
   /**
-   * Sends a message to the server, if it is connected.
+   * Sends a message to the server if connected.
    * @param {{kind: string} & Record<string, unknown>} message
    */
   send(message) {

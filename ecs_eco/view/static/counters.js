@@ -1,4 +1,4 @@
-// Data about the page that tests read, as window.ecs; see docs/reference/watching_page.md.
+// Data about the page for tests, as window.ecs; see docs/reference/viewer_protocol.md.
 
 import { $ } from "./dom.js";
 

@@ -1,17 +1,17 @@
-// Access to the server: the code in the address works once, and is exchanged for a credential that only this tab keeps.
+// Access to the server: the code in the address works once and is exchanged for a credential that only this tab stores.
 
 export const SUBPROTOCOL = "ecs-eco";
-const KEPT = "credential"; // in sessionStorage, which is separate for each origin and port, and ends with the tab
+const KEPT = "credential"; // in sessionStorage, which is separate for each origin and port and is deleted with the tab
 
-/** Removes the code from the address, so that neither the address bar nor a copy of it reveals the code. */
+/** Removes the code from the address, so that neither the address bar nor a copied address reveals it. */
 export function taken() {
   const words = new URLSearchParams(location.hash.slice(1));
   const code = words.get("code");
-  const port = Number(words.get("map")); // of the map of islands that led here
+  const port = Number(words.get("map")); // port of the map of islands that led here
   if (code !== null && Number.isInteger(port) && port > 0 && port < 65536) keepMap(port);
   words.delete("code");
   words.delete("map");
-  const rest = [...words].map(([name, value]) => `${name}=${value}`).join("&"); // parameters of a link
+  const rest = [...words].map(([name, value]) => `${name}=${value}`).join("&"); // the parameters of a link
   if (code !== null) history.replaceState(history.state, "", location.pathname + (rest && `#${rest}`));
   return code;
 }
@@ -22,7 +22,7 @@ const MAP = "map";
 function keepMap(port) {
   try {
     sessionStorage.setItem(MAP, String(port));
-  } catch {} // as for the credential
+  } catch {} // as with the credential
 }
 
 /** The address of the map of islands that led to this page, or null. */
@@ -40,16 +40,16 @@ async function ask(authorization) {
   try {
     return await fetch("/enter", { method: "POST", headers: { authorization }, cache: "no-store" });
   } catch {
-    return null; // the server does not answer
+    return null; // the server does not respond
   }
 }
 
-/** @type {string | null} a code that waits for an answer */
+/** @type {string | null} a code that awaits a response */
 let pending = null;
-/** @type {string | null} the credential, for browsers that give a framed page, as in a notebook, no storage */
+/** @type {string | null} the credential, for browsers that give an embedded page (as in a notebook) no storage */
 let inMemory = null;
 
-/** The credential that this tab has. */
+/** The credential stored in this tab. */
 function recalled() {
   try {
     return sessionStorage.getItem(KEPT) ?? inMemory;
@@ -64,12 +64,12 @@ function keep(credential) {
   try {
     sessionStorage.setItem(KEPT, credential);
   } catch {
-    // it is lost when this page closes
+    // the credential is lost when this page closes
   }
 }
 
 /**
- * Requests access with the code in the address, or with the credential of this tab.
+ * Requests access with the code in the address or with this tab's credential.
  * @returns {Promise<{credential: string} | "refused" | "no answer">}
  */
 export async function enter() {

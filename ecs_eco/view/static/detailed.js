@@ -1,4 +1,4 @@
-// Stretches of a recorded run with more detail on organisms: thin bars on the timeline, and texts.
+// Stretches of a recorded run with more detail on organisms, as thin bars on the timeline and as text.
 
 import { number } from "./dom.js";
 import { css } from "./theme.js";
@@ -7,18 +7,18 @@ import { css } from "./theme.js";
 
 const ROW = 4; // [px]
 
-/** The text about a stretch. @param {Detailed} stretch */
+/** A description of a stretch. @param {Detailed} stretch */
 export function words({ kind, first, last, species, n, wrong }) {
   const ticks = `ticks ${number(first)} to ${number(last)}`;
   if (kind === "filled") return `Filled in: ${ticks}${wrong === null ? "" : `, differs from the record from tick ${number(wrong)} on`}`;
   return `${kind === "full" ? "All details" : `Details of ${number(n)} focal organisms per species`} of ${species.join(", ")}: ${ticks}`;
 }
 
-/** Height of all bars [px]. @param {Detailed[]} stretches */
+/** Total height of the bars [px]. @param {Detailed[]} stretches */
 export const heightOf = (stretches) => ROW * rows(stretches).length;
 
 /**
- * Draws the bars, recorded stretches above those filled in.
+ * Draws the bars, with recorded stretches above rerun ones.
  * @param {CanvasRenderingContext2D} pen
  * @param {(tick: number) => number} at
  * @param {Detailed[]} stretches

@@ -1,7 +1,7 @@
 // Helpers that create and find elements.
 
 /**
- * An element with attributes (on… are listeners, `class`, `text`, booleans) and children.
+ * Creates an element with children and attributes (listeners as on…, `class`, `text`, booleans).
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Record<string, any>} [attributes]
@@ -16,7 +16,7 @@ export function h(tag, attributes = {}, ...children) {
 }
 
 /**
- * An SVG element, like `h`.
+ * Creates an SVG element, like `h`.
  * @param {string} tag
  * @param {Record<string, any>} [attributes]
  * @param {...(Node | string)} children
@@ -43,7 +43,7 @@ function set(element, attributes) {
 }
 
 /**
- * The element with this id, which index.html must contain.
+ * Finds the element with this id, which index.html must contain.
  * @param {string} id
  * @returns {any}
  */
@@ -54,7 +54,7 @@ export function $(id) {
 }
 
 /**
- * A number for display: about three digits, with thin spaces in large numbers.
+ * Formats a number for display: about three digits, with thin spaces in large numbers.
  * @param {number | null | undefined} value
  * @param {number} [digits]
  */

@@ -30,7 +30,7 @@ export class Eye {
     this.controls.maxPolarAngle = size.length > 2 ? Math.PI * 0.92 : Math.PI * 0.49;
     /** @type {Preset} */
     this.preset = "side";
-    this.touched = false; // whether the user has moved the camera since the preset
+    this.touched = false; // whether the user has moved the camera since the preset was chosen
     this.controls.addEventListener("start", () => {
       this.touched = true;
       this.flight = null;
@@ -39,12 +39,12 @@ export class Eye {
     this.flight = null;
     /** @type {Vector3 | null} */
     this.followed = null;
-    /** @type {() => number[][]} left, top, right and bottom of elements over the scene [px] */
+    /** @type {() => number[][]} the left, top, right and bottom [px] of each element over the scene */
     this.cover = () => [];
     /** @type {number[][]} the same at the last check */
     this.covered = [];
     this.width = this.height = 1; // [px]
-    this.shift = [0, 0]; // of the picture, so that these elements cover no part of the world
+    this.shift = [0, 0]; // shift of the picture [px] that keeps the world clear of these elements
   }
 
   /** The center of the world. */
@@ -58,7 +58,7 @@ export class Eye {
     return this.size.length > 2 ? new Vector3(0.34, -1, 0.3).normalize() : new Vector3(0, -0.82, 0.86).normalize();
   }
 
-  /** The corners of the world, and points along its edges. @param {number} parts per edge */
+  /** The corners of the world and points along its edges. @param {number} parts segments per edge */
   edges(parts) {
     const points = [];
     const ends = [[0, this.size[0]], [0, this.size[1]], this.levels];
@@ -74,7 +74,7 @@ export class Eye {
   }
 
   /**
-   * The distance at which the whole world is in view and not covered by elements over the scene, and the shift of the picture [px].
+   * The distance at which the whole world is in view, clear of elements over the scene, and the shift of the picture [px].
    * @param {Vector3} direction
    */
   fit(direction) {
@@ -109,7 +109,7 @@ export class Eye {
     return best;
   }
 
-  /** Shifts of the picture that may use the free space better. */
+  /** Candidate shifts of the picture that may use the free space better. */
   shifts() {
     const [w, h] = [this.width, this.height];
     const left = Math.max(0, ...this.covered.filter(([a]) => a < w / 3).map(([, , c]) => c));
@@ -121,7 +121,7 @@ export class Eye {
   /**
    * Moves to a preset.
    * @param {Preset} preset
-   * @param {boolean} [fly] whether the camera moves there smoothly
+   * @param {boolean} [fly] whether the camera moves smoothly
    */
   look(preset, fly = true) {
     this.preset = preset;
@@ -147,7 +147,7 @@ export class Eye {
     this.camera.setViewOffset(this.width, this.height, -shift[0], -shift[1], this.width, this.height);
   }
 
-  /** @param {Vector3[]} places of camera and target */
+  /** @param {Vector3[]} places positions of camera and target */
   put([position, target]) {
     this.flight = null;
     this.camera.position.copy(position);
@@ -172,7 +172,7 @@ export class Eye {
   }
 
   /**
-   * Updates the camera; returns whether anything moved.
+   * Updates the camera and returns whether anything moved.
    * @param {number} now [ms]
    */
   update(now) {

@@ -1,4 +1,4 @@
-// The choice of the field shown over the scene, and the legend of its colors.
+// The menu of fields shown over the scene, and a legend of their colors.
 
 import { $, h, number } from "./dom.js";
 import { gradient } from "./colours.js";
@@ -6,7 +6,7 @@ import { gradient } from "./colours.js";
 const FOOD = "food of ";
 
 /**
- * Offers the fields of a world; returns the receiver of the server's maps.
+ * Offers the fields of a world; returns the function that receives maps from the server.
  * @param {import("./stage.js").Stage} stage
  * @param {(name: string | null) => void} ask requests a field from the server
  */

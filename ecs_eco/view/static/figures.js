@@ -1,4 +1,4 @@
-// Figures below the charts: the phase plane of two species, and the distribution of the values that color organisms.
+// Figures below the charts: the phase plane of two species, and the distribution of the value by which organisms are colored.
 
 import { h, number, s } from "./dom.js";
 import { Flows } from "./flows.js";
@@ -8,16 +8,16 @@ import { Scatter } from "./scatter.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
-/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene access to the present scene */
+/** @typedef {{layers: () => import("./layer.js").Layer[], scales: () => Record<string, [number, number]>, by: () => string, colours: string[], colour: (name: string) => void, ask: (x: string, y: string) => void, select: (uid: number) => void}} Scene access to the current scene */
 
 export const FIGURES = [{ key: "flows", title: "Who eats whom" }, { key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
 
 const KEPT = "ecs-eco-plane"; // in localStorage: the two species of the phase plane
-const [WIDE, HIGH] = [360, 250]; // of a figure, in its own units
+const [WIDE, HIGH] = [360, 250]; // size of a figure in its own units
 const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
-const MOST = 1500; // points of the curve
+const MOST = 1500; // maximum number of points in the curve
 const BINS = 25;
-const PACE = 250; // [ms] between two updates of a distribution
+const PACE = 250; // [ms] between updates of a distribution
 
 export class Figures {
   /**
@@ -37,7 +37,7 @@ export class Figures {
     this.waiting = 0;
   }
 
-  /** Whether a world has the data for a figure. @param {string} key */
+  /** Whether the world has the data for a figure. @param {string} key */
   has(key) {
     if (key === "flows") return this.flows.has();
     if (key === "scatter") return this.names.length > 0;
@@ -81,7 +81,7 @@ export class Figures {
     this.draw();
   }
 
-  /** Updates after new points or another tick: first at once, then at a fixed pace. */
+  /** Updates after new points or at another tick: immediately at first, then at a fixed pace. */
   at() {
     this.scatter.time(this.charts.tick);
     if (!this.flows.place && this.shown().includes("flows")) this.flows.rebuild(true);
@@ -99,7 +99,7 @@ export class Figures {
     this.spread?.replaceChildren(this.histogram());
   }
 
-  /** The numbers of one species plotted against another's; older ticks are paler. */
+  /** The population of one species plotted against that of another; older ticks are paler. */
   curve() {
     const { charts, pair } = this;
     const end = charts.hello.mode === "replay" ? charts.ticks.findLastIndex((tick) => tick <= charts.tick) : charts.ticks.length - 1;
@@ -128,11 +128,11 @@ export class Figures {
     return root;
   }
 
-  /** A histogram of the value for each species that has it. */
+  /** A histogram of the value, for each species that has it. */
   histogram() {
     const by = this.scene.by();
     if (this.choice && this.choice.value !== by) this.choice.value = by;
-    if (by === "species") return h("p", { class: "about", text: "Choose a value to color the organisms by; its distribution appears here." });
+    if (by === "species") return h("p", { class: "about", text: "Choose a value by which to color organisms to see its distribution here." });
     const scales = this.scene.scales();
     const found = this.scene.layers().filter(({ kind, block, shown }) => !kind.inanimate && shown && block.n && scales[kind.name]).map(({ kind, block }) => ({ name: kind.name, range: scales[kind.name], ...binned(block) })).filter(({ n }) => n);
     if (!found.length) return h("p", { class: "about", text: "No organism has this value." });
@@ -153,7 +153,7 @@ export class Figures {
   }
 }
 
-/** Numbers of organisms by value, without organisms that have no value. @param {import("./frame.js").Block} block */
+/** Counts organisms by value, excluding organisms without a value. @param {import("./frame.js").Block} block */
 function binned({ n, words }) {
   const bins = Array(BINS).fill(0);
   let counted = 0;
@@ -167,12 +167,12 @@ function binned({ n, words }) {
 }
 
 /**
- * Axes with titles and numbers.
+ * Draws axes with titles and numbers.
  * @param {string} right
  * @param {string} up
- * @param {number[]} most at the ends of the axes
+ * @param {number[]} most values at the ends of the axes
  * @param {string} label
- * @param {number} low at the start of the first axis
+ * @param {number} low value at the start of the first axis
  */
 function axes(right, up, most, label, low = 0) {
   const root = s("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, class: "figure-axes", role: "img", "aria-label": label });
@@ -202,5 +202,5 @@ function recalled(names) {
 function remember(pair) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(pair));
-  } catch {} // private windows may forbid storage
+  } catch {} // storage may be unavailable in private windows
 }

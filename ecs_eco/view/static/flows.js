@@ -1,4 +1,4 @@
-// Energy flows: a band from each food to its eater, as wide as the energy, or the number of organisms, in the period that the charts show.
+// Energy flows: a band from each food to its eater, with a width proportional to the energy or number of organisms eaten in the displayed period.
 
 import { h, number, s } from "./dom.js";
 import { kindsOf } from "./marks.js";
@@ -10,29 +10,29 @@ import { levels } from "./world.js";
 /** @typedef {{from: string, to: string, energy: number, meals: number | null}} Meal */
 /** @typedef {{name: string, level: number, colour: string, light: number, other: number, burnt: number, dead: number, died: number, given: number}} Node the flows of a species per tick */
 
-const KEPT = "ecs-eco-flows"; // in localStorage: energy or numbers
+const KEPT = "ecs-eco-flows"; // in localStorage: whether bands show energy or numbers
 const UNITS = [["energy", "energy per tick"], ["meals", "organisms eaten per tick"]];
-const [BAR, TOP, GAP, STUB, TALL] = [9, 18, 24, 30, 76]; // [px] of the drawing
-const THIN = 1.2; // [px] of the narrowest band
+const [BAR, TOP, GAP, STUB, TALL] = [9, 18, 24, 30, 76]; // [px] dimensions of the drawing
+const THIN = 1.2; // [px] width of the narrowest band
 
 export class Flows {
   /** @param {Charts} charts */
   constructor(charts) {
     this.charts = charts;
     this.unit = recalled();
-    /** @type {HTMLElement | null} the element that contains it; null if it is not shown */
+    /** @type {HTMLElement | null} the element that contains the figure; null if it is not shown */
     this.place = null;
     this.root = h("div");
-    this.wide = 0; // [px] of the last drawing
+    this.wide = 0; // [px] width of the last drawing
     new ResizeObserver(() => this.place && this.place.clientWidth !== this.wide && this.draw()).observe(this.root);
   }
 
-  /** Whether this world has feeding relations, and data on them. */
+  /** Whether this world has feeding relations and data on them. */
   has() {
     return Object.values(this.charts.hello.foods ?? {}).some((foods) => foods.length) && Object.keys(this.charts.lines.flows).length > 0;
   }
 
-  /** Builds its frame, or removes it. @param {boolean} shown */
+  /** Builds or removes the figure's frame. @param {boolean} shown */
   rebuild(shown) {
     this.place = null;
     this.root.replaceChildren();
@@ -55,7 +55,7 @@ export class Flows {
     this.draw();
   }
 
-  /** Means per tick over the period that the charts show. @param {(number | null)[] | undefined} line rates since the previous point */
+  /** The mean per tick over the period displayed in the charts. @param {(number | null)[] | undefined} line rates since the previous point */
   mean(line) {
     const { ticks } = this.charts, [from, to] = this.charts.range();
     let sum = 0, span = 0;
@@ -68,7 +68,7 @@ export class Flows {
     return span ? sum / span : null;
   }
 
-  /** The foods of each species: those in its diet, and all others that it has eaten. @returns {Record<string, string[]>} */
+  /** The foods of each species: its diet, and anything else that it has eaten. @returns {Record<string, string[]>} */
   foods() {
     /** @type {Record<string, Set<string>>} */
     const foods = Object.fromEntries(Object.entries(this.charts.hello.foods ?? {}).map(([eater, all]) => [eater, new Set(all)]));
@@ -79,7 +79,7 @@ export class Flows {
     return Object.fromEntries(Object.entries(foods).map(([eater, all]) => [eater, [...all]]));
   }
 
-  /** The species, and the flows between them. @returns {{nodes: Node[], meals: Meal[]}} */
+  /** The species and the flows between them. @returns {{nodes: Node[], meals: Meal[]}} */
   found() {
     const { charts } = this, foods = this.foods();
     const eaten = new Set(Object.values(foods).flat());
@@ -111,7 +111,7 @@ export class Flows {
     const svg = picture(nodes, meals, this.unit === "energy", Math.max(260, this.wide || 300));
     svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
-    const shared = this.charts.shared ? " This record has no energy for each food: energy is divided among foods by the number eaten." : "";
+    const shared = this.charts.shared ? " Energy per food was not recorded, so it is divided among foods by the number eaten." : "";
     if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is the gain of eaters.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
@@ -151,10 +151,10 @@ function keysOf(nodes, meals, energy) {
 }
 
 /**
- * The drawing: eaters are to the right of their foods.
+ * The drawing, with eaters to the right of their foods.
  * @param {Node[]} nodes
  * @param {Meal[]} meals
- * @param {boolean} energy whether bands show energy rather than numbers
+ * @param {boolean} energy whether bands show energy instead of numbers
  * @param {number} wide [px]
  */
 function picture(nodes, meals, energy, wide) {
@@ -194,7 +194,7 @@ function picture(nodes, meals, energy, wide) {
       place.out += high;
     });
     const last = columns.length > 1 && place.column === columns.length - 1;
-    const next = place.column + 1, ends = next === columns.length - 1; // names in the last column end at their bars
+    const next = place.column + 1, ends = next === columns.length - 1; // names in the last column end at the bars
     const room = last || next === columns.length ? Infinity : x(next) - place.x - 8 + (ends ? BAR - Math.max(...columns[next].map(({ name }) => breadth(`${name} 0.00`))) : 0);
     const given = energy ? enters(node) + sum(meals.filter(({ to }) => to === node.name).map(({ energy: value }) => value)) : sum(meals.filter(({ to }) => to === node.name).map(size));
     root.append(s("rect", { x: place.x, y: place.y, width: BAR, height: place.high, rx: 2, fill: node.colour, "data-node": node.name }),
@@ -230,7 +230,7 @@ function band(meal, at, size, scale, nodes, energy) {
   return s("g", {}, drawn, s("text", { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + 4, "text-anchor": "middle", fill: css("--ink"), "pointer-events": "none" }, text));
 }
 
-/** A name with its number, or without it, or shortened, to fit the available width [px]. @param {string} name @param {string} amount @param {number} room */
+/** A name with its number, without it or shortened, to fit the available width [px]. @param {string} name @param {string} amount @param {number} room */
 function fitting(name, amount, room) {
   const cuts = Array.from({ length: name.length - 3 }, (_, i) => `${name.slice(0, name.length - 1 - i)}…`);
   return [name + amount, name, ...cuts].find((text) => breadth(text) < room) ?? `${name.slice(0, 2)}…`;
@@ -250,7 +250,7 @@ function recalled() {
   try {
     const kept = localStorage.getItem(KEPT);
     if (UNITS.some(([value]) => value === kept)) return /** @type {string} */ (kept);
-  } catch {} // treated as if nothing was stored
+  } catch {} // treated as if nothing were stored
   return UNITS[0][0];
 }
 
@@ -258,5 +258,5 @@ function recalled() {
 function remember(unit) {
   try {
     localStorage.setItem(KEPT, unit);
-  } catch {} // private windows may forbid storage
+  } catch {} // storage may be unavailable in private windows
 }

@@ -1,24 +1,24 @@
-// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need it, 4 more bytes per organism: no copies are made,
-// blocks are views of the frame's bytes.
+// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need them, 4 more bytes per organism.
+// Blocks are views of the frame's bytes, so nothing is copied.
 
 export const MAGIC = 0x31434545; // "EEC1"
-export const WORDS = 6; // 16-bit words per organism: x, y, z, heading | value << 8, uid (two words)
-export const LONGS = 3; // 32-bit words per organism; the last is the lower half of the uid
+export const WORDS = 6; // number of 16-bit words per organism, for x, y, z, heading | value << 8, and uid (two words)
+export const LONGS = 3; // number of 32-bit words per organism, of which the last is the lower half of the uid
 
 /**
  * @typedef {object} Block The organisms of one kind.
  * @property {number} n
  * @property {Uint16Array} words
  * @property {Uint32Array} longs
- * @property {Uint32Array | null} upper the upper halves of the uids, if any uid of the frame needs one
+ * @property {Uint32Array | null} upper upper halves of the uids, if any uid in the frame needs one
  */
 
 const HALF = 2 ** 32;
 
-/** The uid of an organism: below 2^53, so that a number represents it exactly. @param {Block} block @param {number} row */
+/** The uid of an organism. It is below 2^53, so a number represents it exactly. @param {Block} block @param {number} row */
 export const uidOf = ({ longs, upper }, row) => longs[row * LONGS + 2] + (upper ? upper[row] * HALF : 0);
 
-/** The row of an organism, −1 if it is not in the block. @param {Block} block @param {number} uid */
+/** The row of an organism, or −1 if it is not in the block. @param {Block} block @param {number} uid */
 export function rowOf({ n, longs, upper }, uid) {
   const low = uid % HALF, high = Math.floor(uid / HALF);
   if (high && !upper) return -1;
@@ -32,14 +32,14 @@ export function rowOf({ n, longs, upper }, uid) {
  * @property {number} tick
  * @property {number} light at the surface, 0 … 1
  * @property {number} elevation of the sun [rad]
- * @property {Block[]} blocks in the order of species, then objects
- * @property {number} end its end in the bytes; the frame of another world may follow
+ * @property {Block[]} blocks species, then objects, in order
+ * @property {number} end byte offset of its end; the frame of another world may follow
  */
 
 /**
  * Decodes one frame.
  * @param {ArrayBuffer} buffer
- * @param {number} [from] offset of its first byte
+ * @param {number} [from] offset of the frame's first byte
  * @returns {Frame}
  */
 export function decode(buffer, from = 0) {

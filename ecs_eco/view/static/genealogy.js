@@ -3,24 +3,24 @@
 /** @typedef {import("./protocol.js").Relative} Relative @typedef {import("./protocol.js").TreeMessage} TreeMessage */
 
 export const COLUMN = 64; // [px]
-export const BOX = [58, 42]; // [px] of one organism
-const GAP = 62; // smallest distance from a parent to its child [px]
-const STEPS = [5, 30]; // smallest and largest distance between two ticks of birth [px]
-const SPAN = 320; // approximate height of all ticks [px]
+export const BOX = [58, 42]; // [px] width and height of an organism
+const GAP = 62; // minimum distance from a parent to its child [px]
+const STEPS = [5, 30]; // minimum and maximum distance between consecutive ticks of birth [px]
+const SPAN = 320; // approximate total height of the ticks [px]
 const CHILDREN = 4; // shown before "+12"
-const GRANDCHILDREN = [3, 1]; // of an only child, and of each of two
+const GRANDCHILDREN = [3, 1]; // shown for an only child, and for each of two children
 
 /**
  * A box in the drawing: an organism, or a group of hidden organisms.
  * @typedef {object} Place
  * @property {string} key
  * @property {Relative | null} life null: "+12"
- * @property {number} x of its center [px]
- * @property {number} y of its top [px]
- * @property {number} hidden number of organisms behind "+12"
- * @property {boolean} opens whether a click expands them
- * @property {string} what as text
- * @property {string[]} to keys of the boxes below it that a line leads to
+ * @property {number} x center of the box [px]
+ * @property {number} y top of the box [px]
+ * @property {number} hidden number of organisms represented by "+12"
+ * @property {boolean} opens whether a click expands the group
+ * @property {string} what description
+ * @property {string[]} to keys of the boxes below that its lines lead to
  * @property {boolean} above whether it is the focal organism or an ancestor
  */
 
@@ -32,9 +32,9 @@ export class Genealogy {
     this.lives = new Map(tree.lives.map((life) => [life.uid, life]));
     this.focal = /** @type {Relative} */ (this.lives.get(tree.uid));
     this.siblings = tree.siblings;
-    this.shown = 0; // children of the focal organism
+    this.shown = 0; // number of displayed children of the focal organism
     this.width = this.height = 0; // [px]
-    /** @type {[number, number][]} ticks of births, and their heights [px] */
+    /** @type {[number, number][]} ticks of birth and their heights [px] */
     this.axis = [];
     /** @type {Map<string, Place>} */
     this.places = new Map();
@@ -75,7 +75,7 @@ export class Genealogy {
     return place;
   }
 
-  /** The parents of an organism that the tree has not placed yet, and their parents. @param {Relative} life @param {number} depth @param {number} left @returns {{places: Place[], middle: number, width: number}} */
+  /** Places the parents of an organism that are not in the tree yet, and their ancestors. @param {Relative} life @param {number} depth @param {number} left @returns {{places: Place[], middle: number, width: number}} */
   above(life, depth, left) {
     const parents = life.parents.map((uid) => this.lives.get(uid)).filter((one) => one !== undefined).filter(({ uid }) => !this.places.has(String(uid)) && uid !== this.focal.uid);
     const key = `up ${life.uid}`;
@@ -101,7 +101,7 @@ export class Genealogy {
     return { places, middle: (middles[0] + middles[middles.length - 1]) / 2, width };
   }
 
-  /** The number of listed ancestors, and whether there are more. @param {Relative} life */
+  /** The number of listed ancestors and whether there are more. @param {Relative} life */
   ancestors(life) {
     const found = new Set();
     const waiting = [...life.parents];
@@ -116,7 +116,7 @@ export class Genealogy {
     return { known: found.size, cut };
   }
 
-  /** The children of an organism, and their children. @param {Relative} life @param {number} depth 0: the focal organism @param {number} left @returns {{places: Place[], middle: number, width: number}} */
+  /** Places the children of an organism, and their children. @param {Relative} life @param {number} depth 0: the focal organism @param {number} left @returns {{places: Place[], middle: number, width: number}} */
   below(life, depth, left) {
     const key = `down ${life.uid}`;
     const listed = [...this.lives.values()].filter(({ parents }) => parents.includes(life.uid));
@@ -125,7 +125,7 @@ export class Genealogy {
     if (!all) return { places: [], middle: left + 0.5, width: 1 };
     const few = depth ? GRANDCHILDREN[Math.min(this.shown, 2) - 1] : CHILDREN;
     let most = this.open.has(key) ? children.length : depth && this.shown > 2 ? 0 : few;
-    if (all === most + 1) most = all; // "+1" would need the same space
+    if (all === most + 1) most = all; // "+1" would take the same space
     const shown = children.slice(0, most).sort((a, b) => (a.born ?? 0) - (b.born ?? 0) || a.uid - b.uid);
     if (!depth) this.shown = shown.length;
     const own = shown.map((child) => this.place(this.one(child), 0));
@@ -147,7 +147,7 @@ export class Genealogy {
     return { places, middle: (own[0].x + own[own.length - 1].x) / 2, width };
   }
 
-  /** Siblings of the focal organism, on the right. @param {number} left @returns {number} columns */
+  /** Places the siblings of the focal organism on the right. @param {number} left @returns {number} columns */
   beside(left) {
     if (!this.siblings) return 0;
     const parents = new Set(this.focal.parents);
@@ -160,7 +160,7 @@ export class Genealogy {
     return shown.length + Number(rest > 0);
   }
 
-  /** Lines from parents to children, including hidden ones. */
+  /** Draws lines from parents to children, including hidden children. */
   lines() {
     const at = (/** @type {number} */ uid) => this.places.get(String(uid));
     for (const { life, key } of this.places.values()) for (const uid of life?.parents ?? []) at(uid)?.to.push(key);
@@ -170,7 +170,7 @@ export class Genealogy {
     }
   }
 
-  /** Heights: later births are lower, and children do not overlap their parents. @returns {number} the total height */
+  /** Sets heights: later births are lower, and children do not overlap their parents. @returns {number} the total height */
   rows() {
     const born = (/** @type {Place} */ { life }) => life?.born ?? -Infinity;
     const drawn = [...this.places.values()];

@@ -1,4 +1,4 @@
-// The genome of one organism: its letters, genes marked in color, and their decoded values.
+// The genome of one organism, with genes marked in color and their decoded values.
 
 import { genes as hues } from "./colours.js";
 import { h, number } from "./dom.js";
@@ -33,7 +33,7 @@ function explain(gene) {
 
 /**
  * @param {string} string
- * @param {import("./protocol.js").Gene[]} genes ordered by their start; `to` is exclusive
+ * @param {import("./protocol.js").Gene[]} genes sorted by start; `to` is exclusive
  * @param {Map<string, HTMLElement[]>} marked filled by this function
  * @param {number} s index of the string
  */

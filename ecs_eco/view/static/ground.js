@@ -1,4 +1,4 @@
-// Land and sea: the ground with its relief, lakes and rocks; for a volume of water, its surface and floor.
+// Land and sea: the ground with its relief, lakes and rocks or, for a volume of water, its surface and floor.
 
 import {
   BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CircleGeometry, Color, DataTexture, DoubleSide, FloatType, Group, IcosahedronGeometry, LineBasicMaterial,
@@ -8,7 +8,7 @@ import { WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-/** Heights of the ground, bilinear between the centers of cells; 0 everywhere without terrain. */
+/** Heights of the ground, interpolated bilinearly between cell centers; 0 everywhere if there is no terrain. */
 export class Relief {
   /** @param {Hello} hello */
   constructor(hello) {
@@ -55,7 +55,7 @@ export class Ground {
     this.volume = hello.size.length > 2;
     this.light = 1;
     this.murk = this.volume ? 2.6 / hello.size[2] : 0;
-    /** @type {boolean | undefined} the theme for which the hills were painted */
+    /** @type {boolean | undefined} whether the hills are painted for the dark theme */
     this.painted = undefined;
     /** @type {LineSegments | null} */
     this.fenced = null;
@@ -94,7 +94,7 @@ export class Ground {
     for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
   }
 
-  /** Grid lines at round distances, and the border. */
+  /** Draws grid lines at round distances, and the border. */
   grid() {
     const [x, y] = this.hello.size;
     const step = round(Math.max(x, y) / 8);
@@ -157,7 +157,7 @@ export class Ground {
   }
 
   /**
-   * Draws fences, each a line of corners [m].
+   * Draws fences, given the corners [m] of each.
    * @param {number[][][]} fences
    */
   fence(fences) {
@@ -186,7 +186,7 @@ export class Ground {
   }
 
   /**
-   * Draws roads, and areas of land or sea use with dashed borders.
+   * Draws roads, and the dashed borders of land-use and sea-use areas.
    * @param {import("./protocol.js").Strip[]} roads
    * @param {import("./protocol.js").Area[]} areas
    */
@@ -210,7 +210,7 @@ export class Ground {
       const [ux, uy] = [((bx - ax) / long) * (width / 2), ((by - ay) / long) * (width / 2)];
       const parts = Math.max(1, Math.ceil(long / fine));
       const across = (/** @type {number} */ share, /** @type {number} */ side) => {
-        const beyond = share === 0 ? -1 : share === 1 ? 1 : 0; // avoids gaps at corners
+        const beyond = share === 0 ? -1 : share === 1 ? 1 : 0; // extends the ends, to avoid gaps at corners
         const [x, y] = [ax + (bx - ax) * share + beyond * ux - side * uy, ay + (by - ay) * share + beyond * uy + side * ux];
         return [x, y, this.relief.at(x, y) + 0.001 * Math.max(...this.hello.size)];
       };
@@ -246,7 +246,7 @@ export class Ground {
 
   sea() {
     const [x, y, z] = this.hello.size;
-    const box = new Mesh(new BoxGeometry(x, y, z), this.water); // only its far inner sides are drawn
+    const box = new Mesh(new BoxGeometry(x, y, z), this.water); // only the far inner sides are drawn
     box.position.set(x / 2, y / 2, z / 2);
     const surface = new Mesh(new PlaneGeometry(x, y), this.surface);
     surface.position.set(x / 2, y / 2, z);
@@ -260,7 +260,7 @@ export class Ground {
   }
 
   /**
-   * Sets the colors for a theme and the present light.
+   * Sets the colors for a theme and the current light.
    * @param {boolean} dark
    * @param {number} light 0 … 1
    */

@@ -1,4 +1,4 @@
-// The map of an archipelago. An island is a disc with sectors for its species, and an arrow is the wider, the more migrants there were. A click opens an island.
+// The map of an archipelago. An island is a disc with sectors for its species; the width of an arrow shows the number of migrants. A click opens an island.
 
 import { safe } from "./colours.js";
 import { Connection } from "./connection.js";
@@ -11,11 +11,11 @@ import { taken } from "./credential.js";
 
 /** @typedef {import("./protocol.js").Islands} Islands */
 
-const SIZE = 700; // of the map, in its own units
+const SIZE = 700; // size of the map in its own units
 const LEGIBLE = 0.9; // relative font size below which text no longer shrinks with the map
-const RADII = [20, 66]; // of an empty island and of the most populated one
+const RADII = [20, 66]; // radius of an empty island and of the most populous one
 const BEND = 0.13; // curvature of routes, as a share of their length
-const WIDTHS = [1.2, 9]; // of routes with the fewest and with the most migrants
+const WIDTHS = [1.2, 9]; // widths of the routes with the fewest and the most migrants
 const PACE = 60; // [ms] between points during playback
 const SPARK = [46, 18];
 
@@ -24,7 +24,7 @@ const connection = new Connection();
 let shown = null;
 let at = 0; // the point shown
 let newest = true; // whether the map follows the run
-let playing = 0; // a timer
+let playing = 0; // id of a timer
 let opening = "";
 let maps = 0;
 let letters = 1; // font size, relative to a map with enough space
@@ -78,10 +78,10 @@ function paint() {
   draw();
 }
 
-/** The number of a species on an island at the displayed point. @param {number} i @param {number} k */
+/** The population of a species on an island at the displayed point. @param {number} i @param {number} k */
 const count = (i, k) => shown?.n[i]?.[k][at] ?? 0;
 
-/** Migrants of the chosen species up to the displayed point: [from][to]. @returns {number[][]} */
+/** Migrants of the chosen species up to the displayed point, as [from][to]. @returns {number[][]} */
 function moved() {
   const { islands, species, moves } = /** @type {Islands} */ (shown);
   const out = islands.map(() => islands.map(() => 0));
@@ -105,7 +105,7 @@ function draw() {
   const radii = totals.map((total) => RADII[0] + (RADII[1] - RADII[0]) * Math.sqrt(total / most));
   const { clientWidth: wide, clientHeight: high } = $("map");
   letters = Math.max(1, LEGIBLE / (Math.min(wide / (SIZE + 60), high / (SIZE + 70)) || 1));
-  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, style: `--letters:${letters.toFixed(3)}`, role: "group", "aria-label": "Islands, and migrants between them" },
+  $("map").replaceChildren(s("svg", { viewBox: `-30 -10 ${SIZE + 60} ${SIZE + 70}`, style: `--letters:${letters.toFixed(3)}`, role: "group", "aria-label": "Islands and the migrants between them" },
     ...ways(places, radii, between), ...islands.map((_, i) => disc(i, places[i], radii[i], pie))));
   $("tick").textContent = points.length ? number(points[at]) : "–";
   $("time").value = String(at);
@@ -171,7 +171,7 @@ function disc(i, [x, y], radius, pie) {
   return root;
 }
 
-/** Tables: numbers of the islands over time, and migrants between them. @param {number[][]} between */
+/** Tables of the islands' populations over time and of the migrants between islands. @param {number[][]} between */
 function table(between) {
   const { islands, species, n } = /** @type {Islands} */ (shown);
   const sum = (/** @type {number[]} */ values) => values.reduce((a, b) => a + b, 0);
@@ -217,7 +217,7 @@ function go(point) {
   draw();
 }
 
-/** Starts or stops playback; it starts over if the last point is shown. @param {boolean} on */
+/** Starts or stops playback, which starts over if the last point is shown. @param {boolean} on */
 function play(on) {
   clearInterval(playing);
   playing = 0;
@@ -227,7 +227,7 @@ function play(on) {
   $("play").setAttribute("aria-label", on ? "Pause" : "Play");
 }
 
-window.addEventListener("pageshow", () => { // returned from an island
+window.addEventListener("pageshow", () => { // after returning from an island
   opening = "";
   draw();
 });

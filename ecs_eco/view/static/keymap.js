@@ -1,4 +1,4 @@
-// The keys and their functions.
+// Keys and their functions.
 
 import { $ } from "./dom.js";
 import { switchTheme } from "./theme.js";
@@ -33,7 +33,7 @@ export function keymap(calls) {
     { keys: ["b"], shown: "B", about: "about this world: its description and food web", does: () => calls.open("world") },
     { keys: ["w"], shown: "W", about: "what happened, and why", does: () => calls.open("why") },
     { keys: ["o"], shown: "O", about: "the organism", does: () => calls.open("organism") },
-    { keys: ["l"], shown: "L", about: "all organisms, as a table", does: () => calls.open("all") },
+    { keys: ["l"], shown: "L", about: "table of all organisms", does: () => calls.open("all") },
     { keys: ["k"], shown: "K", about: "copy a link to this view", does: calls.share },
     { keys: ["y"], shown: "Y", about: "what if: compare with a changed copy of the world", does: calls.whatif },
     { keys: ["a"], shown: "A", about: "act", does: () => page()?.act && calls.open("act") },

@@ -1,4 +1,4 @@
-// Keyboard control, and the help that lists the keys.
+// Keyboard control, and a help dialog that lists the keys.
 
 import { $, h } from "./dom.js";
 
@@ -11,7 +11,7 @@ import { $, h } from "./dom.js";
  */
 
 /**
- * Listens to keys outside input fields.
+ * Listens for keys outside input fields.
  * @param {Key[]} keys
  */
 export function listen(keys) {

@@ -1,27 +1,27 @@
-// Sliders for the knobs that a world defines, and undo for the changes made in this page.
+// Sliders for the knobs of a world, and undo for changes made on this page.
 
 import { h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter @typedef {import("./protocol.js").Knob} Knob */
 
-/** The present values of parameters, and their values before this page changed them. */
+/** The current values of parameters, and their values before this page changed them. */
 export class Changes {
   /** @param {(what: Record<string, unknown>, as?: string) => void} send */
   constructor(send) {
     this.send = send;
-    /** @type {{key: string, value: unknown}[]} previous values of changed parameters, the latest last */
+    /** @type {{key: string, value: unknown}[]} previous values of changed parameters, latest last */
     this.before = [];
     /** @type {{key: string, value: unknown} | undefined} the last change, until it is undone or refused */
     this.last = undefined;
     /** @type {Parameter[]} */
     this.list = [];
-    /** @type {Map<string, unknown>} values of parameters when this page opened */
+    /** @type {Map<string, unknown>} parameter values when this page opened */
     this.first = new Map();
-    /** @type {(() => void)[]} called when values have changed */
+    /** @type {(() => void)[]} callbacks for changed values */
     this.heard = [];
   }
 
-  /** @param {Parameter[]} list with their present values */
+  /** @param {Parameter[]} list with current values */
   offer(list) {
     this.list = list;
     for (const { key, value } of list) if (!this.first.has(key)) this.first.set(key, value);
@@ -42,13 +42,13 @@ export class Changes {
     this.last = this.before.at(-1);
   }
 
-  /** Undoes the last changes. @param {number} n @param {string} as */
+  /** Undoes the last n changes. @param {number} n @param {string} as */
   back(n, as) {
     this.last = undefined;
     this.set(Object.fromEntries(this.before.splice(-n).reverse().map(({ key, value }) => [key, value])), as);
   }
 
-  /** The last change was refused: restores the state before it. */
+  /** Restores the state before the last change, because it was refused. */
   refused() {
     const { last } = this, parameter = last && this.find(last.key);
     if (!parameter || this.before.at(-1) !== last) return;
@@ -71,7 +71,7 @@ export class Changes {
     for (const listener of this.heard) listener();
   }
 
-  /** Buttons that undo the last change, or all changes. */
+  /** Buttons that undo the last change or all changes. */
   buttons() {
     const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change", disabled: true, onclick: () => this.back(1, "undo") });
     const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "Undo all changes", disabled: true, onclick: () => this.back(this.before.length, "reset") });
@@ -80,7 +80,7 @@ export class Changes {
   }
 }
 
-/** Sliders for the knobs of a world, in a frame that is hidden if there are none. */
+/** Sliders for the knobs of a world, in a frame that is hidden if there are no knobs. */
 export class Knobs {
   /** @param {Changes} changes */
   constructor(changes) {

@@ -1,17 +1,17 @@
-// Lanes of the timeline: births above and deaths below, by species; if there is no space for lanes, all species together.
+// Lanes of the timeline: births above and deaths below, for each species or, if there is too little space, for all species together.
 
 import { h } from "./dom.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./charts.js").Line} Line */
-/** @typedef {{ticks: number[], births: Record<string, Line>, deaths: (name: string) => Line, colourOf: (name: string) => string}} Counted the counts from the charts */
-/** @typedef {(tick: number) => number} Place of a tick [px] */
+/** @typedef {{ticks: number[], births: Record<string, Line>, deaths: (name: string) => Line, colourOf: (name: string) => string}} Counted counts from the charts */
+/** @typedef {(tick: number) => number} Place horizontal position of a tick [px] */
 
 export class Lanes {
   /** @param {Counted} counted */
   constructor(counted) {
     this.counted = counted;
-    this.state = ""; // describes the contents of the picture
+    this.state = ""; // describes what the picture shows
     /** @type {HTMLCanvasElement | null} */
     this.picture = null;
   }
@@ -22,7 +22,7 @@ export class Lanes {
   }
 
   /**
-   * All lanes; repainted only when something has changed.
+   * Draws all lanes, repainting only when something has changed.
    * @param {Place} at
    * @param {string[]} rows species
    * @param {{top: number, low: number, left: number, right: number}} box [px]
@@ -42,7 +42,7 @@ export class Lanes {
   }
 
   /**
-   * Births and deaths of a species, each with its own scale.
+   * Draws births and deaths of a species, each on its own scale.
    * @param {CanvasRenderingContext2D} pen
    * @param {Place} at
    * @param {string} name
@@ -63,7 +63,7 @@ export class Lanes {
         sum[x] += line[i] ?? 0;
         n[x]++;
       });
-      return sum.map((value, x) => (x < left ? 0 : (known = n[x] ? value / n[x] : known))); // a point covers the ticks up to the next one
+      return sum.map((value, x) => (x < left ? 0 : (known = n[x] ? value / n[x] : known))); // a point covers the ticks up to the next point
     });
     const most = Math.max(1e-9, ...sums[0], ...sums[1]);
     sums.forEach((sum, down) => {
@@ -78,7 +78,7 @@ export class Lanes {
 }
 
 /**
- * Births or deaths of all species, in bins over the whole time.
+ * Draws births or deaths of all species, in bins over the whole run.
  * @param {CanvasRenderingContext2D} pen
  * @param {number[]} bins
  * @param {(bin: number) => number} at left edge of a bin [px]

@@ -1,4 +1,4 @@
-// The organisms of one kind in the scene: moving organisms are darts up to a few thousand, all others are points.
+// The organisms of one kind in the scene: up to a few thousand moving organisms are drawn as darts, all others as points.
 
 import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
@@ -9,7 +9,7 @@ import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
-const DARTS = 3000; // above this number, points
+const DARTS = 3000; // maximum number of darts; beyond that, points are drawn
 const BOXES = 50000;
 const RIM = 0.24; // width of the dark rim of animals, in radii
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
@@ -21,7 +21,7 @@ export class Layer {
   /**
    * @param {import("./protocol.js").Kind} kind
    * @param {import("./vendor.js").Group} group
-   * @param {Record<string, Uniform>} shared uniforms of all layers
+   * @param {Record<string, Uniform>} shared uniforms shared by all layers
    */
   constructor(kind, group, shared) {
     this.kind = kind;
@@ -38,7 +38,7 @@ export class Layer {
       plain: { value: [0.5, 0.5, 0.5] },
       least: { value: 2 },
       byValue: { value: 0 },
-      rim: { value: 0 }, // the size of the dark copy behind the body; 0: no copy
+      rim: { value: 0 }, // size of the dark copy behind the body; 0: none
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn in front of other animals
       pointed: { value: kind.moves || kind.rests ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !shared.size.value.z ? 1 : 0 },
@@ -159,7 +159,7 @@ export class Layer {
   }
 
   /**
-   * The row of an organism, −1 if it is not in this frame.
+   * The row of an organism, or −1 if it is not in this frame.
    * @param {number} uid
    */
   row(uid) {

@@ -1,14 +1,14 @@
-// The legend: each kind with its number, a sparkline on its own scale, its trend, and births and deaths per tick.
+// The legend: each kind with its population, a sparkline on its own scale, its trend, and births and deaths per tick.
 
 import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief present data of a kind from the charts; causes of death with deaths per tick, most frequent first */
+/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
 
-const WIDE = 54, HIGH = 16; // of a sparkline [px]
-const NAMED = 0.25; // smallest share of deaths for which a cause is named
-const STEADY = 0.03; // change over the last third of the sparkline below which a number counts as steady
+const WIDE = 54, HIGH = 16; // size of a sparkline [px]
+const NAMED = 0.25; // minimum share of deaths for a cause to be named
+const STEADY = 0.03; // maximum relative change over the last third of the sparkline that counts as steady
 
 /**
  * @param {Stage} stage
@@ -29,7 +29,7 @@ export function legend(stage, calls) {
   };
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
-  const note = h("label", { class: "legend-note", title: "Use the world file's own colors instead of a color-blind-safe palette" }, box, "colors of the world file");
+  const note = h("label", { class: "legend-note", title: "Use the colors of the world file instead of a color-blind-safe palette" }, box, "colors of the world file");
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);
@@ -43,7 +43,7 @@ export function legend(stage, calls) {
   return { count, look };
 }
 
-/** The meaning of the marks in the scene; a click hides or shows them. @param {Stage} stage */
+/** Explains the marks in the scene; a click hides or shows them. @param {Stage} stage */
 function marks(stage) {
   if (!stage.kinds.some(({ moves }) => moves)) return [];
   const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
@@ -73,14 +73,14 @@ function row(stage, k, hide, solo, find) {
   const toggle = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: hide },
     sign(kind, stage.colours[k]), h("span", { class: "named", text: kind.name }), spark, way, count, other, flow);
   const small = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ does) => h("button", { class: "mini", type: "button", text, title: label, "aria-label": label, onclick: does });
-  const root = h("div", { class: "legend-line" }, toggle, small("◉", `Show only ${kind.name}, or all kinds again`, solo), kind.inanimate ? null : small("⊕", `Select one: ${kind.name}`, find));
+  const root = h("div", { class: "legend-line" }, toggle, small("◉", `Show only ${kind.name}, or all kinds again`, solo), kind.inanimate ? null : small("⊕", `Select one ${kind.name}`, find));
   return { root, toggle, count, other, line, spark, way, flow, drawn: "" };
 }
 
 /**
  * @param {ReturnType<typeof row>} one
  * @param {Brief} brief
- * @param {number} n present number
+ * @param {number} n current population
  */
 function tell(one, { line, births, deaths, extinct, causes }, n) {
   const key = line.join();
@@ -104,7 +104,7 @@ export function whereof(causes) {
   return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 2).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
 }
 
-/** The relative change of a number over the last third of a line. @param {number[]} line */
+/** The relative change over the last third of a line. @param {number[]} line */
 export function trend(line) {
   const then = line[Math.floor((2 * (line.length - 1)) / 3)], now = line[line.length - 1];
   return then ? now / then - 1 : now ? 1 : 0;

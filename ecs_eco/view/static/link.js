@@ -1,11 +1,11 @@
-// A link that contains tick, camera, selection, panel, color and field. They are in the fragment of the address, which is never sent to a server.
+// A link that stores tick, camera, selection, panel, color and field in the fragment of the address, which is never sent to a server.
 
 import { Vector3 } from "./vendor.js";
 import { $, announce } from "./dom.js";
 
 /** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string}} Sight */
 
-/** Parses the fragment of an address; null if it has no parameters. @param {string} hash @returns {Sight | null} */
+/** Parses the fragment of an address; returns null if it has no parameters. @param {string} hash @returns {Sight | null} */
 export function read(hash) {
   const words = new URLSearchParams(hash.slice(1));
   /** @type {Sight} */
@@ -29,7 +29,7 @@ export function written(sight) {
   return `${location.origin}${location.pathname}#${words.join("&")}`;
 }
 
-/** The present view. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by the quantity that colors organisms @returns {Sight} */
+/** The current view. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by the quantity that colors organisms @returns {Sight} */
 export function shown({ tick, eye }, { uid, second }, tab, by) {
   const place = [...eye.camera.position.toArray(), ...eye.controls.target.toArray(), ...eye.shift];
   return { tick, eye: place, uid: uid ?? undefined, of: second ? "second" : undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
@@ -39,7 +39,7 @@ export function shown({ tick, eye }, { uid, second }, tab, by) {
 export function lookFrom(stage, eye) {
   stage.eye.move([eye[6] ?? 0, eye[7] ?? 0]);
   stage.eye.put([new Vector3(...eye.slice(0, 3)), new Vector3(...eye.slice(3, 6))]);
-  stage.eye.touched = true; // keeps this view on resize
+  stage.eye.touched = true; // keeps this view when resized
   stage.dirty = true;
 }
 
@@ -49,7 +49,7 @@ export async function copy(address) {
   let words = "The link is in the address bar";
   try {
     await navigator.clipboard.writeText(address);
-    words = "The link is copied, and also in the address bar";
+    words = "The link is copied and is also in the address bar";
   } catch {} // clipboard access may be forbidden
   announce(words);
   $("share").title = `${words}. It contains tick, camera, selection, panel, color and field`;

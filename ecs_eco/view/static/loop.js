@@ -1,4 +1,4 @@
-// A period that repeats: when its end is passed, the page asks the server to go back to its beginning.
+// A repeating period: when its end is passed, the page asks the server to go back to its beginning.
 
 import { $, announce, number } from "./dom.js";
 
@@ -16,14 +16,14 @@ export class Loop {
     this.send = send;
     /** @type {import("./protocol.js").State | null} */
     this.state = null;
-    this.asked = false; // whether going back was requested
-    this.held = false; // time was stopped, but the server has not confirmed it yet
+    this.asked = false; // whether the page has requested to go back
+    this.held = false; // whether a stop was requested but not yet confirmed by the server
     this.possible = hello.mode === "replay" || Boolean(hello.rewinds);
     this.why = this.possible ? "" : hello.stays || "this world cannot go back in time";
     this.say();
   }
 
-  /** The period that repeats, or null. */
+  /** The repeating period, or null. */
   get ends() {
     return this.timeline.loop;
   }
@@ -60,7 +60,7 @@ export class Loop {
     button.title = this.why ? `${NAME}: not available, ${this.why}` : this.ends ? `${this.words()} (R)` : NAME;
   }
 
-  /** Goes back to the beginning and continues to play. */
+  /** Goes back to the beginning of the period and continues playing. */
   again() {
     if (!this.ends) return;
     this.asked = true;

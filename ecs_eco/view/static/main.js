@@ -1,4 +1,4 @@
-// The page: connects the server to scene, charts, timeline and panels.
+// The page: connects the server to the scene, charts, timeline and panels.
 
 import { Act } from "./act.js";
 import { All } from "./all.js";
@@ -41,18 +41,18 @@ const connection = new Connection();
 let page = null;
 /** @type {State | null} */
 let state = null;
-let own = false; // whether kinds have the colors of the world file
+let own = false; // whether kinds are shown in the colors of the world file
 let by = "species";
 /** @type {ReturnType<typeof legend> | null} */
 let kinds = null;
 /** @type {ReturnType<typeof fields> | null} */
 let field = null;
-let wanted = read(location.hash); // the view that the address requests, until the world reports its tick
+let wanted = read(location.hash); // the view requested by the address, until the world reports its tick
 
 // ---- messages from the server
 
 connection.on("hello", (hello) => {
-  if (page) { // after a reconnection the world may be a different one: reload
+  if (page) { // after a reconnection, the world may be a different one: reload
     if (another(page.hello, hello)) return anew();
     (page.stage.jump = true), field?.again();
     if (by !== "species") connection.send({ kind: "colour", by });
@@ -93,7 +93,7 @@ connection.on("said", (said) => {
   if (said.field === "tree") return page?.panel.tree.refuse(said.text);
   if (said.field === "table") page?.all.refuse(said.text);
   if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
-  if (said.field === "seek" && page?.loop.ends) { // repetition goes back often, so no message about it
+  if (said.field === "seek" && page?.loop.ends) { // repetition goes back often, so no message is shown
     if (said.level === "info") return;
     page.loop.set(null);
   }
@@ -147,7 +147,7 @@ function begin(hello) {
     all.time(stage.tick);
     panel.tree.time((chosen.stage ?? stage).tick);
     overlay.descendants(stage, by);
-    if (followable() === followOff()) eyes(); // its state may arrive before the frame that contains it
+    if (followable() === followOff()) eyes(); // the organism's state may arrive before the frame that contains it
   };
   field = fields(stage, (name) => connection.send({ kind: "field", name }));
   capture(stage, hello);
@@ -189,7 +189,7 @@ function show(now) {
   wanted = null;
 }
 
-// ---- actions of the user
+// ---- user actions
 
 /** @param {number | null} uid @param {boolean} [second] whether it belongs to the second world */
 function select(uid, second = false) {
@@ -262,7 +262,7 @@ function colour(name) {
   page?.panel.tree.again();
 }
 
-/** Shows an event: goes to its tick if time can be chosen, otherwise points at it in the charts. @param {import("./protocol.js").Entry} entry */
+/** Shows an event: goes to its tick if that is possible, and otherwise points at it in the charts. @param {import("./protocol.js").Entry} entry */
 function jump(entry) {
   if (page?.hello.mode === "replay") connection.send({ kind: "seek", tick: Math.min(entry.tick, page.hello.last ?? entry.tick) });
   else {
@@ -279,7 +279,7 @@ function open(name) {
   if (name === "all") page?.all.again();
 }
 
-/** Applies the view that a link requests. @param {import("./link.js").Sight} sight */
+/** Applies the view requested by a link. @param {import("./link.js").Sight} sight */
 function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   if (!page || !state) return;
   const { hello, stage } = page;
@@ -296,7 +296,7 @@ function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   if (name) field?.choose(name);
 }
 
-/** Copies a link to the present view. */
+/** Copies a link to the current view. */
 const share = () => page && copy(written(shown(page.stage, chosen, opened(), by))).then((words) => overlay.flash(`${words}.`));
 
 // ---- buttons and keys
@@ -329,7 +329,7 @@ point($("canvas"), { page: () => page, select });
 count({ page: () => page, state: () => state, connection, two, chosen });
 window.addEventListener("hashchange", () => { // the user has entered another address in this tab
   if (connection.socket === null) connection.again();
-  else taken(); // the page is connected already
+  else taken(); // the page is already connected
   const asked = read(location.hash);
   if (asked && state) apply(asked);
 });

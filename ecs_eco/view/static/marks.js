@@ -1,4 +1,4 @@
-// Icons of kinds: the silhouette of an animal, a disc for plants, a square for objects; and line samples for charts.
+// Icons of kinds (the silhouette of an animal, a disc for plants, a square for objects), and line samples for charts.
 
 import { outline } from "./body.js";
 import { s } from "./dom.js";

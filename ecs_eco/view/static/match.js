@@ -1,11 +1,11 @@
-// Matches the organisms of a frame with those of the previous one: by row if rows are stable, else by a table of uids.
+// Matches the organisms of a frame with the previous frame: by row if rows are stable, otherwise by a table of uids.
 
 import { LONGS, WORDS } from "./frame.js";
 
 const NOBODY = 0xffffffff;
 const NEWBORN = 256; // bit in the fourth word of `before`
 
-/** Rows by uid: a hash table with open addressing, sized in powers of two. */
+/** Rows by uid: a hash table with open addressing, whose size is a power of two. */
 class Rows {
   constructor() {
     this.keys = new Uint32Array(0);
@@ -51,10 +51,10 @@ class Rows {
 const table = new Rows();
 
 /**
- * Writes the present drawing position of each organism of `block`: `before[4 i …]` = x, y, z, heading | NEWBORN if it is new.
+ * Writes the current drawing position of each organism of `block`: `before[4 i …]` = x, y, z, heading | NEWBORN if it is new.
  * @param {Uint16Array} before output
  * @param {import("./frame.js").Block} block the new frame
- * @param {import("./frame.js").Block} old the frame shown now
+ * @param {import("./frame.js").Block} old the displayed frame
  * @param {Uint16Array} oldBefore starting positions of the organisms in `old`
  * @param {number} share progress of the motion from oldBefore to old, 0 … 1
  */
@@ -88,8 +88,8 @@ export function match(before, block, old, oldBefore, share) {
 }
 
 /**
- * Interpolates from `b[j …]` to `a[i …]`. 16-bit differences take the shorter way around a torus; between walls, no difference is large
- * enough to wrap.
+ * Interpolates from `b[j …]` to `a[i …]`. On a torus, 16-bit differences take the shorter path.
+ * Between walls, no difference is large enough to wrap.
  * @param {Uint16Array} a
  * @param {number} i
  * @param {Uint16Array} b
@@ -106,7 +106,7 @@ function between(a, i, b, j, share) {
 }
 
 /**
- * Sets all start positions to the present ones: nothing moves.
+ * Sets all start positions to the current positions, so that nothing moves.
  * @param {Uint16Array} before
  * @param {import("./frame.js").Block} block
  */

@@ -1,4 +1,4 @@
-// Maps laid over the ground: densities of plants or food, computed from the places in a frame, and fields from the server.
+// Maps laid over the ground: densities of plants or food, computed from the positions in a frame, and fields from the server.
 
 import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
 import { rampColour, rgb } from "./colours.js";
@@ -7,13 +7,13 @@ import { WORDS } from "./frame.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 /** @typedef {{nx: number, ny: number, cells: Float32Array}} Cells */
 
-const ALONG = 72; // cells along the longer side
-const PACE = 250; // shortest time between two updates [ms]
-const SHARE = 0.02; // of the time, for updates
-const THICK = 0.34; // highest opacity
+const ALONG = 72; // number of cells along the longer side
+const PACE = 250; // minimum time between updates [ms]
+const SHARE = 0.02; // maximum share of the time spent on updates
+const THICK = 0.34; // maximum opacity
 
 /**
- * The number of organisms of some layers in each cell of the ground (in a volume: of its side), smoothed.
+ * The smoothed number of organisms of some layers in each cell of the ground or, in a volume, of its side.
  * @param {Stage} stage
  * @param {import("./layer.js").Layer[]} layers
  * @returns {Cells}
@@ -73,7 +73,7 @@ class Sheet {
     return ground;
   }
 
-  /** @param {Uint8Array} pixels red, green, blue and opacity, from the south-west @param {number} nx @param {number} ny */
+  /** @param {Uint8Array} pixels red, green, blue and opacity, from the southwest @param {number} nx @param {number} ny */
   paint(pixels, nx, ny) {
     if (this.texture?.image.width !== nx || this.texture.image.height !== ny) {
       this.texture?.dispose();
@@ -88,7 +88,7 @@ class Sheet {
   }
 }
 
-/** Makes the ground greener where more plants grow, because from afar a meadow is an area rather than points. */
+/** Makes the ground greener where more plants grow, because a distant meadow looks like an area, not like points. */
 export class Meadow {
   /** @param {Stage} stage */
   constructor(stage) {
@@ -131,7 +131,7 @@ export class Meadow {
   }
 }
 
-/** A selected field, such as a smell, light or food; a ramp colors its values from low to high. */
+/** A selected field, such as a smell, light or food, with its values colored by a ramp. */
 export class FieldMap {
   /** @param {Stage} stage */
   constructor(stage) {
@@ -175,7 +175,7 @@ export class FieldMap {
 
   /** @param {Uint8Array} values @param {number} nx @param {number} ny */
   paint(values, nx, ny) {
-    const wide = Math.max(2, nx); // stretches a single column of depths over the width of the water
+    const wide = Math.max(2, nx); // stretches a single column of depths across the width of the water
     const pixels = new Uint8Array(4 * wide * ny);
     for (let c = 0; c < wide * ny; c++) {
       const value = nx === 1 ? values[Math.floor(c / wide)] : values[c];
@@ -184,7 +184,7 @@ export class FieldMap {
     this.sheet.paint(pixels, wide, ny);
   }
 
-  /** Heights [m] at which the light has fallen to a half, a tenth and a hundredth. @returns {[number, string][]} */
+  /** Heights [m] at which light has fallen to a half, a tenth and a hundredth. @returns {[number, string][]} */
   levels() {
     const { message } = this;
     if (this.name !== "light" || !message || message.nx !== 1) return [];

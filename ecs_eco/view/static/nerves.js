@@ -1,5 +1,5 @@
-// The nervous system of one organism: sensors on the left; reflex network, policy and happiness in the middle; actions on the right with y (reflex),
-// p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values are updated in place.
+// The nervous system of one organism, with sensors on the left, reflex network, policy and happiness in the middle, and actions on the right.
+// Actions have y (reflex), p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values are updated in place.
 
 import { number, s } from "./dom.js";
 import { rampColour } from "./colours.js";
@@ -9,18 +9,18 @@ import { css } from "./theme.js";
 /** @typedef {import("./protocol.js").Wiring} Wiring */
 
 const STEP = 17;
-const LETTERS = "650 10.5px "; // font of names at their widest, when the action is carried out
-const LABEL = 88, ACTION = 40; // space for the names of sensors and actions; longer names enlarge it
-const NODE = 142; // x of the sensors' nodes
+const LETTERS = "650 10.5px "; // font of action names at their widest, when the action is carried out
+const LABEL = 88, ACTION = 40; // space for sensor and action names; longer names enlarge it
+const NODE = 142; // x of sensor nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
 const BOXES = /** @type {const} */ (["reflex", "policy", "happiness"]);
-const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability according to the policy", z: "z: chosen by the policy", H: "the decision H(y + z): carried out or not" };
+const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability given by the policy", z: "z: chosen by the policy", H: "decision H(y + z): carried out or not" };
 
 /**
- * Draws a nervous system; `update` shows new values of the same one.
+ * Draws a nervous system; `update` shows new values in the same drawing.
  * @param {Nerves} nerves
- * @param {Wiring} [wiring] connections of readings; if absent, any reading may affect everything
+ * @param {Wiring} [wiring] connections of readings; if absent, any reading can affect everything
  */
 export function drawNerves(nerves, wiring) {
   const rows = Math.max(nerves.sensors.length, nerves.actions.length + 1, 9);
@@ -47,7 +47,7 @@ export function drawNerves(nerves, wiring) {
   return { root, update, signature: signature(nerves) };
 }
 
-/** A key of the drawing's structure: values with the same key fit the same drawing. @param {Nerves} nerves */
+/** A key for the drawing's structure: values with the same key fit the same drawing. @param {Nerves} nerves */
 export function signature(nerves) {
   return [...nerves.sensors.map(({ name }) => name), ...nerves.actions.map(({ group, name }) => `${group}/${name}`)].join();
 }
@@ -74,7 +74,7 @@ function leads(wiring, i) {
 /** Whether a reflex leads to an action. @param {Wiring | undefined} wiring @param {number} i its row */
 const reflexive = (wiring, i) => !wiring || wiring.all.reflex || wiring.reflexes.some(([, action]) => action === i);
 
-/** Each reflex, the policy, and the formula of happiness as text. @param {Nerves} nerves @param {Wiring} wiring @returns {[string, string][]} */
+/** Each reflex, the policy and the happiness formula as text. @param {Nerves} nerves @param {Wiring} wiring @returns {[string, string][]} */
 export function wired(nerves, wiring) {
   const reflexes = wiring.reflexes.map(([, action, what]) => `${nerves.actions[action]?.name}: ${what}`);
   return [
@@ -84,7 +84,7 @@ export function wired(nerves, wiring) {
   ];
 }
 
-/** Space for the longest of some names [px]. @param {{name: string}[]} named */
+/** Space for the longest name [px]. @param {{name: string}[]} named */
 function room(named) {
   const pen = document.createElement("canvas").getContext("2d");
   if (pen) pen.font = LETTERS + css("--font");
@@ -95,7 +95,7 @@ function room(named) {
 function head(root) {
   const label = (/** @type {number} */ x, /** @type {string} */ text, /** @type {string} */ title) =>
     root.append(s("text", { x, y: 14, "font-size": 10.5, class: "muted", "text-anchor": "middle" }, s("title", {}, title), text));
-  label(62, "sensors x", "readings of the sensors");
+  label(62, "sensors x", "sensor readings");
   label(Y, "y", WORDS.y);
   label(P + 16, "p", WORDS.p);
   label(Z, "z", WORDS.z);
@@ -134,7 +134,7 @@ const curve = (x0, y0, x1, y1) => `M${x0} ${y0.toFixed(1)}C${(x0 + x1) / 2} ${y0
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
- * @param {readonly ("reflex" | "policy" | "happiness")[]} to the boxes to which it leads
+ * @param {readonly ("reflex" | "policy" | "happiness")[]} to boxes to which it leads
  * @returns {(nerves: Nerves) => void}
  */
 function sense(root, wires, sensor, i, y, boxes, to) {
@@ -147,7 +147,7 @@ function sense(root, wires, sensor, i, y, boxes, to) {
     s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, sensor.name),
     s("rect", { x: 94, y: y - 3, width: 40, height: 6, rx: 1.5, fill: "var(--line)" }), bar, node));
   let most = 1;
-  let signed = false; // whether it has been below 0; if so, the bar starts in the middle
+  let signed = false; // whether the value has been below 0; if so, the bar starts in the middle
   return (nerves) => {
     const value = nerves.sensors[i]?.value ?? 0;
     most = Math.max(most, Math.abs(value));
@@ -170,8 +170,8 @@ function sense(root, wires, sensor, i, y, boxes, to) {
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
- * @param {number} line length of the line above it if it starts a group, else 0
- * @param {boolean} reflexes whether a reflex leads to it
+ * @param {number} line length of the line above if the action starts a group, else 0
+ * @param {boolean} reflexes whether a reflex leads to the action
  * @returns {(nerves: Nerves) => void}
  */
 function act(root, wires, action, i, y, boxes, line, reflexes) {
@@ -214,7 +214,7 @@ function act(root, wires, action, i, y, boxes, line, reflexes) {
 }
 
 /**
- * The value of happiness, and the reward.
+ * The values of happiness and reward.
  * @param {SVGElement} root
  * @param {number} y
  * @returns {(nerves: Nerves) => void}

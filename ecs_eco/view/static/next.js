@@ -1,4 +1,4 @@
-// The choice of the next organism to select.
+// Chooses the next organism to select.
 
 /** @typedef {import("./stage.js").Stage} Stage */
 

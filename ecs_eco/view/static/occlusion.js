@@ -1,17 +1,17 @@
-// While the camera follows an organism, everything between it and the camera fades: bodies, objects, plants and rocks, but not the ground.
+// While the camera follows an organism, bodies, objects, plants and rocks between it and the camera fade. The ground does not.
 
 import { HIDES } from "./shaders.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
-const AROUND = 2.5; // of its radius on the screen
+const AROUND = 2.5; // radius of fading, relative to the organism's radius on the screen
 const LEAST = 16; // [px]
-const OWN = 1.5; // of its radius, so that it does not hide itself
+const OWN = 1.5; // depth margin, relative to the organism's radius, so that it does not hide itself
 
 /**
- * Sets where elements fade, before a picture is drawn.
+ * Sets where elements fade. Called before a picture is drawn.
  * @param {Stage} stage
- * @param {import("./vendor.js").Vector3 | null} place of the selected organism [m]
+ * @param {import("./vendor.js").Vector3 | null} place position of the selected organism [m]
  */
 export function clear(stage, place) {
   const { eye, shared, renderer, canvas } = stage;
@@ -33,7 +33,7 @@ export function clear(stage, place) {
   shared.clear.value = [((at.x + 1) / 2) * wide, ((at.y + 1) / 2) * high, (front.z + 1) / 2, pixels];
 }
 
-/** Lets a three.js material fade, too. @param {import("./vendor.js").MeshLambertMaterial} material @param {Record<string, {value: any}>} shared */
+/** Makes a three.js material fade as well. @param {import("./vendor.js").MeshLambertMaterial} material @param {Record<string, {value: any}>} shared */
 export function fadeable(material, shared) {
   material.onBeforeCompile = (shader) => {
     shader.uniforms.clear = shared.clear;

@@ -11,7 +11,7 @@ export class Other {
   /**
    * @param {import("./charts.js").Charts} charts
    * @param {string[]} names of both worlds
-   * @param {number | null} at the tick at which the worlds parted
+   * @param {number | null} at the tick at which the worlds diverged
    */
   constructor(charts, names, at) {
     this.charts = charts;
@@ -20,17 +20,17 @@ export class Other {
     this.ticks = [];
     /** @type {Record<string, Record<string, Line>>} */
     this.lines = {};
-    /** @type {Int32Array} index in its own ticks for each tick of the charts */
+    /** @type {Int32Array} index into `ticks` for each tick of the charts */
     this.places = new Int32Array(0);
     this.placed = "";
     const sample = (/** @type {number} */ width) => s("svg", { viewBox: "0 0 22 8", width: 22, height: 8, "aria-hidden": "true" }, s("line", { x1: 0, x2: 22, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": width }));
     this.note = h("p", { class: "pair-key" }, h("span", {}, sample(1), names[0]), h("span", {}, sample(3), names[1]), at === null ? null : h("span", { text: `¦ tick ${number(at)}` }));
-    for (const { name } of charts.hello.species) charts.lines.n[name] ??= []; // the first world's line comes before this one
+    for (const { name } of charts.hello.species) charts.lines.n[name] ??= []; // the first world's line must come first
     charts.other = this;
     charts.body.before(this.note);
   }
 
-  /** Adds points; they replace existing points from their first tick on. @param {import("./protocol.js").Series} series */
+  /** Adds points, which replace existing points from their first tick onward. @param {import("./protocol.js").Series} series */
   add(series) {
     const first = series.tick[0];
     if (first === undefined) return;
@@ -51,7 +51,7 @@ export class Other {
     soon(this.charts.redraw);
   }
 
-  /** Its values at the ticks of the charts. @param {string} key @param {string[]} names @returns {Line[]} */
+  /** Values of the second world at the ticks of the charts. @param {string} key @param {string[]} names @returns {Line[]} */
   held(key, names) {
     this.place();
     return names.map((name) => {
@@ -60,7 +60,7 @@ export class Other {
     });
   }
 
-  /** Its value at a tick of the charts. @param {string} key @param {string} name @param {number} tick */
+  /** Value of the second world at a tick of the charts. @param {string} key @param {string} name @param {number} tick */
   value(key, name, tick) {
     const at = this.ticks.findLastIndex((own) => own <= tick);
     return at < 0 || tick > this.ticks[this.ticks.length - 1] ? null : this.lines[key]?.[name]?.[at];
@@ -79,7 +79,7 @@ export class Other {
     });
   }
 
-  /** Marks the tick at which the worlds parted. @param {import("./vendor.js").uPlot} u */
+  /** Marks the tick at which the worlds diverged. @param {import("./vendor.js").uPlot} u */
   mark(u) {
     if (this.at === null) return;
     const x = u.valToPos(this.at, "x", true);

@@ -9,8 +9,8 @@ import { css } from "./theme.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 /** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, colour: string, by: number}} Mark */
 
-export const LASTS = 5; // [ticks] for which a mark is shown
-const MOST = 300; // marks
+export const LASTS = 5; // [ticks] that a mark is shown
+const MOST = 300; // maximum number of marks
 
 export class Over {
   /** @param {Stage} stage @param {HTMLCanvasElement} canvas */
@@ -25,16 +25,16 @@ export class Over {
     this.shown = true; // whether marks are shown
     /** @type {{seen: number, rays: number, drawn: number}} counts of the last drawing, for tests */
     this.drew = { seen: 0, rays: 0, drawn: 0 };
-    /** @type {[number, string][]} heights [m] at which the light of a field has fallen to a label's share */
+    /** @type {[number, string][]} heights [m] at which light has fallen to the labeled share */
     this.levels = [];
     this.clear = true;
     this.last = 0; // tick of the last frame
   }
 
-  /** Called after a frame: marks births. @param {number} tick @param {boolean} jump whether time jumped */
+  /** Marks births; called after each frame. @param {number} tick @param {boolean} jump whether time jumped */
   take(tick, jump) {
     const { stage } = this;
-    const far = tick - this.last > LASTS; // some of the new organisms were born too long ago for a mark
+    const far = tick - this.last > LASTS; // some of the new organisms may have been born too long ago to be marked
     this.last = tick;
     if (jump) this.marks = this.marks.filter((mark) => mark.tick <= tick);
     this.marks = this.marks.filter((mark) => tick - mark.tick < LASTS).slice(-MOST);
@@ -65,7 +65,7 @@ export class Over {
     stage.dirty = true;
   }
 
-  /** Draws everything, after each picture of the scene. */
+  /** Draws everything; called after each picture of the scene. */
   draw() {
     const { stage, pen, canvas } = this;
     const ratio = Math.min(2, devicePixelRatio || 1);
@@ -86,7 +86,7 @@ export class Over {
     for (const mark of marks) this.mark(mark);
   }
 
-  /** A line with an outline, so that it is visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
+  /** Draws a line with an outline that makes it visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
   line(points, colour, width, dash = [], alpha = 1) {
     const { pen } = this;
     for (const [stroke, wide] of /** @type {[string, number][]} */ ([[css("--card"), width + 2], [colour, width]])) {
@@ -106,7 +106,7 @@ export class Over {
     pen.globalAlpha = 1;
   }
 
-  /** Text with an outline. @param {string} text @param {number} x @param {number} y @param {string} [colour] */
+  /** Draws text with an outline. @param {string} text @param {number} x @param {number} y @param {string} [colour] */
   words(text, x, y, colour = css("--ink")) {
     const { pen } = this;
     pen.lineWidth = 3.5;
@@ -139,7 +139,7 @@ export class Over {
     this.line([{ x: x - r, y: y + r }, { x: x + r, y: y - r }], stroke, wide, [], fade);
   }
 
-  /** The depth scale along the leftmost edge, and the depths to which light has fallen by tenths. */
+  /** Draws the depth scale along the leftmost edge, and the depths at which light has fallen to labeled shares. */
   depths() {
     const { stage } = this;
     const [x, y, z] = stage.hello.size;

@@ -1,4 +1,4 @@
-// Elements over the scene: ring around the selected organism, tooltip at the pointer, scale, course of the sun, notices.
+// Elements over the scene: ring around the selected organism, tooltip, scale, position of the sun, notices.
 
 import { $, h, number, s } from "./dom.js";
 import { gradient, rampOf } from "./colours.js";
@@ -8,7 +8,7 @@ import { round } from "./ground.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 
 /**
- * The legend of the colors of values.
+ * The legend of value colors.
  * @param {string} by
  * @param {Record<string, [number, number]>} [scales] low and high, by kind
  */
@@ -20,13 +20,13 @@ export function ramp(by, scales) {
   const key = JSON.stringify([by, found]);
   if (root.dataset.key === key) return;
   root.dataset.key = key;
-  const words = by === "family" ? "family: the twelve largest of each species, each from one founder" : by.replace("gene:", "gene ").replace("kin:", "descendants of #");
+  const words = by === "family" ? "family: the twelve largest of each species, each descended from one founder" : by.replace("gene:", "gene ").replace("kin:", "descendants of #");
   root.replaceChildren(words, h("i", { style: `background:${gradient(rampOf(by))}` }), ...found.map(([name, [low, high]]) =>
     h("div", {}, h("span", { text: number(low) }), h("em", { text: name }), h("span", { text: number(high) }))));
   if (!found.length && rampOf(by) === "sequential") root.append(h("div", {}, h("span", { text: "low" }), h("span", { text: "high" })));
 }
 
-/** The number of descendants, if they determine the colors. @param {Stage} stage @param {string} by */
+/** Shows the number of descendants, if organisms are colored by descent. @param {Stage} stage @param {string} by */
 export function descendants(stage, by) {
   if (!by.startsWith("kin:")) return;
   const alive = stage.layers.reduce((sum, { block, kind }) => {
@@ -39,7 +39,7 @@ export function descendants(stage, by) {
 }
 
 /**
- * Ring and name of the selected organism, and the scale; called after each drawing.
+ * Updates the ring and name of the selected organism, and the scale; called after each drawing.
  * @param {Stage} stage
  */
 export function follow(stage) {
@@ -52,7 +52,7 @@ export function follow(stage) {
   if (text.textContent !== shown) text.textContent = shown;
 }
 
-/** Ring and name of the selected organism of a scene. @param {Stage} stage @param {HTMLElement} ring @param {HTMLElement} tag */
+/** Updates the ring and name of a scene's selected organism. @param {Stage} stage @param {HTMLElement} ring @param {HTMLElement} tag */
 export function circle(stage, ring, tag) {
   const place = stage.selected === null ? null : stage.place(stage.selected);
   const at = place && stage.project(place);
@@ -79,7 +79,7 @@ export function tip(at, text = "") {
 }
 
 /**
- * The present light: sky, and the position of the sun.
+ * Shows the current light: sky and position of the sun.
  * @param {Stage} stage
  */
 export function sky(stage) {
@@ -128,14 +128,14 @@ export function linked(link, connection) {
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   $("link").title = words[link];
-  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "No run answers at this address.", { text: "Try again", does: () => connection.again() });
+  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "There is no response from this address.", { text: "Try again", does: () => connection.again() });
   else if (link === "refused") door(connection.greeted ? "The run has restarted; open its new address." : "No access: an address works once, within ten minutes.");
   else if (link === "lost") notice("Connection lost; trying again …");
   else notice(null);
 }
 
 /**
- * Shows the reason why this page has no access, and a field for another address.
+ * Shows why this page has no access, and a field for another address.
  * @param {string} why
  */
 export function door(why) {
@@ -146,7 +146,7 @@ export function door(why) {
     const code = field.value.split("#")[1] ?? "";
     if (!code.startsWith("code=")) return field.focus();
     const address = new URL(field.value, location.href);
-    if (address.origin === location.origin) location.hash = code; // main.js notices the change and connects
+    if (address.origin === location.origin) location.hash = code; // main.js then connects
     else if (address.protocol === "http:" && address.hostname === location.hostname) location.assign(address);
   });
   const root = $("notice");
@@ -154,7 +154,7 @@ export function door(why) {
   root.replaceChildren(`${why} Enter the address that the terminal shows now:`, form);
 }
 
-/** The parts of the stage under cards: left, top, right and bottom of each [px]. @param {number[]} [from] a corner of the stage */
+/** The left, top, right and bottom [px] of each part of the stage that is covered by a card. @param {number[]} [from] a corner of the stage */
 export function covered([x, y] = [0, 0]) {
   const stage = $("stage").getBoundingClientRect(), left = stage.left + x, top = stage.top + y;
   const boxes = ["legend", "cameras", "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());

@@ -1,10 +1,9 @@
-// When to draw: scenes at each frame of the browser, charts a few times per second. If drawing is slow (without a graphics card, or with two worlds
-// in view), scenes are drawn at most half of the time, because a browser that must draw the next picture while it still works on the last one has no
-// time for clicks and messages.
+// When to draw: scenes at each browser frame, charts a few times per second. If drawing is slow, scenes are drawn at most half of the time,
+// because otherwise the browser would have no time left for clicks and messages.
 
-const SLOW = 80; // [ms] for a frame beyond which a pause of the same length follows
-const LONGEST = 1000; // [ms] longest pause
-const CHARTS = 100; // [ms] between two drawings of charts
+const SLOW = 80; // [ms] if a frame takes longer, a pause of the same length follows
+const LONGEST = 1000; // [ms] maximum pause
+const CHARTS = 100; // [ms] between drawings of charts
 
 /** @type {Set<(now: number) => boolean>} */
 const scenes = new Set();
@@ -15,7 +14,7 @@ let drawn = 0;
 let running = false;
 
 /**
- * Calls a function at each frame, until the returned function is called. The function returns whether it has drawn.
+ * Calls `draw`, which returns whether it has drawn, at each frame until the returned function is called.
  * @param {(now: number) => boolean} draw [ms]
  */
 export function onFrames(draw) {
@@ -24,7 +23,7 @@ export function onFrames(draw) {
   return () => scenes.delete(draw);
 }
 
-/** Calls a function once at one of the next frames, however often it was requested. @param {() => void} draw */
+/** Calls a function once at an upcoming frame, however often it was requested. @param {() => void} draw */
 export function soon(draw) {
   waiting.add(draw);
   start();

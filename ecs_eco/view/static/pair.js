@@ -1,4 +1,4 @@
-// A second world next to the first: a branch or an unrelated world. One clock and one camera control both.
+// A second world next to the first: a branch or an unrelated world. Both share one clock and one camera.
 
 import { $, announce, h, number } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
@@ -10,7 +10,7 @@ import { Stage } from "./stage.js";
 /** @typedef {import("./protocol.js").Beside} Beside */
 /** @typedef {import("./eye.js").Eye} Eye */
 /** @typedef {{stage: Stage, charts: import("./charts.js").Charts, act: import("./act.js").Act | null}} Page */
-/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, said: string, seen: number[]}} Two position and target of the first camera, at the last picture */
+/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, said: string, seen: number[]}} Two `seen`: position and target of the first camera at the last picture */
 
 /**
  * @param {import("./connection.js").Connection} connection
@@ -51,7 +51,7 @@ export function pair(connection, calls) {
     $("over").after(...parts);
     $("stage").classList.add("pair");
     const stage = new Stage(canvas, /** @type {import("./protocol.js").Hello} */ (hello), over);
-    stage.eye.touched = true; // it copies the view of the first camera
+    stage.eye.touched = true; // this camera copies the view of the first
     /** @type {Two} */
     const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, said: "", seen: [] };
     stage.onrender = () => overlay.circle(stage, ring, tag);
@@ -60,7 +60,7 @@ export function pair(connection, calls) {
       if (copying || two !== made) return;
       look(stage, page.stage);
       page.stage.eye.touched = true;
-      made.seen = sight(page.stage.eye); // no need to copy this view back
+      made.seen = sight(page.stage.eye); // this view need not be copied back
     });
     page.stage.eye.cover = () => [...overlay.covered(), ...overlay.covered([canvas.offsetLeft, canvas.offsetTop])];
     two = made;
@@ -69,14 +69,14 @@ export function pair(connection, calls) {
     calls.chosen.mark();
     $("pair").hidden = false;
     $("pairAgain").hidden = !recipe;
-    $("pairWhat").textContent = at === null ? names.join(" and ") : `What if, from tick ${number(at)} on: ${change}`;
+    $("pairWhat").textContent = at === null ? names.join(" and ") : `What if, from tick ${number(at)} onward: ${change}`;
     announce(at === null ? `Two worlds side by side: ${names.join(" and ")}` : `Branched at tick ${number(at)}: ${change}`);
     calls.count();
     page.stage.jump = stage.jump = true;
     return made;
   }
 
-  /** @param {boolean} [back] whether it will reopen at once, as after a reconnection */
+  /** @param {boolean} [back] whether it will reopen immediately, as after a reconnection */
   function close(back = false) {
     const page = calls.page();
     if (!two || !page) return;
@@ -95,7 +95,7 @@ export function pair(connection, calls) {
 
   let copying = false;
 
-  /** Copies the view of one camera to another one. @param {Stage} from @param {Stage} to */
+  /** Copies the view of one camera to another. @param {Stage} from @param {Stage} to */
   function look(from, to) {
     copying = true;
     const scale = to.eye.span / from.eye.span;
@@ -120,14 +120,14 @@ export function pair(connection, calls) {
     get stage() {
       return two?.stage ?? null;
     },
-    /** The number of its frames so far. */
+    /** The number of frames of the second world so far. */
     get frames() {
       return two ? two.stage.frames : 0;
     },
     paint,
-    /** The color of a kind that may be absent from the first world. @param {string} name */
+    /** The color of a kind, which may be absent from the first world. @param {string} name */
     colourOf: (name) => two?.stage.colours[two.stage.kinds.findIndex((kind) => kind.name === name)],
-    /** Reads a binary message: a frame of the first world and, if there is one, of the second. @param {ArrayBuffer} buffer */
+    /** Reads a binary message: a frame of the first world and possibly one of the second. @param {ArrayBuffer} buffer */
     take(buffer) {
       const page = calls.page();
       if (!page) return 0;
@@ -138,7 +138,7 @@ export function pair(connection, calls) {
       if (there) two.stage.take(buffer, page.stage.end);
       return number;
     },
-    /** Called after a picture of the first scene: copies its view and the displayed kinds to the second. */
+    /** Copies the view and the displayed kinds of the first scene to the second; called after each picture of the first. */
     follow() {
       const page = calls.page();
       if (!two || !page) return;
@@ -159,7 +159,7 @@ export function pair(connection, calls) {
   };
 }
 
-/** Shows the present differences. @param {Two} two @param {NonNullable<Beside["state"]>} state */
+/** Shows the current differences. @param {Two} two @param {NonNullable<Beside["state"]>} state */
 function say(two, { text, clauses, there }) {
   if (two.said === text) return;
   two.said = text;
@@ -174,7 +174,7 @@ function say(two, { text, clauses, there }) {
   $("stage").classList.toggle("alone", !there);
 }
 
-/** The camera's position and target, and the shift of its picture. @param {Eye} eye */
+/** The camera's position and target, and the shift of the picture. @param {Eye} eye */
 const sight = ({ camera, controls, shift }) => [...camera.position.toArray(), ...controls.target.toArray(), ...shift];
 
 /** Shows how to reproduce this branch without the page. @param {{toml: string, command: string}} recipe */
@@ -195,7 +195,7 @@ function again({ toml, command }) {
   const dialog = $("again");
   dialog.replaceChildren(h("h2", { id: "againTitle", text: "Reproduce this without the page" }),
     ...(command ? part("Command", command) : []), ...(toml ? part("In the world file", toml) : []),
-    h("p", { class: "about", text: "One pair of runs can differ by chance: ecs-eco compare uses many seeds to test whether a change causes a difference." }),
+    h("p", { class: "about", text: "One pair of runs can differ by chance. To test whether a change makes a difference, run many seeds with ecs-eco compare." }),
     h("form", { method: "dialog" }, h("button", { class: "button", type: "submit", text: "Close" })));
   dialog.showModal();
 }

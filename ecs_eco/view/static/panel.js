@@ -1,4 +1,4 @@
-// The panel of the selected organism: facts, kin, nervous system, happiness and energy over time, genome.
+// The panel of the selected organism, with facts, kin, nervous system, genome, and happiness and energy over time.
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
@@ -11,7 +11,7 @@ import { Tree } from "./tree.js";
 
 /** @typedef {import("./protocol.js").Organism} Organism */
 
-const KIN = 12; // shown before "and more"
+const KIN = 12; // maximum number shown before "and more"
 
 export class Panel {
   /**
@@ -32,7 +32,7 @@ export class Panel {
     this.plot = null;
     this.kept = "";
     this.tree = new Tree({ select: calls.select, ask: calls.tree, clade: calls.clade, colourOf: calls.colourOf });
-    this.points = false; // whether the chart of a single life shows points
+    this.points = false; // whether the chart shows points
     new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
     this.empty();
   }
@@ -40,7 +40,7 @@ export class Panel {
   empty() {
     this.forget();
     const kind = kindsOf(this.hello).find((species) => species.moves) ?? this.hello.species[0];
-    const replay = this.hello.mode === "replay" ? " In a replay, organisms recorded in detail show all data; others show what was recorded." : "";
+    const replay = this.hello.mode === "replay" ? " In a replay, all data are available only for organisms recorded in detail." : "";
     this.root.replaceChildren(h("div", { class: "empty" }, kind ? sign(kind, "currentColor") : null,
       h("p", { text: `Click an organism, or press N for the next one, to see its senses, decisions and genome.${replay}` })));
   }
@@ -64,7 +64,7 @@ export class Panel {
     }
   }
 
-  /** Shows that there is no data. @param {string} why */
+  /** Reports that there is no data. @param {string} why */
   refuse(why) {
     this.forget();
     this.root.replaceChildren(h("div", { class: "empty", text: why }));
@@ -105,7 +105,7 @@ export class Panel {
       h("span", { class: "grow" }),
       h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", disabled: !organism.alive, onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
-    const world = organism.world === undefined ? null : h("p", { class: organism.second ? "world second" : "world" }, "world: ", h("b", { text: organism.world }), { true: ", born before the worlds parted", false: ", born after the worlds parted" }[String(organism.both)] ?? "");
+    const world = organism.world === undefined ? null : h("p", { class: organism.second ? "world second" : "world" }, "world: ", h("b", { text: organism.world }), { true: ", born before the worlds diverged", false: ", born after the worlds diverged" }[String(organism.both)] ?? "");
     this.root.replaceChildren(head, ...(world ? [world] : []), this.saidAt, ...this.note(organism), this.factsAt, this.diedAt, this.seesAt, this.kinAt, this.tree.root);
     const past = organism.as_of === undefined ? "" : ` in its last tick, ${number(organism.as_of)}`;
     this.root.classList.toggle("past", past !== "");
@@ -120,12 +120,12 @@ export class Panel {
     return kindsOf(this.of(organism)).find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
   }
 
-  /** Its world. @param {Organism} organism */
+  /** The organism's world. @param {Organism} organism */
   of(organism) {
     return (organism.second && this.calls.other()) || this.hello;
   }
 
-  /** Shows which data were recorded, if not all. @param {Organism} organism */
+  /** Explains which data were recorded, if not all. @param {Organism} organism */
   note(organism) {
     const { mode } = this.of(organism);
     if (!organism.note && (organism.detail === "full" || mode === "live")) return [];
@@ -153,7 +153,7 @@ export class Panel {
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
       fact("generation", number(organism.generation)),
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
-      wide("place [m]", place ? place.slice(0, this.of(organism).size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
+      wide("position [m]", place ? place.slice(0, this.of(organism).size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
       ...(organism.size ? [fact("size [m]", organism.size.map((value) => number(value)).join(" × "))] : []),
       fact("reward", number(nerves?.reward)),
@@ -250,7 +250,7 @@ export class Panel {
 /** @param {string} name @param {string} text */
 const fact = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, title: text }));
 
-/** A fact whose text may take two lines. @param {string} name @param {string} text */
+/** A fact whose text may wrap onto a second line. @param {string} name @param {string} text */
 const wide = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, class: "wraps" }));
 
 /** @param {(number | null)[] | undefined} list */

@@ -1,11 +1,11 @@
-// The element at a point of the canvas: an organism, or a place on the ground.
+// Finds what is at a point of the canvas: an organism or a position on the ground.
 
 import { Raycaster, Vector2, Vector3 } from "./vendor.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
 
 /**
- * The organism nearest to a point of the canvas: animals before plants, plants before objects.
+ * The organism nearest to a point of the canvas, preferring animals to plants and plants to objects.
  * @param {Stage} stage
  * @param {number} x [px]
  * @param {number} y [px]
@@ -38,7 +38,7 @@ export function pick(stage, x, y, reach) {
 }
 
 /**
- * The place on the ground (in water: on the middle plane) under a point of the canvas [m].
+ * The position [m] on the ground (in water: on the middle plane) under a point of the canvas.
  * @param {Stage} stage
  * @param {number} x [px]
  * @param {number} y [px]

@@ -1,4 +1,4 @@
-// The pointer over the scene: a click selects an organism or places new ones, and the organism under the pointer is named.
+// The pointer over the scene: a click selects an organism or places new ones, and a tooltip names the organism under the pointer.
 
 import * as overlay from "./overlay.js";
 import { pick, under } from "./point_at.js";

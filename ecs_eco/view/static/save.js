@@ -1,4 +1,4 @@
-// Charts as files: the numbers as CSV, the picture as PNG or SVG.
+// Saves charts as files: the numbers as CSV, the picture as PNG or SVG.
 
 import { h, s } from "./dom.js";
 import { css } from "./theme.js";

@@ -1,4 +1,4 @@
-// Two values of organisms as points in the color of their species; a click selects an organism.
+// A scatter plot of two values, with points in the color of the species; a click selects an organism.
 
 import { h, number, s } from "./dom.js";
 import { drawing } from "./save.js";
@@ -7,7 +7,7 @@ import { css } from "./theme.js";
 /** @typedef {import("./protocol.js").ScatterMessage} ScatterMessage */
 
 const KEPT = "ecs-eco-scatter"; // in localStorage: the two values
-const PACE = 1500; // [ms] between two requests while time passes
+const PACE = 1500; // [ms] between requests while time passes
 const [WIDE, HIGH] = [360, 250];
 const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
 
@@ -20,7 +20,7 @@ export class Scatter {
     this.tick = -1;
     /** @type {ScatterMessage | null} */
     this.message = null;
-    /** @type {HTMLElement | null} the element that contains it; null if it is not shown */
+    /** @type {HTMLElement | null} the element that contains the figure; null if it is not shown */
     this.place = null;
     this.choices = [0, 1].map((axis) => {
       const choice = h("select", { class: "input", "aria-label": axis ? "Value on the vertical axis" : "Value on the horizontal axis", onchange: () => {
@@ -53,7 +53,7 @@ export class Scatter {
     this.ask();
   }
 
-  /** Shows that this world does not have the chosen values. */
+  /** Reports that this world does not have the chosen values. */
   refuse() {
     if (this.pair.join() === "age,energy") return;
     this.pair = ["age", "energy"];
@@ -115,7 +115,7 @@ function recalled() {
   try {
     const pair = JSON.parse(localStorage.getItem(KEPT) ?? "null");
     if (Array.isArray(pair) && pair.length === 2 && pair.every((name) => typeof name === "string")) return pair;
-  } catch {} // treated as if nothing was stored
+  } catch {} // treated as if nothing were stored
   return ["age", "energy"];
 }
 
@@ -123,5 +123,5 @@ function recalled() {
 function remember(pair) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(pair));
-  } catch {} // private windows may forbid storage
+  } catch {} // storage may be unavailable in private windows
 }

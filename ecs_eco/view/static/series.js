@@ -1,4 +1,4 @@
-// Series of numbers by tick: appending, export as text, shading of nights; and the choice of charts.
+// Helpers for series of numbers by tick, and the choice of charts.
 
 import { uPlot } from "./vendor.js";
 import { css } from "./theme.js";
@@ -31,7 +31,7 @@ export function nights(u, ticks, light) {
 }
 
 /**
- * Numbers as comma-separated text.
+ * Formats numbers as comma-separated text.
  * @param {number[]} ticks
  * @param {string[]} names of columns
  * @param {Record<string, Line>} lines
@@ -57,7 +57,7 @@ export function append(line, values, length, n) {
   }
 }
 
-export const REPORT = "report "; // prefix of reporters' names; each reporter has its own chart
+export const REPORT = "report "; // prefix of reporter names; each reporter has its own chart
 
 /** The lines of a message by chart. @param {import("./protocol.js").Series} series @returns {Record<string, Record<string, Line> | undefined>} */
 export const grouped = (series) => ({
@@ -65,7 +65,7 @@ export const grouped = (series) => ({
   ...Object.fromEntries(Object.entries(series.reports ?? {}).map(([name, lines]) => [REPORT + name, lines])),
 });
 
-/** Deaths by species and cause, as one line each. @param {Record<string, Record<string, Line>>} causes */
+/** Deaths by species and cause, one line each. @param {Record<string, Record<string, Line>>} causes */
 export const flat = (causes) => Object.fromEntries(Object.entries(causes).flatMap(([species, lines]) => Object.entries(lines).map(([cause, line]) => [`${species}: ${cause}`, line])));
 
 const RARE = ["births", "plane", "spread", "energy", "scatter"]; // hidden until the user selects them
@@ -83,5 +83,5 @@ export function recalled() {
 export function remember(hidden) {
   try {
     localStorage.setItem(KEPT, JSON.stringify(hidden));
-  } catch {} // private windows may forbid storage
+  } catch {} // storage may be unavailable in private windows
 }

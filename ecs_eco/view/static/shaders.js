@@ -1,11 +1,11 @@
 // The shaders of organisms. Positions are the 16-bit words of the frame; motion, color by value and size are computed here.
 
 const COMMON = /* glsl */ `
-uniform vec3 size;        // of the world [m]
-uniform vec3 wrap;        // 1 along an axis that is a torus
+uniform vec3 size;        // size of the world [m]
+uniform vec3 wrap;        // 1 along axes that wrap around
 uniform float alpha;      // progress from the last frame to this one
-uniform float radius;     // of the body [m]
-uniform float least;      // smallest radius on the screen [px]
+uniform float radius;     // radius of the body [m]
+uniform float least;      // minimum radius on the screen [px]
 uniform float lens;       // pixels per meter at a distance of one meter
 uniform float day;        // light at the surface 0 … 1
 uniform float murk;       // attenuation of light with depth [1/m], 0 on land
@@ -14,7 +14,7 @@ uniform float byValue;    // 1 if the value determines the color
 uniform vec3 mute;        // color of organisms without a value
 uniform sampler2D ramp;
 uniform sampler2D relief; // heights of the ground [m]
-uniform vec2 cells;       // of relief; 0 if the ground is flat
+uniform vec2 cells;       // cells of the relief; 0 if the ground is flat
 
 attribute vec4 now;       // x, y, z, heading | value << 8
 attribute vec4 before;    // x, y, z, heading | newborn << 8
@@ -64,13 +64,13 @@ export const POINT_VERTEX = /* glsl */ `
 ${COMMON}
 varying vec2 vAhead;
 varying float vPixels;
-varying vec3 vUp;         // upward direction on the screen, and the cosine of the viewing angle
+varying vec3 vUp;         // upward direction on the screen; cosine of the viewing angle
 uniform float pointed;    // 1 if the heading is shown
 uniform float lying;      // 1 for bodies that lie flat on the ground
 uniform float grows;      // 1 for plants on land, which are tufts at close range
 varying float vGrows;
-varying float vTuft;      // 0 a distant point … 1 a tuft
-varying float vWay;       // random number that depends on the place
+varying float vTuft;      // 0: distant point … 1: tuft
+varying float vWay;       // pseudorandom number from the position
 
 void main() {
   vec3 at = place();
@@ -91,9 +91,9 @@ void main() {
   vAhead = pointed > 0.5 && length(ahead) > 0.1 ? normalize(ahead) : vec2(0.0);
 }`;
 
-/** Everything nearer than the followed organism that covers it fades: a fine, irregular pattern of pixels is left out. */
+/** Everything that covers the followed organism fades: a fine, irregular pattern of pixels is left out. */
 export const HIDES = /* glsl */ `
-uniform vec4 clear;       // the followed organism: pixel, depth, and radius of fading [px], 0: none
+uniform vec4 clear;       // pixel and depth of the followed organism, and radius of fading [px] (0: none)
 
 bool hides() {
   if (clear.w <= 0.0 || gl_FragCoord.z >= clear.z) return false;
@@ -130,13 +130,13 @@ void main() {
   if (vUp.z > 0.0) q = vec2(dot(q, vec2(vUp.y, -vUp.x)), dot(q, vUp.xy) / vUp.z);
   float edge;               // 0 at the center, 1 at the rim
   if (vAhead == vec2(0.0) || vPixels < 2.5) edge = length(q);
-  else {                    // a drop that points forward
+  else {                    // drop that points forward
     float x = dot(q, vAhead), y = abs(dot(q, vec2(-vAhead.y, vAhead.x)));
     float round = length(vec2(x + 0.38, y)) / 0.6, tip = x > -0.2 ? y / max(0.001, 0.52 * (0.98 - x)) : 9.0;
     edge = min(round, tip);
   }
   float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
-  if (vGrows > 0.5) cover = mix(0.75 * cover, blades(q), vTuft); // from afar the ground is green, too
+  if (vGrows > 0.5) cover = mix(0.75 * cover, blades(q), vTuft); // at a distance, the ground is also green
   if (cover < 0.1) discard;
   if (vTuft > 0.5) {
     gl_FragColor = vec4(vColour * (0.72 + 0.2 * (q.y + 1.0)), cover);
@@ -149,18 +149,18 @@ void main() {
 
 export const BODY_VERTEX = /* glsl */ `
 ${COMMON}
-attribute vec3 corner;    // of the body, forward is +x, in radii
+attribute vec3 corner;    // corner of the body in radii; forward is +x
 attribute vec3 facing;
 uniform vec3 sun;
-uniform float rim;        // 0 for the body, else the margin of its dark copy, in radii
+uniform float rim;        // 0 for the body, or the margin of its dark copy in radii
 uniform vec3 edge;        // color of the rim
-uniform float nearer;     // share of the depth
+uniform float nearer;     // shift toward the viewer, as a share of the depth
 
 void main() {
   vec3 at = place();
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float scale = max(radius, least * -centre.z / lens) * grown();
-  bool sea = size.z > 0.0;  // there the rim is behind the body, on land it lies flat below it
+  bool sea = size.z > 0.0;  // in water the rim is behind the body; on land it lies flat below the body
   vec3 form = rim <= 0.0 ? corner : sea ? corner * (1.0 + rim / max(0.3, length(corner)))
     : vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z);
   float h = heading(), c = cos(h), s = sin(h);
@@ -177,12 +177,12 @@ void main() {
   gl_Position.z -= nearer * gl_Position.w;
 }`;
 
-/** Capsules and boxes: a box, enlarged on all sides by a rounding. */
+/** Capsules and boxes: a box enlarged on all sides by a rounding. */
 export const SOLID_VERTEX = /* glsl */ `
 ${COMMON}
-attribute vec3 corner;    // of the inner box: −1 or 1 along each axis, forward is +x
+attribute vec3 corner;    // corner of the inner box: −1 or 1 along each axis; forward is +x
 attribute vec3 facing;
-attribute vec4 form;      // half length, width and height, and the rounding [m]
+attribute vec4 form;      // half length, half width, half height and rounding [m]
 uniform vec3 sun;
 
 void main() {

@@ -1,4 +1,4 @@
-// The field of view of the selected organism: range, directions and seen targets; rays end at the first body they hit.
+// Draws the field of view of the selected organism, with range, directions and seen targets. Rays end at the first body that they hit.
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";
@@ -10,7 +10,7 @@ import { css } from "./theme.js";
 /** @typedef {import("./layer.js").Layer} Layer */
 /** @typedef {{layer: Layer, row: number}} Found */
 
-const PARTS = 64; // of a circle
+const PARTS = 64; // segments of a circle
 
 /** The heading of an organism [rad]. @param {Stage} stage @param {Found} found */
 export function heading(stage, { layer, row }) {
@@ -19,7 +19,7 @@ export function heading(stage, { layer, row }) {
   return ((from + turn * stage.shared.alpha.value) * 2 * Math.PI) / 256;
 }
 
-/** The vector from one place to another, the shorter way around a torus [m]. @param {Stage} stage @param {Vector3} from @param {Vector3} to */
+/** The vector [m] from one position to another, along the shorter path on a torus. @param {Stage} stage @param {Vector3} from @param {Vector3} to */
 export function way(stage, from, to) {
   const d = to.clone().sub(from);
   if (stage.hello.edges === "torus") {
@@ -32,7 +32,7 @@ export function way(stage, from, to) {
 }
 
 /**
- * The nearest organism of a kind that is within reach and in view.
+ * The nearest organism of a kind within reach and in view.
  * @param {Stage} stage @param {Found} me @param {Layer} layer @param {{reach: number, fov: number}} eye @param {number} angle
  */
 export function nearest(stage, me, layer, { reach, fov }, angle) {
@@ -56,16 +56,16 @@ const bearing = (d, angle) => {
   return Math.atan2(Math.sin(turn), Math.cos(turn));
 };
 
-/** Whether its readings contradict that it sees a target, for example because something is in between. @param {import("./protocol.js").Organism | null} organism @param {string} name */
+/** Whether an organism's readings show that it does not see a target, for example because something is in between. @param {import("./protocol.js").Organism | null} organism @param {string} name */
 function denied(organism, name) {
   const known = organism?.nerves?.sensors.filter((sensor) => sensor.name === `${name}_near` || (sensor.name.startsWith(`${name}_`) && /_\d+$/.test(sensor.name))) ?? [];
   return known.length > 0 && known.every(({ value }) => !value);
 }
 
-/** An organism's eyes with their present reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism | null} own */
+/** An organism's eyes with their current reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism | null} own */
 const eyesOf = (kind, own) => (kind.sees ?? []).map((eye) => ({ ...eye, reach: own?.reach?.[String(eye.number)] ?? eye.reach }));
 
-/** The targets that it sees and their distances as text, grouped by equal reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism} own */
+/** The targets that an organism can see, as text, grouped by reach. @param {import("./protocol.js").Kind} kind @param {import("./protocol.js").Organism} own */
 export function seeing(kind, own) {
   /** @type {Map<number, Set<string>>} */
   const far = new Map();
@@ -74,7 +74,7 @@ export function seeing(kind, own) {
 }
 
 /**
- * Draws the field of view; returns the numbers of seen targets and of rays.
+ * Draws the field of view; returns the numbers of seen targets and rays.
  * @param {Over} over
  * @param {Found} me
  * @param {import("./protocol.js").Organism | null} organism
@@ -108,13 +108,13 @@ export function sight(over, me, organism) {
   return { seen, rays };
 }
 
-/** The position of a place on the screen, on land at ground level. @param {Stage} stage @param {Vector3} place */
+/** The screen position of a place; on land, at ground level. @param {Stage} stage @param {Vector3} place */
 function seenAt(stage, place) {
   if (stage.hello.size.length < 3) place.z = stage.relief.at(place.x, place.y);
   return stage.project(place);
 }
 
-/** A circle or sector with the names of its targets. @param {Over} over @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye[]} eyes */
+/** Draws a circle or sector with the names of its targets. @param {Over} over @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye[]} eyes */
 function ring(over, at, angle, eyes) {
   const { stage } = over;
   const { reach, fov } = eyes[0];
@@ -132,7 +132,7 @@ function ring(over, at, angle, eyes) {
 }
 
 /**
- * The highest of some points above which a label fits, within the stage and not under cards; otherwise the highest point.
+ * The highest point above which a label fits on the stage without being covered by cards, or else the highest point.
  * @param {({x: number, y: number} | null)[]} points @param {number} wide @param {number[][]} cards left, top, right and bottom of each
  * @param {number[]} size of the stage
  */
@@ -143,7 +143,7 @@ export function highest(points, wide, cards, [width, height]) {
   return there.find(clear) ?? there[0] ?? null;
 }
 
-/** A line to the nearest organism of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */
+/** Draws a line to the nearest organism of a kind. @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle @param {import("./protocol.js").SeeingEye} eye @param {string} target */
 function look(over, me, at, angle, eye, target) {
   const { stage } = over;
   const k = stage.kinds.findIndex(({ name }) => name === target);
@@ -159,7 +159,7 @@ function look(over, me, at, angle, eye, target) {
 }
 
 /**
- * Rays, each up to the first body; rays that hit a target have its color.
+ * Draws rays up to the first body each; rays that hit a target have its color.
  * @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle
  * @param {import("./protocol.js").SeeingEye & {count: number, angle: number}} eye @param {import("./protocol.js").Organism | null} organism
  */
@@ -189,7 +189,7 @@ function fan(over, me, at, angle, eye, organism) {
   return [count, hits];
 }
 
-/** Bodies that may stop rays: targets, and other opaque bodies. @param {Stage} stage @param {Found} me @param {Vector3} at @param {number} reach @param {string[]} targets */
+/** Bodies that can stop rays: targets and other opaque bodies. @param {Stage} stage @param {Found} me @param {Vector3} at @param {number} reach @param {string[]} targets */
 function bodies(stage, me, at, reach, targets) {
   const place = new Vector3();
   /** @type {{d: Vector3, radius: number, k: number}[]} */

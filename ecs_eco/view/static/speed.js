@@ -2,8 +2,8 @@
 
 import { $, number } from "./dom.js";
 
-const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks per second; the last: full speed
-const NORMAL = 10; // ticks per second that count as 1×
+const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks per second; null: full speed
+const NORMAL = 10; // ticks per second at 1×
 
 /** @param {number | null} speed */
 function tell(speed) {
@@ -20,7 +20,7 @@ export function showSpeed(speed) {
   tell(speed);
 }
 
-/** Selects a position on the slider; returns its speed [ticks/s], null for full speed. @param {number} slot */
+/** Selects a slider position; returns its speed [ticks/s], or null for full speed. @param {number} slot */
 export function speedAt(slot) {
   const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, slot))];
   $("speed").value = SPEEDS.indexOf(value);

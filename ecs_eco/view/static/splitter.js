@@ -1,4 +1,4 @@
-// The border between scene and panels, moved by dragging or by arrow keys; its position is stored in this browser.
+// The border between scene and panels, moved by dragging or with arrow keys. The browser stores its position.
 
 import { $ } from "./dom.js";
 
@@ -17,7 +17,7 @@ export function splitter() {
     for (const [name, value] of Object.entries({ valuenow: px, valuemin: LEAST, valuemax: most() })) bar.setAttribute(`aria-${name}`, String(value));
     try {
       if (keep) localStorage.setItem(KEPT, String(px));
-    } catch {} // private windows may forbid storage
+    } catch {} // storage may be unavailable in private windows
   };
   const now = () => $("side").getBoundingClientRect().width;
   bar.addEventListener("pointerdown", (/** @type {PointerEvent} */ event) => bar.setPointerCapture(event.pointerId));

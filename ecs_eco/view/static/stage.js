@@ -17,7 +17,7 @@ import { Trail } from "./trail.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-const JUMP = 200; // [ticks] between frames above which no motion is drawn
+const JUMP = 200; // [ticks] no motion is drawn between frames further apart than this
 
 ColorManagement.enabled = false; // colors are shown as written
 
@@ -54,7 +54,7 @@ export class Stage {
       clear: { value: [0, 0, 0, 0] }, // where elements in front of the followed organism fade
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
       mute: { value: [0.6, 0.63, 0.65] },
-      ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // of bodies
+      ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // edge color of bodies
       relief: { value: this.relief.texture },
       cells: { value: new Vector2(this.relief.nx, this.relief.ny) },
     };
@@ -63,7 +63,7 @@ export class Stage {
     this.colours = this.kinds.map((kind) => kind.color);
     this.frames = 0;
     this.tick = hello.tick;
-    this.end = 0; // end of its frame in the bytes of the last message
+    this.end = 0; // byte offset of the frame's end in the last message
     this.light = 1;
     this.elevation = 1;
     this.arrived = 0;
@@ -92,7 +92,7 @@ export class Stage {
   /**
    * Reads a binary frame; returns its number.
    * @param {ArrayBuffer} buffer
-   * @param {number} [from] offset of its first byte
+   * @param {number} [from] offset of the frame's first byte
    */
   take(buffer, from = 0) {
     const start = performance.now();
@@ -122,7 +122,7 @@ export class Stage {
   }
 
   /**
-   * Sets the present light.
+   * Sets the current light.
    * @param {number} light 0 … 1
    * @param {number} elevation of the sun [rad]
    */
@@ -146,7 +146,7 @@ export class Stage {
   /**
    * Sets the colors of kinds for a theme.
    * @param {boolean} dark
-   * @param {boolean} own whether to use the colors of the world file rather than the safe palette
+   * @param {boolean} own whether to use the colors of the world file instead of the safe palette
    */
   theme(dark, own) {
     this.dark = dark;
@@ -158,7 +158,7 @@ export class Stage {
     this.meadow.draw(true);
   }
 
-  /** Sets the quantity that colors organisms. @param {string} by */
+  /** Sets the quantity by which organisms are colored. @param {string} by */
   colourBy(by) {
     this.shared.ramp.value = this.ramps[rampOf(by)];
     for (const layer of this.layers) layer.own.byValue.value = by === "species" || layer.kind.inanimate ? 0 : 1;
@@ -186,7 +186,7 @@ export class Stage {
   }
 
   /**
-   * Draws if there is anything new; returns whether it did.
+   * Draws if anything is new; returns whether it has drawn.
    * @param {number} now [ms]
    */
   draw(now) {
@@ -211,7 +211,7 @@ export class Stage {
     return true;
   }
 
-  /** Stops drawing and frees its memory. */
+  /** Stops drawing and frees memory. */
   close() {
     this.halt();
     this.sized.disconnect();
@@ -276,7 +276,7 @@ export class Stage {
   }
 
   /**
-   * The pixel coordinates of a place on the canvas, or null if it is behind the camera.
+   * The canvas coordinates [px] of a position, or null if it is behind the camera.
    * @param {Vector3} place
    */
   project(place) {

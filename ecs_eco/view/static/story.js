@@ -4,8 +4,8 @@ import { $, announce, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Entry} Entry */
 
-const FEW = 60; // entries in the list
-const NEAR = 60; // [ticks] a replay that advances further than this was moved, not played
+const FEW = 60; // maximum number of entries in the list
+const NEAR = 60; // [ticks] a larger advance means that a replay was moved, not played
 const SIGNS = { extinct: "✝", crash: "▼", boom: "▲", birth: "✶", return: "↺", act: "◆" };
 
 export class Story {
@@ -22,7 +22,7 @@ export class Story {
     /** @type {Entry[]} */
     this.acts = [];
     this.asked = false;
-    this.begun = this.marked = false; // whether the earlier entries have arrived
+    this.begun = this.marked = false; // whether earlier entries and marks have arrived
     this.list = h("ol", { class: "story", "aria-label": "What happened" });
     this.account = h("div", { class: "account" });
     this.again = h("button", { class: "plain", type: "button", text: "update", onclick: () => this.explain() });
@@ -31,13 +31,13 @@ export class Story {
     this.draw();
   }
 
-  /** The tick of a kind's latest extinction up to now, or null. @param {string} name */
+  /** The tick of a kind's latest extinction so far, or null. @param {string} name */
   extinct(name) {
     const ends = this.entries.filter(({ kind, species, tick }) => kind === "extinct" && species === name && tick <= Math.max(this.tick, 0));
     return ends.length ? ends[ends.length - 1].tick : null;
   }
 
-  /** Stores all entries so far and announces new ones. @param {Entry[]} entries */
+  /** Stores all entries so far, and announces new ones. @param {Entry[]} entries */
   add(entries) {
     const last = this.entries.length ? this.entries[this.entries.length - 1].tick : this.begun ? -1 : Infinity;
     this.begun = true;

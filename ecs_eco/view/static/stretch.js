@@ -1,9 +1,9 @@
-// The period that the timeline shows: all time, or a part selected by the wheel, by dragging with shift, by keys or by buttons.
+// The period shown in the timeline: all time, or a part selected with the wheel, by dragging with shift, with keys or with buttons.
 
-const LEAST = 10; // [ticks] that are shown at least
-const STEP = 2; // zoom factor of a key or a button
+const LEAST = 10; // [ticks] minimum displayed period
+const STEP = 2; // zoom factor of keys and buttons
 const NOTCH = 0.0016; // zoom of the wheel [1/px], as an exponent
-const DRAGGED = 5; // [px] from which a drag selects a period
+const DRAGGED = 5; // [px] minimum drag that selects a period
 
 /** @typedef {[number, number]} Ends first and last tick */
 
@@ -47,7 +47,7 @@ export class Stretch {
     this.choose(start, start + length);
   }
 
-  /** Zooms by a key or a button: in if `way` is 1, out if it is −1. A tick that is out of view moves to the middle. @param {number} way @param {number} tick */
+  /** Zooms with a key or a button: in if `way` is 1, out if it is −1. If the tick is out of view, it moves to the middle. @param {number} way @param {number} tick */
   step(way, tick) {
     const [from, to] = this.ends;
     const length = (to - from) * STEP ** -way;
@@ -68,7 +68,7 @@ export class Stretch {
     this.changed();
   }
 
-  /** Moves the displayed period when time leaves it. @param {number} before @param {number} now */
+  /** Moves the displayed period when the current tick leaves it. @param {number} before @param {number} now */
   follow(before, now) {
     if (!this.part) return;
     const [from, to] = this.part;
@@ -78,7 +78,7 @@ export class Stretch {
   }
 
   /**
-   * Zooms by the wheel, moves by the wheel sideways or with shift, and selects a period by dragging with shift.
+   * Zooms with the wheel, moves with the sideways wheel or the wheel and shift, and selects a period by dragging with shift.
    * @param {HTMLElement} root
    * @param {(x: number) => number} tickAt [px] from the left of the window
    */
@@ -93,7 +93,7 @@ export class Stretch {
     root.addEventListener("pointerdown", (event) => {
       if (!event.shiftKey || event.button !== 0) return;
       event.preventDefault();
-      event.stopPropagation(); // the slider does not move
+      event.stopPropagation(); // so that the slider does not move
       from = event.clientX;
       this.choosing = [tickAt(from), tickAt(from)];
       root.setPointerCapture(event.pointerId);

@@ -1,4 +1,4 @@
-// The tabs of the panels.
+// The panel tabs.
 
 import { $ } from "./dom.js";
 

@@ -1,4 +1,4 @@
-// The dark or light theme, from the system or chosen in the page.
+// The dark or light theme, set by the system or chosen on the page.
 
 import { $ } from "./dom.js";
 
@@ -14,7 +14,7 @@ export function isDark() {
 }
 
 /**
- * Calls the listener at once and whenever the theme changes.
+ * Calls the listener immediately and whenever the theme changes.
  * @param {(dark: boolean) => void} listener
  */
 export function onTheme(listener) {
@@ -28,13 +28,13 @@ export function onTheme(listener) {
   tell();
 }
 
-/** Switches the theme, and stores the choice if the browser allows it. */
+/** Switches the theme and stores the choice if the browser allows it. */
 export function switchTheme() {
   const theme = isDark() ? "light" : "dark";
   document.documentElement.dataset.theme = theme;
   try {
     localStorage.setItem("ecs-eco-theme", theme);
-  } catch {} // private windows may forbid storage
+  } catch {} // storage may be unavailable in private windows
   document.documentElement.dispatchEvent(new Event("themechange"));
 }
 

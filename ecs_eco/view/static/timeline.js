@@ -1,5 +1,5 @@
-// The timeline: labeled ticks, a lane for each species with births above and deaths below, and diamonds for events. Dragging changes the tick; the
-// timeline shows all time or a part of it.
+// The timeline, with labeled ticks, a lane for each species (births above, deaths below) and diamonds for events. Dragging changes the tick.
+// The timeline shows all time or a part of it.
 
 import { bars, heightOf, words } from "./detailed.js";
 import { $, h, number } from "./dom.js";
@@ -9,11 +9,11 @@ import { soon } from "./pace.js";
 import { Stretch } from "./stretch.js";
 import { css, onTheme } from "./theme.js";
 
-const EDGE = 4; // [px] left and right of the axis
-const AXIS = 15; // [px] for labeled ticks
-const ROOMY = 60; // [px] of height required for lanes and labels
-const MOST = 5; // lanes
-const NAMED = 13; // [px] for names of diamonds
+const EDGE = 4; // [px] margin left and right of the axis
+const AXIS = 15; // [px] height of labeled ticks
+const ROOMY = 60; // [px] minimum height for lanes and labels
+const MOST = 5; // maximum number of lanes
+const NAMED = 13; // [px] height of names above diamonds
 
 export class Timeline {
   /**
@@ -32,7 +32,7 @@ export class Timeline {
     this.entries = [];
     this.held = false;
     this.redraw = () => this.draw();
-    /** @type {import("./stretch.js").Ends | null} the period that repeats */
+    /** @type {import("./stretch.js").Ends | null} the repeating period */
     this.loop = null;
     this.stretch = new Stretch(() => [hello.first, this.last()], () => this.fit());
     this.canvas = h("canvas", { "aria-hidden": "true" });
@@ -43,13 +43,13 @@ export class Timeline {
       clearTimeout(waiting);
       seek((this.tick = Math.min(Number(this.input.value), replay ? Infinity : this.newest)));
     };
-    this.newest = hello.tick; // present tick of a living world
+    this.newest = hello.tick; // current tick of a live world
     this.input.addEventListener("input", () => {
       this.held = true;
       this.tick = Number(this.input.value);
       this.draw();
       clearTimeout(waiting);
-      if (replay) waiting = setTimeout(go, 60); // a living world goes back once, when the slider is released
+      if (replay) waiting = setTimeout(go, 60); // a live world goes back only when the slider is released
     });
     this.input.addEventListener("change", () => {
       go();
@@ -108,7 +108,7 @@ export class Timeline {
     return Math.min(to, Math.max(from, from + ((x - left - EDGE) / Math.max(1, width - 2 * EDGE)) * (to - from)));
   }
 
-  /** Events, oldest first: interventions, and entries of the story. */
+  /** Events, oldest first: interventions and story entries. */
   happened() {
     const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first births of ${species}` : `${species} ${kind}`, species }));
     const done = (this.marks.interventions ?? []).map(({ tick, text }) => ({ tick, text, name: text, species: "" }));
@@ -177,7 +177,7 @@ export class Timeline {
   }
 
   /**
-   * A range of ticks, as a band with two edges.
+   * Draws a range of ticks as a band with two edges.
    * @param {CanvasRenderingContext2D} pen
    * @param {(tick: number) => number} at
    * @param {import("./stretch.js").Ends} ends
@@ -198,7 +198,7 @@ export class Timeline {
   }
 
   /**
-   * Ticks with their numbers.
+   * Draws ticks with their numbers.
    * @param {CanvasRenderingContext2D} pen
    * @param {(tick: number) => number} at
    * @param {number} low

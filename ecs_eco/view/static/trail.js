@@ -1,8 +1,8 @@
-// The track of the selected organism in the last frames.
+// The track of the selected organism over recent frames.
 
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, LineBasicMaterial, LineSegments } from "./vendor.js";
 
-const LONG = 240; // steps
+const LONG = 240; // maximum number of steps
 
 export class Trail {
   /** @param {import("./stage.js").Stage} stage */

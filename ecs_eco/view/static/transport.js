@@ -1,4 +1,4 @@
-// Time controls: play, pause, steps, speed, the displayed period and its repetition, by buttons and keys.
+// Buttons and keys that play, pause, step, and set the speed, the displayed period and its repetition.
 
 import { $, number } from "./dom.js";
 import { BACK, PAUSE, PLAY, STEP } from "./icons.js";
@@ -44,7 +44,7 @@ export class Transport {
     this.calls.send({ kind: "speed", value: speedAt(slot) });
   }
 
-  /** Plays or pauses; at the end of a recorded run, plays again from its beginning or from the start of the repeated period. */
+  /** Plays or pauses; at the end of a recorded run, plays from its beginning or from the start of the repeating period. */
   play() {
     const page = this.calls.page();
     if (this.state?.done && page?.hello.mode === "replay") this.calls.send({ kind: "seek", tick: page.loop.ends?.[0] ?? page.hello.first });
@@ -58,7 +58,7 @@ export class Transport {
     this.calls.send({ kind: "step", ticks });
   }
 
-  /** Goes one tick back, if time can be chosen. */
+  /** Goes one tick back, if that is possible. */
   back() {
     const page = this.calls.page();
     if (!page || (page.hello.mode === "live" && !page.hello.rewinds)) return;

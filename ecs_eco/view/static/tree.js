@@ -1,12 +1,12 @@
-// The family tree in the panel of an organism: loaded while it is open, drawn as SVG, navigable by keyboard.
+// The family tree in the organism panel: loaded while open, drawn as SVG, navigable by keyboard.
 
 import { $, h, number, s } from "./dom.js";
 import { BOX, Genealogy } from "./genealogy.js";
 
 /** @typedef {import("./protocol.js").TreeMessage} TreeMessage @typedef {import("./protocol.js").Relative} Relative @typedef {import("./genealogy.js").Place} Place */
 
-const PACE = 2000; // [ms] between two requests in a living world
-const GENERATIONS = [5, 2]; // generations of ancestors shown: if organisms have one parent, and if they have two
+const PACE = 2000; // [ms] between requests in a live world
+const GENERATIONS = [5, 2]; // generations of ancestors shown for organisms with one parent and with two
 const TOP = 6; // [px]
 const AXIS = 44; // [px]
 const WAYS = /** @type {Record<string, [number, number]>} */ ({ ArrowUp: [0, -1], ArrowDown: [0, 1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] });
@@ -18,8 +18,8 @@ export class Tree {
   constructor(calls) {
     this.calls = calls;
     /** @type {import("./protocol.js").Hello | null} */
-    this.hello = null; // of the organism's world
-    this.second = false; // whether that is the second world
+    this.hello = null; // the hello of the organism's world
+    this.second = false; // whether the organism is in the second world
     /** @type {number | null} */
     this.uid = null;
     /** @type {TreeMessage | null} */
@@ -27,7 +27,7 @@ export class Tree {
     this.tick = 0;
     this.at = 0; // time of the last request
     /** @type {number | null} */
-    this.asked = null; // the organism of the last request
+    this.asked = null; // uid in the last request
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.later = undefined;
     /** @type {Map<Place, SVGElement>} */
@@ -36,12 +36,12 @@ export class Tree {
     this.drawn = "";
     /** @type {Set<string>} */
     this.open = new Set();
-    this.back = false; // whether the keyboard focus was in the previous tree
+    this.back = false; // whether the previous tree had the keyboard focus
     this.box = h("div", { class: "tree-box" });
     this.root = h("details", { class: "tree", ontoggle: () => this.look() }, h("summary", { text: "Family tree" }), this.box);
   }
 
-  /** Shows the tree of an organism, if the section is open. @param {import("./protocol.js").Organism} organism @param {import("./protocol.js").Hello} hello of its world */
+  /** Shows the tree of an organism if the section is open. @param {import("./protocol.js").Organism} organism @param {import("./protocol.js").Hello} hello of its world */
   show(organism, hello) {
     const second = organism.second ?? false;
     if (organism.uid !== this.uid || second !== this.second) {
@@ -71,7 +71,7 @@ export class Tree {
     else this.draw();
   }
 
-  /** Requests the tree if the section is open; in a living world, at intervals. */
+  /** Requests the tree if the section is open, and at intervals in a live world. */
   look() {
     if (this.uid === null || !this.root.open) return;
     const stale = this.hello?.mode === "live" && this.tree?.tick !== this.tick;
@@ -123,7 +123,7 @@ export class Tree {
     const scrolled = this.box.querySelector(".tree-scroll");
     const before = scrolled && { width: scrolled.scrollWidth, left: scrolled.scrollLeft };
     const [width, height] = [laid.width + 4, laid.height + 2 * TOP];
-    const drawing = s("svg", { class: "tree-drawing", width, height, viewBox: `-2 ${-TOP} ${width} ${height}`, role: "group", "aria-label": `Family tree of ${tree.lives[0].species} #${tree.uid}; arrow keys go from one to the next` });
+    const drawing = s("svg", { class: "tree-drawing", width, height, viewBox: `-2 ${-TOP} ${width} ${height}`, role: "group", "aria-label": `Family tree of ${tree.lives[0].species} #${tree.uid}; move between organisms with the arrow keys` });
     for (const [, y] of laid.axis) drawing.append(s("line", { class: "tree-tick", x1: -2, x2: width, y1: y + BOX[1] / 2, y2: y + BOX[1] / 2 }));
     for (const place of laid.places.values()) for (const to of place.to) drawing.append(this.line(place, /** @type {Place} */ (laid.places.get(to))));
     this.nodes = new Map([...laid.places.values()].map((place) => [place, this.node(place, tree.uid)]));
@@ -137,7 +137,7 @@ export class Tree {
     if (focus) this.focus([...this.nodes].find(([place]) => place.key === focus) ?? [...this.nodes].find(([place]) => place.life?.uid === tree.uid));
   }
 
-  /** The ticks of births, on the left. @param {Genealogy} laid @param {number} height */
+  /** Draws the ticks of birth on the left. @param {Genealogy} laid @param {number} height */
   axis(laid, height) {
     const root = s("svg", { class: "tree-axis", width: AXIS, height, viewBox: `0 ${-TOP} ${AXIS} ${height}`, "aria-hidden": "true" });
     let last = -Infinity;
@@ -180,7 +180,7 @@ export class Tree {
     return root;
   }
 
-  /** The description of an organism. @param {Relative} life */
+  /** Describes an organism. @param {Relative} life */
   words(life) {
     if (life.born === null) return `#${life.uid}, no data`;
     const state = this.state(life);
@@ -190,7 +190,7 @@ export class Tree {
     return `${life.species} #${life.uid}, born at tick ${number(life.born)}, ${fate}${young}${clade ? `, ${clade.words}` : ""}`;
   }
 
-  /** Updates the ages of the living. */
+  /** Updates the ages of living organisms. */
   ages() {
     for (const [{ life }, node] of this.nodes) {
       const at = node.querySelector(".age");
@@ -216,7 +216,7 @@ export class Tree {
     event.stopPropagation();
   }
 
-  /** The next box in a direction, preferably along lines. @param {Place} from @param {[number, number]} way */
+  /** The next box in a direction, preferably along a line. @param {Place} from @param {[number, number]} way */
   nearest(from, [right, down]) {
     const kin = (/** @type {Place} */ { key, to }) => (down > 0 ? from.to.includes(key) : to.includes(from.key));
     const nodes = [...this.nodes];
@@ -238,7 +238,7 @@ export class Tree {
 const SAYS = /** @type {Record<string, string>} */ ({ alive: "alive", unborn: "not yet", unknown: "unknown" });
 const pen = document.createElement("canvas").getContext("2d");
 
-/** The longest beginning of a text that fits: whole words ("† eaten" of "† eaten by wolf"), or part of a word. @param {string} text @param {number} room [px] @param {number} size [px] */
+/** The longest beginning of a text that fits: whole words ("† eaten" for "† eaten by wolf") or part of a word. @param {string} text @param {number} room [px] @param {number} size [px] */
 export function fit(text, room, size) {
   if (!pen) return text;
   pen.font = `600 ${size}px ${getComputedStyle(document.body).fontFamily}`;

@@ -1,9 +1,9 @@
-// "What if …?": the choice of a tick and a change at which the world branches.
+// "What if …?": the choice of the tick at which the world branches, and of a change.
 
 import { $, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
-/** @typedef {{label: string, fields: () => (Node | null)[], what: () => Record<string, unknown> | null}} Change a kind of change: its form, and the resulting intervention */
+/** @typedef {{label: string, fields: () => (Node | null)[], what: () => Record<string, unknown> | null}} Change a kind of change: its form and the resulting intervention */
 
 export class WhatIf {
   /**
@@ -62,11 +62,11 @@ export class WhatIf {
       this.send(this.changes?.[this.kind].what() ?? null);
     });
     this.dialog.replaceChildren(h("h2", { id: "askTitle", text: "What if …?" }),
-      h("p", { class: "about", text: "This copies the world and runs both side by side: the original and a copy with one change. The original is not affected." }), form);
+      h("p", { class: "about", text: "This runs two worlds side by side: the original and a copy with one change. The original is not affected." }), form);
     this.choose(this.kind);
   }
 
-  /** Buttons that fill in the form. @param {import("./protocol.js").Hello} hello @param {Record<string, number>} counts */
+  /** Buttons that send common changes. @param {import("./protocol.js").Hello} hello @param {Record<string, number>} counts */
   ideas(hello, counts) {
     const animals = hello.species.filter(({ name, moves }) => moves && counts[name]).map(({ name }) => name);
     const idea = (/** @type {string} */ text, /** @type {Record<string, unknown>} */ what) => h("button", { class: "toggle", type: "button", text, onclick: () => this.send(what) });
@@ -123,16 +123,16 @@ export class WhatIf {
     if (this.problem) this.problem.hidden = true;
   }
 
-  /** @param {Parameter[]} list @param {number[]} [forks] first and last tick at which a branch may start */
+  /** @param {Parameter[]} list @param {number[]} [forks] first and last tick at which a branch can start */
   offer(list, forks) {
     this.parameters = list;
     this.keys?.replaceChildren(...list.map(({ key, about }) => h("option", { value: key, text: about ?? "" })));
     if (!forks || !this.tick || !this.kept || this.now()?.hello.mode === "replay") return;
     const [first, last] = forks;
     for (const [name, value] of [["min", first], ["max", last]]) this.tick.setAttribute(String(name), String(value));
-    this.kept.textContent = first < last ? `available: ${number(first)} to ${number(last)}, the present tick` : "only the present tick is available";
+    this.kept.textContent = first < last ? `available: ${number(first)} to ${number(last)}, the current tick` : "only the current tick is available";
     this.tick.disabled = first === last;
-    if (!this.chosen) this.tick.value = String(last); // time may have passed before the pause
+    if (!this.chosen) this.tick.value = String(last); // time may have passed before the world paused
   }
 
   /** @param {Record<string, unknown> | null} what */
@@ -146,7 +146,7 @@ export class WhatIf {
 /** @param {string[]} names @param {string} label */
 const choice = (names, label) => h("select", { class: "input", "aria-label": label }, ...names.map((name) => h("option", { text: name, value: name })));
 
-/** Parses a number, true, false or a list; otherwise returns the text. @param {string} text */
+/** Parses a number, true, false or a list; returns any other text unchanged. @param {string} text */
 function parsed(text) {
   try {
     return JSON.parse(text);

@@ -1,20 +1,20 @@
-// The introduction: a description of the world, its food web, and hints that can be closed.
+// The introduction: a description of the world, its food web, and closable hints.
 
 import { $, h, number, s } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
 
-const [WIDE, ROW, GAP] = [360, 74, 30]; // of the food web, in its own units
+const [WIDE, ROW, GAP] = [360, 74, 30]; // dimensions of the food web in its own units
 const KEPT = "ecs-eco-hints"; // in localStorage: closed hints
 
 /** @type {Record<string, string>} */
 const HINTS = {
-  select: "Click an animal: the Organism tab shows what it senses, wants and decides.",
+  select: "Click an animal: the Organism tab shows what it senses and decides.",
   pause: "Press space to pause. Drag the timeline below to go to another tick.",
   why: "The Why tab explains events and causes of death.",
 };
 
 /**
- * The trophic level of each species: 0 for plants; species in a cycle take the level that the others imply.
+ * The trophic level of each species: 0 for plants; species in a cycle take the level implied by the others.
  * @param {string[]} names
  * @param {Record<string, string[]>} foods
  */
@@ -70,7 +70,7 @@ function web(hello, colourOf) {
  */
 export function world(hello, colourOf) {
   const size = hello.size.map((side) => number(side)).join(" × ");
-  const facts = [["size", `${size} m, ${hello.edges === "torus" ? "torus: leaving on one side means entering on the opposite side" : "with walls"}`], ["tick length", `${number(hello.dt)} s`],
+  const facts = [["size", `${size} m, ${hello.edges === "torus" ? "torus: organisms that leave on one side enter on the opposite side" : "with walls"}`], ["tick length", `${number(hello.dt)} s`],
     ["seed", String(hello.seed ?? "–")], ["species", hello.species.map(({ name }) => name).join(", ")]];
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
@@ -78,7 +78,7 @@ export function world(hello, colourOf) {
     h("h2", { text: "Who eats whom" }), web(hello, colourOf));
 }
 
-/** Hints that disappear when they are closed, or when the user has followed them. @returns {(name: string) => void} call it with the action of the user */
+/** Hints that disappear when they are closed or the user has followed them. @returns {(name: string) => void} call this with the user's action */
 export function hints() {
   const root = $("hints");
   const gone = new Set(recalled());
@@ -87,7 +87,7 @@ export function hints() {
     gone.add(name);
     try {
       localStorage.setItem(KEPT, JSON.stringify([...gone]));
-    } catch {} // private windows may forbid storage
+    } catch {} // storage may be unavailable in private windows
     draw();
   };
   const draw = () => {
