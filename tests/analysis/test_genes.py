@@ -91,7 +91,7 @@ def test_misuse_of_values_is_refused():
     }
     with pytest.raises(ValueError, match="codes for 9 weights"):
         family(genomes=weights).values("brain")
-    with pytest.raises(ValueError, match="finch, robin have a gene of that name; choose one"):
+    with pytest.raises(ValueError, match="finch, robin have a gene with that name; choose one"):
         family(genomes=GENES | {"robin": GENES["finch"]}).values("red")
 
 
