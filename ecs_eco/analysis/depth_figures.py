@@ -236,7 +236,7 @@ def _cycle(series: Series, species: str) -> list[str]:
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
     after = "never" if result.latency is None else f"after {result.latency} ticks ({result.latency * dt:g} s)"
-    p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
+    p = "&lt; 0.001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
         f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The "

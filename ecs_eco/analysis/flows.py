@@ -208,7 +208,7 @@ def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last
     deaths."""
     x, y, high, into, out = at
     parts = []
-    for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
+    for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "dead, not eaten", 0.9)):
         high_of, words = value * scale, f"{name}, {what}: {number(value)}"
         parts += [_rect("soft", x + BAR, out, STUB - 4, high_of, opacity, words)] * bool(value)
         out += high_of
