@@ -231,7 +231,7 @@ def deaths(series: Series) -> Figure:
 FLOWS = (
     ("taken_in", "taken in", 1, PALETTE[0]),
     ("endowed", "endowed", 1, PALETTE[1]),
-    ("burnt", "burnt", -1, PALETTE[3]),
+    ("burnt", "burned", -1, PALETTE[3]),
     ("given", "given to offspring", -1, PALETTE[4]),
     ("lost", "lost with the dead", -1, PALETTE[5]),
 )
