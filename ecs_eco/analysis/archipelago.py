@@ -61,8 +61,7 @@ class Islands:
 
 
 def load_islands(folder: Path | str) -> Islands:
-    """Read the folder of an archipelago; raise RecordingError if there is no archipelago or a file is
-    damaged."""
+    """Read an archipelago's folder; raise RecordingError if there is none or a file is damaged."""
     root = Path(folder)
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
@@ -103,8 +102,7 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """Draw a map: islands are discs divided into sectors by migrating species, and the width of an arrow
-    shows the number of migrants."""
+    """Draw a map of islands, divided into sectors by migrating species, and arrows for migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander, hue = islands.migrants or list(islands.species), colors_of(islands.first)

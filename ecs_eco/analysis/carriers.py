@@ -116,8 +116,7 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """Return the manifest's record of a gene, which is given by name, trait, or (first locus, number of
-    letters)."""
+    """Return the manifest's record of a gene, found by name, trait, or (first locus, number of letters)."""
     if species not in lineage.species:
         raise UnknownName(
             unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist()))
@@ -176,8 +175,7 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters of each copy of a gene in variable-length genomes, without its promoter, by text and
-    string."""
+    """Return the letters (without promoter) of each copy of a gene in variable genomes, by text and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "

@@ -126,8 +126,7 @@ def summary(
 
 
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
-    """Return the difference between two arms: from the cells for crossed designs, otherwise from a bootstrap
-    over runs."""
+    """Return the difference between two arms, by cells for crossed designs, otherwise by bootstrap."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
         return mean_of_seeds(one - two) if cells else None
@@ -179,8 +178,7 @@ _HEADS = {
 
 
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
-    """Return the figures (also written below `out`) and tables of the genes as HTML; empty if there are no
-    genes."""
+    """Return the figures (also written below `out`) and tables as HTML; empty if there are no genes."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
         for kind, words, note in (

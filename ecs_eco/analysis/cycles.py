@@ -308,8 +308,7 @@ def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Return every pairing of n runs or, if there are too many, the real pairing and `n_shuffles` random
-    ones."""
+    """Return every pairing of n runs or, if there are too many, the real one and `n_shuffles` random ones."""
     if n <= 7:
         return np.array(list(permutations(range(n))))
     rng = np.random.default_rng(seed)

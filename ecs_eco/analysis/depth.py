@@ -55,8 +55,7 @@ def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return the hour of the day (of HOURS) for each tick: i64. A tick on the hour belongs to the hour it
-    begins."""
+    """Return the hour of the day for each tick: i64. A tick on the hour belongs to the hour it begins."""
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
@@ -88,8 +87,7 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Return the mean depth of a species [m] by hour of the day, f64[HOURS], excluding the first day; NaN for
-    hours when it was not alive."""
+    """Return a species' mean depth [m] by hour, f64[HOURS], excluding the first day; NaN if it was absent."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -126,8 +124,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
-    """Yield the tick, the layer (counted from the surface) and the species of all organisms in snapshots,
-    file by file."""
+    """Yield tick, layer (from the surface down) and species of all organisms in snapshots, file by file."""
     for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
         yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))

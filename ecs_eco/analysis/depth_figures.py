@@ -79,8 +79,8 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Draw the fraction of each species in each layer (rows) by hour of the day (columns), with the daily
-    course of light f64[n] above."""
+    """Draw the fraction of each species by layer (rows) and hour of the day (columns), below the light
+    f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
     )
@@ -117,8 +117,7 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Draw mean depth by hour of the day in each arm (columns) for each species (rows): a thin line for each
-    run, a thick line for their mean."""
+    """Draw mean depth by hour in each arm (columns) for each species (rows): thin for runs, thick for means."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
     figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)

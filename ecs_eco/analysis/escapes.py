@@ -48,8 +48,7 @@ def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return the tracks of prey in the last `most` ticks of a run that recorded details of prey and
-    predators; None if they never met."""
+    """Return tracks of prey in the last `most` ticks of a run with recorded details; None if there are none."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -127,8 +126,7 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
 
 @dataclass(frozen=True)
 class Leaving:
-    """The tendency to move down the gradient of a smell, (N down − N up)/N, for all moves and for moves at
-    night."""
+    """The tendency to move down a smell gradient, (N down − N up)/N, for all moves and for moves at night."""
 
     n: int
     index: float
@@ -137,8 +135,7 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (species, channel name without its direction) of the two-sided noses of species whose details
-    were recorded."""
+    """Return (species, channel name without direction) of two-sided noses, for species with recorded details."""
     return [
         (name, s.get("name") or f"{s['field']}_gradient")
         for name, species in _detailed(manifest).items()

@@ -11,8 +11,7 @@ from ecs_eco.analysis.runs import DIED, Series
 
 @dataclass(frozen=True)
 class Decline:
-    """The decline of a species, from the last tick at which it had at least half of its peak number to its
-    extinction."""
+    """The decline of a species, from the last tick with at least half of its peak number to its extinction."""
 
     species: str
     tick: int  # tick of extinction
@@ -28,8 +27,7 @@ class Decline:
         return sum(self.causes.values())
 
     def shares(self) -> str:
-        """Return the causes with their shares of deaths: "starved 80%, eaten by wolf 20%"; "" if no causes
-        are known."""
+        """Return the causes with their shares: "starved 80%, eaten by wolf 20%"; "" if none are known."""
         return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
 
 
@@ -57,8 +55,7 @@ def declines(series: Series) -> list[Decline]:
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Return the ticks from the start to the first extinction and True, or to the end of the run and False if
-    there was none."""
+    """Return the ticks to the first extinction and True, or to the end of the run and False."""
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False
@@ -88,16 +85,14 @@ def opening(series: Series) -> list[str]:
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Return whether a species can have offspring: it had some, its configuration includes reproduction, or
-    there is no configuration."""
+    """Return whether a species had offspring or can reproduce (assumed if there is no configuration)."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})
     born = "births" in series.columns and series.of(species, "births").any()
     return bool(known.get("reproduction") or born)
 
 
 def sentence(end: Decline) -> str:
-    """Return a sentence on when a species died out, and on the causes of deaths since it last had half of its
-    peak number."""
+    """Return a sentence on when a species died out, and on the deaths during its decline."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
     since = f"Since tick {end.since:,}, when there were {end.n:,}{how}."
@@ -105,8 +100,8 @@ def sentence(end: Decline) -> str:
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """Return the opening of a report on several runs: in how many all species persisted, and how often and
-    from which causes each species died out."""
+    """Return the opening of a report on several runs: how often all species persisted, and why species died
+    out."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]

@@ -34,8 +34,7 @@ from ecs_eco.engine.errors import shortened, unknown_name
 
 @styled
 def populations(series: Series) -> Figure:
-    """Draw numbers over time. A species whose peak is more than four times that of any other has its own axis
-    on the right."""
+    """Draw numbers over time; a species more than four times as numerous as any other has its own axis."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
@@ -172,8 +171,7 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Draw the cross-correlation of each pair ("a→b") over lags of ± one period, with the band of cross-seed
-    pairs if it is passed."""
+    """Draw the cross-correlation of each pair ("a→b") within ± one period, and any band of cross-seed pairs."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")

@@ -204,8 +204,8 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """Return the bar of a species with its name and energy inflow, and the bars of its burned energy and its
-    deaths."""
+    """Return the bar of a species with its name and inflow, and bars for energy burned and lost with the
+    dead."""
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "dead, not eaten", 0.9)):
@@ -230,8 +230,7 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
 
 
 def blocks(series: Series, place: Path) -> list[str]:
-    """Return the heading, the drawing and a table; empty if nothing was eaten. Writes figures/flows.svg below
-    `place`."""
+    """Return the section on flows, empty if nothing was eaten, and write figures/flows.svg below `place`."""
     found = flows(series)
     if found is None:
         return []

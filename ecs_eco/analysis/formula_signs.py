@@ -1,5 +1,4 @@
-"""The sign of a reading's effect, derived from the text of a formula: +1, −1, 0 if there is none, None if it
-varies."""
+"""The sign of a reading's effect in the text of a formula: +1, −1, 0 if there is none, None if it varies."""
 
 import ast
 import re
@@ -113,8 +112,8 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it does not
-    contain the name, and None otherwise."""
+    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 without it, else
+    None."""
 
     def way(part: ast.AST) -> Sign:
         return _direction(part, name, positive)

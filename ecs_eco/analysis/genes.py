@@ -225,8 +225,7 @@ def selection_of(
 
 
 def selections(counted: Frequencies, generation: float) -> Iterator[tuple[str, np.ndarray, Selection]]:
-    """Yield the name, the allele frequencies and the Selection of each value; for a gene with two values,
-    only of the second."""
+    """Yield the name, allele frequencies and Selection of each value, or only of the second of two values."""
     n = counted.copies.sum(axis=1)
     for j in range(1 if len(counted.values) == 2 else 0, len(counted.values)):
         p = counted.allele[:, j]

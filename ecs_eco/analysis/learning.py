@@ -93,8 +93,7 @@ def read(run: Path | str, kind: str) -> pa.Table | None:
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` stretches with equal numbers of samples; NaN for
-    stretches without a value."""
+    """Return means of ticks and values over at most `points` equal blocks of samples; NaN without values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -167,8 +166,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return the numbers of updates and transitions, and the means of each quantity over the first and last
-    tenth of the updates."""
+    """Return numbers of updates and transitions, and each quantity's means over the first and last tenth."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)
@@ -240,8 +238,7 @@ def learnt(
 
 
 def done(acts: Mapping[str, tuple[Acts, str]], place: Path) -> list[str]:
-    """Return the heading and the figure of each species' actions; `acts` also contains the suffix of its file
-    name."""
+    """Return the heading and figures of actions; `acts` also contains the suffixes of the file names."""
     caption = "Fraction of {} that take each action, by action group."
     files = {s: place / "figures" / f"actions{end}.svg" for s, (_, end) in acts.items()}
     figures = (drawn(actions(of, s), files[s], caption.format(s)) for s, (of, _) in acts.items())

@@ -82,8 +82,7 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """Return a name in Newick syntax, quoted if it contains anything except letters, digits, dots and
-    hyphens."""
+    """Return a name in Newick syntax, quoted unless it has only letters, digits, dots and hyphens."""
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
 
 
@@ -232,8 +231,7 @@ class Lineage(Pedigree):
         return SeriesTable(pa.table(columns)).to_pandas()
 
     def genes_to_pandas(self, species: str) -> Any:
-        """Return a pandas.DataFrame of gene values (see `values`), with a row per organism, indexed by uid,
-        and a column per gene."""
+        """Return a pandas.DataFrame of gene `values`, with a row per organism (by uid) and a column per gene."""
         own = self.of_species(species)
         genes = [g for g in carriers.genes_in(self.genomes.get(species, {})) if "weights" not in g]
         values = {gene["name"]: own.values(gene["name"], species) for gene in genes}

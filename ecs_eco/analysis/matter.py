@@ -39,8 +39,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap in any tick [mol], the same as a fraction of the greatest stock, and its
-        tick."""
+        """Return the largest gap in a tick [mol], as a fraction of the greatest stock, and its tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -94,8 +93,7 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """Draw stacked stocks over time, with a row per substance; species have their colors, and other holders
-    are hatched."""
+    """Draw stacked stocks over time, with a row per substance; holders that are not species are hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -115,8 +113,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the section on matter: sentences, the figure of stocks (written below `place`) and total flows;
-    empty if there are no substances."""
+    """Return the section on matter, with its figure written below `place`; empty if there are no substances."""
     ledger = read(run)
     if ledger is None:
         return []

@@ -119,8 +119,7 @@ def fields(run: Path | str) -> list[str]:
 def _moments(
     parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
 ) -> dict[tuple[str, str], str]:
-    """Return mean ± standard deviation by species and field, of all rows or only of the tick that `which`
-    selects."""
+    """Return mean ± standard deviation by species and field, of all rows or of the tick `which` selects."""
     if not parts:
         return {}
     columns = ["tick", "species", *names]
@@ -143,8 +142,7 @@ def _moments(
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter (rows) over time by arm (columns): a thin line for each run, a thick line for their
-    median."""
+    """Draw each reporter (rows) over time by arm (columns): thin for runs, thick for their median."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")

@@ -63,8 +63,7 @@ class ActionNode:
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or a formula of the reflex network; `sources` are (channel row, sign), where the sign is
-    None if it varies."""
+    """A connection or formula of the reflex network; `sources` are (channel row, sign or None if it varies)."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
@@ -85,8 +84,7 @@ class HappinessNode:
 
 @dataclass(frozen=True)
 class PolicyNode:
-    """The policy network: `layers` has the number of units in each layer, from channels to options; empty if
-    there is no network."""
+    """The policy network: `layers` has the units per layer, from channels to options; empty for no network."""
 
     kind: str
     layers: tuple[int, ...]
@@ -110,8 +108,7 @@ class PolicyNode:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A nervous system to draw. Rows of channels and actions refer to the sensory input and the decision
-    vector."""
+    """A nervous system to draw. Rows refer to the sensory input and the decision vector."""
 
     world: str
     species: str
@@ -302,8 +299,7 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
-    """Return (channel row, sign) for the channels that names refer to; the sign is None if two names
-    disagree."""
+    """Return (channel row, sign) for the channels of names; the sign is None if two names disagree."""
     by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:
@@ -340,8 +336,7 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """Return (group, number of options) for the groups in which the policy chooses; the alternative to a
-    single action is not doing it."""
+    """Return (group, number of options, at least 2) for the groups in which the policy chooses."""
     automatic = set(species.always_on)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()

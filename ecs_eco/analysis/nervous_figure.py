@@ -283,8 +283,7 @@ class _Drawing:
             self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
 
     def _reflex(self, i: int) -> None:
-        """Draw the labeled box of a reflex, lines from its sensors to the box, and a line from the box to its
-        action."""
+        """Draw the labeled box of a reflex, lines from its sensors, and a line to its action."""
         at, r, (y, height) = self.at, self.d.reflexes[i], self.at.hub_boxes[i]
         sources, lines, heritable = self._from_the_top(r.sources), at.hubs[i], bool(r.gene)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.06, len(sources)), strict=True):
@@ -301,8 +300,7 @@ class _Drawing:
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
 
     def _arrival(self, i: int) -> float:
-        """Return the y at which a reflex's line reaches its action: the same for lines of the same sign, next
-        to those of other signs."""
+        """Return the y at which a reflex's line reaches its action, with one y per sign."""
         r, boxes = self.d.reflexes[i], self.at.hub_boxes
         others = sorted(
             (k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k]

@@ -48,8 +48,7 @@ def wrapped(text: str, most: int, lines: int) -> list[str]:
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
-    """Return the ordered, non-overlapping centers of boxes that are closest to the wanted ones (least
-    squares)."""
+    """Return the ordered, non-overlapping box centers that are closest to the wanted ones (least squares)."""
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)

@@ -71,8 +71,7 @@ def rgb(colour: str) -> list[int]:
 
 
 def _paler(colour: str, dark: bool) -> str:
-    """Return a color for the eighth and later species or types: a mix of the original color and the theme's
-    ink."""
+    """Return a color for the eighth and later species or types, mixed with the theme's ink."""
     parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in rgb(colour)]
     return "#" + "".join(f"{part:02x}" for part in parts)
 
@@ -110,6 +109,5 @@ TIME_ON_DARK = (
     "#d8e219",
     "#fde725",
 )
-"""Colors of curves from early to late: the part of viridis that is visible on a light background, and on a
-dark one."""
+"""Colors of curves from early to late: the parts of viridis visible on light and on dark backgrounds."""
 ON_DARK: Mapping[str, str] = _on_dark()

@@ -1,5 +1,4 @@
-"""Daily rhythms: fitting a cosine with a known period, and testing it against days that begin at random
-hours."""
+"""Daily rhythms: fits of a cosine with a known period, and a test against days that begin at random hours."""
 
 from dataclasses import dataclass
 

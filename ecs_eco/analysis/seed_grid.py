@@ -183,8 +183,7 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Return `mean_interval`; for a table with gaps, over the means of training seeds or, if there is only
-    one, over world seeds."""
+    """Return `mean_interval`; if there are gaps, over the means of training seeds (if only one: world seeds)."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -348,8 +347,7 @@ def _mean_log(run: Series, species: str) -> float:
 def survival_band(
     grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a pigeonhole-bootstrap band for the Kaplan–Meier curve of first extinctions: times, lower limits
-    and upper limits."""
+    """Return a pigeonhole-bootstrap band for the Kaplan–Meier curve of first extinctions: times, low, high."""
     lived, died = grid.lifetimes()
     time = kaplan_meier(lived.ravel(), died.ravel()).time
     cells = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int)
@@ -364,8 +362,7 @@ def survival_band(
 def crossed(
     grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0
 ) -> dict[str, Any]:
-    """Return a summary of a grid: the share of runs that persisted, in total and by training seed, and the
-    variance shares of every outcome."""
+    """Summarize a grid: the share that persisted, in total and by training seed, and all variance shares."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}
@@ -423,8 +420,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Draw the time to the first extinction by training seed (rows) and world seed (columns); cells without
-    an extinction are marked."""
+    """Draw the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived, _ = grid.lifetimes()

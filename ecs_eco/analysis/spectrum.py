@@ -3,7 +3,8 @@
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
 such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:
 
-- "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null for climate and population records;
+- "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null for climate and population
+  records;
 - "relaxation": two rates and a moving-average root, ARMA(2, 1) with real roots, whose spectrum only falls. It
   includes AR(1), sums of two AR(1) series, and a population that integrates a fluctuating birth rate with
   added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
@@ -43,8 +44,7 @@ def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
 
 
 def smooth(series: np.ndarray, window: int) -> np.ndarray:
-    """Return the centered running mean over `window` ticks (rounded up to an odd number), with shorter
-    windows at the ends."""
+    """Return the centered running mean over `window` ticks (made odd), with shorter windows at the ends."""
     x = np.asarray(series, float)
     half = min(int(window) // 2, len(x) - 1)
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -77,8 +77,8 @@ def detrend(x: np.ndarray) -> np.ndarray:
 
 
 def spectrum(x: np.ndarray) -> np.ndarray:
-    """Return the multitaper spectrum of the detrended series with two sine tapers (Riedel and Sidorenko
-    1995), along the last axis."""
+    """Return the sine-multitaper spectrum (Riedel and Sidorenko 1995) of the detrended series, on the last
+    axis."""
     n = x.shape[-1]
     x = detrend(x)
     total = np.zeros((*x.shape[:-1], n // 2 + 1))
@@ -114,8 +114,7 @@ class RedNoise:
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Return the spectra for innovations of unit variance at the Fourier frequencies of n block means,
-        one per row of roots."""
+        """Return spectra for unit innovations at the Fourier frequencies of n block means, by row of roots."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -129,16 +128,14 @@ class RedNoise:
         return total
 
     def fit(self, spectra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the roots of the best-fitting null for each spectrum, and the ratio of the spectrum to that
-        null."""
+        """Return the roots of each spectrum's best null, and the ratio of the spectrum to that null."""
         used = spectra[:, 2:].astype(np.float32)
         scale = used @ self._inverse.T / used.shape[1]
         best = (np.log(scale) + self._log).argmin(1)
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Return series of n samples, cut from circular series four times as long, given the Fourier
-        transform of white noise."""
+        """Turn Fourier transforms of white noise into series of n samples, cut from circular ones of 4 n."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 

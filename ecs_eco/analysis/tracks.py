@@ -81,8 +81,7 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return each (tick, animal) i64[k, 2] at which a distance f64[ticks, animals] falls below `within` after
-    at least `rest` ticks above it."""
+    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):

@@ -44,8 +44,7 @@ class Arm:
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
     def with_policies(self, folder: Path) -> Self:
-        """Return the arm with the trained policies in a folder, except where its treatment sets other
-        policies."""
+        """Return the arm with the trained policies in a folder, unless its treatment sets others."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self
         by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}
@@ -82,8 +81,7 @@ def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
 
 
 def folder_name(treatment: str) -> str:
-    """Return the folder name for a treatment's runs: its letters, digits, dots and hyphens, shortened if it
-    is long."""
+    """Return the folder name of a treatment: its letters, digits, dots and hyphens, shortened if long."""
     name = re.sub(r"[^\w.-]+", "-", treatment.strip()).strip("-.")
     if len(name.encode()) <= LONGEST_NAME:
         return name
@@ -92,8 +90,7 @@ def folder_name(treatment: str) -> str:
 
 
 def problems_of_policies(policies: str, species: Sequence[str], base: Path = Path()) -> Iterator[Problem]:
-    """Yield a problem if `policies` is neither a known word nor a folder (relative to `base`) with a file for
-    each of these species."""
+    """Yield problems if `policies` is neither a known word nor a folder with a file for each species."""
     allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
     if policies not in POLICIES and not (base / policies).is_dir():
         fault = "no such folder"

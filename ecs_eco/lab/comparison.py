@@ -37,8 +37,7 @@ class PlannedArm(Section):
 
 
 class Planned(Container):
-    """The manifest of a comparison. It does not contain the number of seeds, so you can add seeds and arms
-    later."""
+    """The manifest of a comparison, without the number of seeds, so that seeds and arms can be added."""
 
     FILE: ClassVar = "plan.json"
     KIND: ClassVar = "comparison"
@@ -198,8 +197,7 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seed of each run, for arms that have training seeds; None if nothing is
-        trained."""
+        """Return the training seeds of runs, for arms with trained policies; None if nothing is trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}

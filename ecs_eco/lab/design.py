@@ -1,5 +1,4 @@
-"""The design of a sweep: a fully checked plan, for which every world has been loaded once, with its jobs and
-trainings."""
+"""The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and trainings."""
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -82,8 +82,7 @@ class Sweep:
         return int(self.content["ticks"])
 
     def may_continue(self) -> None:
-        """Raise ForeignFile if the sweep was started in another mode, or contains a link that leaves its
-        folder."""
+        """Raise ForeignFile if the sweep began in another mode, or a link leaves its folder."""
         container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
@@ -216,8 +215,7 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies named in the world and in the plan; return the copy's counterpart of the world's
-    folder."""
+    """Copy the policies of the world and the plan; return the path that stands for the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

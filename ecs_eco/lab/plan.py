@@ -240,8 +240,7 @@ Point = dict[str, Entry]
 
 
 def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
-    """Yield every point of a plan by crossing lists, hypercube and grid; the last key of the grid varies
-    fastest."""
+    """Yield every point of a plan: lists × hypercube × grid, whose last key varies fastest."""
     factors: list[Sequence[Point]] = []
     if plan.list:
         factors.append(

@@ -1,5 +1,5 @@
-"""Pre-training: policies learn from random weights while respawning keeps numbers constant, and are then
-evaluated."""
+"""Pre-training and its evaluation: policies learn from random weights while respawning keeps numbers
+constant."""
 
 import time
 from collections.abc import Callable
@@ -106,8 +106,7 @@ def pretrain(
 
 
 def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
-    """Return the updates and the frequencies of actions of each species as lists, in which None stands for
-    undefined values."""
+    """Return each species' updates and frequencies of actions as lists; undefined values are None."""
     updates, actions = training_worlds.history()
     learning = {
         s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
@@ -136,8 +135,7 @@ def ramp(world: World, config: WorldConfig, share: float) -> None:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and everything else, including their hashes, as a sealed
-    training.json."""
+    """Write policies as sealed safetensors, and everything else with their hashes in training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])

@@ -44,8 +44,7 @@ class Imported(list[str]):
 
 
 class Call(Future[Any]):
-    """The future of a task. It can be canceled even while it runs; the task is then asked to stop, as by
-    Ctrl-C."""
+    """The future of a task. Canceling it while it runs asks the task to stop, as Ctrl-C would."""
 
     def __init__(self, executor: RayExecutor, reference: Any) -> None:
         super().__init__()
@@ -163,8 +162,7 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the environment variables of tasks: one thread, no modules from their folder, and this process's
-    settings."""
+    """Return the environment of tasks: one thread, no modules from their folder, this process's settings."""
     here = {
         name: value
         for name, value in os.environ.items()

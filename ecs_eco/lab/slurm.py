@@ -1,5 +1,4 @@
-"""SLURM (sbatch, squeue, scontrol): runs the jobs of a sweep as arrays that write checkpoints and are
-requeued."""
+"""SLURM (sbatch, squeue, scontrol): jobs of a sweep as arrays that write checkpoints and are requeued."""
 
 import os
 import re
@@ -85,8 +84,7 @@ def resume(
 
 
 def queued(folder: str | Path) -> set[int]:
-    """Return the numbers of the jobs that SLURM has queued or is running. Raises ConfigError if SLURM is
-    missing."""
+    """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
     offsets = {array["id"]: array["offset"] for array in _arrays(sweep.folder / FOLDER)}
     if not offsets:

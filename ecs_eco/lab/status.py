@@ -35,8 +35,7 @@ class Status:
 
     @property
     def rate(self) -> float:
-        """Return the ticks per second of all running jobs together, from the known rates; 0 if none are
-        known."""
+        """Return the total ticks per second of running jobs, from the known rates; 0 if none are known."""
         return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
 
     @property

@@ -30,8 +30,7 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Run each world; a world lives for at most `renew` ticks, and one more to learn from the last
-        rollout."""
+        """Run each world; it lives for `renew` ticks, and one more to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -63,8 +62,7 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update, with None for undefined values; empty before
-        the first update."""
+        """Return the statistics of each species' last update, if any; undefined values are None."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:

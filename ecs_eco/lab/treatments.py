@@ -48,8 +48,7 @@ def energy_only(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
-    """Make species that sense light dislike it: subtract 0.3 times light from happiness formulas without
-    light."""
+    """Make species that sense light dislike it: subtract 0.3 × light from formulas without light."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
         light = _light(config, name)
@@ -188,8 +187,7 @@ def names(config: WorldConfig) -> list[str]:
 
 
 def find(name: str, config: WorldConfig) -> Treatment:
-    """Return the treatment with this name, or for KEY=VALUE. Raises a ConfigError that suggests the closest
-    name."""
+    """Return the treatment for a name or KEY=VALUE. Raises a ConfigError that suggests the closest name."""
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):

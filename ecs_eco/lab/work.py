@@ -76,8 +76,7 @@ class Work(Generic[Key]):
                 return
 
     def _again(self, call: Call, future: Future[Any]) -> bool:
-        """Repeat a call if its worker was killed, unless this has happened too often; return whether it is
-        repeated."""
+        """Repeat a call whose worker was killed, unless too often; return whether it is repeated."""
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
         self.lost[call.key] += 1

@@ -47,7 +47,7 @@ def test_the_most_recent_common_ancestor_is_along_mothers():
     assert lineage.most_recent_common_ancestor([8, 5]) == 5
     assert lineage.most_recent_common_ancestor([8, 7]) == 0  # 7 is a father
     assert lineage.most_recent_common_ancestor([6]) == 6
-    with pytest.raises(ValueError, match="of no organism"):
+    with pytest.raises(ValueError, match="no uids to find"):
         lineage.most_recent_common_ancestor([])
 
 

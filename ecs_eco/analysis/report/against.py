@@ -25,8 +25,7 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return the section with the tables and the figure (written below `place`); empty if there is no outside
-    series."""
+    """Return the section with tables and a figure (written below `place`); empty without an outside series."""
     if outside is None:
         return []
     both, rows = compare(series, outside), []

@@ -164,8 +164,7 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Return the tick of the last snapshot and the positions (n, 3) [m] by species; None if there are no
-    snapshots."""
+    """Return the last snapshot's tick and positions (n, 3) [m] by species; None if there are no snapshots."""
     files = parts(run, "snapshots")
     if not files:
         return None
@@ -314,8 +313,7 @@ def _what(series: Series) -> str:
 
 
 def rerun(m: Mapping[str, Any]) -> str:
-    """Return the command that runs this world again, from its manifest; changes made with --set are not
-    included."""
+    """Return the command that runs this world again, from its manifest, without changes made by --set."""
     portable = " --portable" if m.get("target", {}).get("mode") == "portable" else ""
     words = [
         f"ecs-eco{portable} run",

@@ -20,8 +20,7 @@ from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
-"""Kinds of causes of death: being eaten, lack of energy, age, deadly food, an intervention, any other lethal
-limit."""
+"""Kinds of causes of death: eaten, lack of energy, age, deadly food, intervention, other lethal limits."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,7 @@ class Case:
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
         """Return the gain from one item of food. If the world file sets it as a share of the eaten organism's
-        energy, use the recorded average for eaten organisms or, if there is none, the average for living
-        organisms."""
+        energy, use the average of eaten organisms, if recorded, or of living organisms."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -194,8 +192,7 @@ def look_up(config: object, key: str) -> Any:
 
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Return the tick, age and cause of each animal's death; deaths are streamed, because plants die by the
-    million."""
+    """Return tick, age and cause of each animal's death, streamed because plants die by the million."""
     by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
         for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):

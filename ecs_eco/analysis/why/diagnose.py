@@ -34,8 +34,7 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return a well-fed individual's lifetime offspring according to the world file; ∞ if it sets no rate or
-    lifespan."""
+    """Return the lifetime offspring of a well-fed individual by the world file; ∞ without rate or lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -186,8 +185,7 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Return the numbers behind a verdict: a species' deaths by kind of cause, births, food and newborns
-    during its decline."""
+    """Return the numbers behind a verdict: deaths by kind of cause, births, food and newborns in a decline."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -286,8 +284,7 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """Return the decline of a surviving species up to a row of the series, from half its peak number to its
-    subsequent minimum."""
+    """Return a surviving species' decline before a row: from half its peak number to its later minimum."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -342,8 +339,7 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """Return a confidence that all species stayed far from extinction: 1 if the minimum of each was at least
-    a tenth of its mean."""
+    """Return a confidence in survival: 1 if the minimum of each species is at least a tenth of its mean."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

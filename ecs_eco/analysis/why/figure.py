@@ -48,8 +48,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """Return the first and the last tick to show; if all animals die out early, most of the remaining ticks
-    are cut."""
+    """Return the first and last tick to show; if all animals die out early, most later ticks are cut."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]
@@ -60,8 +59,7 @@ def _span(case: Case) -> tuple[float, float]:
 
 
 def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
-    """Return the species to show: animals that declined, then other animals with deaths, then plants that
-    declined."""
+    """Return the species to show: animals that declined, other animals with deaths, declining plants."""
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]

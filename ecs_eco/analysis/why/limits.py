@@ -14,8 +14,7 @@ MOST = 8  # maximum number of phases reported per species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """Return the loss of growth due to each limit in rows first … last − 1 of the series, per capita and
-    tick."""
+    """Return the loss of growth due to each limit in rows first … last − 1, per capita and tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -33,8 +32,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return the births per capita and tick that failed due to lack of energy, and those that failed due to
-    lack of space or mates."""
+    """Return failed births per capita and tick: due to lack of energy, and of space or mates."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -48,8 +46,7 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Return the unlimited birth rate per capita and tick: the rate in the world file or, if there is none,
-    the highest in the run."""
+    """Return the unlimited birth rate per capita and tick: from the world file, or the highest in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))
@@ -116,8 +113,7 @@ def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Return the rows at which a species' trend reverses, including both ends; only the largest swings are
-    kept, at most `most` phases."""
+    """Return the rows at which a species' trend reverses, and both ends, for at most `most` phases."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)

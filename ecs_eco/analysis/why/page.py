@@ -216,8 +216,7 @@ MOST = 2000  # maximum number of organisms per snapshot to measure distances fro
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Return the behavior of a species in rows first … last − 1 of the series, per capita and tick; values
-    that were not recorded are None."""
+    """Return a species' behavior in rows first … last − 1, per capita and tick; None if not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -280,8 +279,7 @@ def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray
 
 
 def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
-    """Return the mean distance from `here` to the nearest position in `there`. A torus wraps horizontally,
-    but not vertically."""
+    """Return the mean distance from `here` to the nearest of `there`; a torus wraps only horizontally."""
     from scipy.spatial import cKDTree
 
     if not torus:

@@ -1,5 +1,4 @@
-"""The course of a search: ask, evaluate and tell, then finals, then confirmation. All its state is in its
-folder."""
+"""The course of a search: ask, evaluate, tell; then finals and confirmation. All its state is in its folder."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -171,8 +170,7 @@ class Search:
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
-        """Return the score that a candidate needs to advance from a stage: a quantile of earlier candidates'
-        scores."""
+        """Return the score needed to advance from a stage: a quantile of earlier candidates' scores."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
@@ -182,8 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, best first: finalists by their mean score over all seeds, then the others by
-        merit."""
+        """Return the candidates, best first: finalists by mean score over all seeds, others by merit."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:

@@ -33,8 +33,7 @@ def objective(
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """Return 1 / (1 + the root mean square difference from the measured statistics [tenths]); 0 if the run is
-    too short."""
+    """Return 1 / (1 + RMS difference from the measured statistics [tenths]); 0 if the run is too short."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -49,8 +48,7 @@ def score(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return the score of a run for one goal. Values of custom functions and reporters are clipped to ±1e6,
-    and NaN counts as 0."""
+    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, and NaN is 0."""
     if of == "data" and fit is not None:
         return likeness(series, fit)
     if of == "persistence":
@@ -75,8 +73,7 @@ def distance(series: Series, persist: Sequence[str]) -> float:
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Return the mean over species of ln(p) / ln(0.05), at most 1 each, where p tests the spectral peak
-    against AR(1)."""
+    """Return the mean over species of ln(p) / ln(0.05), at most 1, with the spectral peak's p against AR(1)."""
     statistics = cycle_statistics(series, n_boot=199)
     p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
@@ -200,9 +197,8 @@ class Life:
             self.died = self.world.tick, "too many"
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
-        """Return the tick of the last birth of the first species to stop breeding, and its name; None if all
-        species that can breed have births in the second half. A species that merely outlives the run does not
-        persist."""
+        """Return the last birth [tick] and name of the first species to stop breeding; None if all that can
+        breed do so in the second half. A species that merely outlives the run does not persist."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:

@@ -101,8 +101,7 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Draw candidates against pairs of the first three numbers, colored by the share of candidates that are
-    worse."""
+    """Draw candidates against pairs of the first three numbers, colored by the share of worse candidates."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
@@ -131,8 +130,7 @@ def pairs(
 
 
 def scaled(axis: Any, p: Parameter) -> None:
-    """Set a log axis with ticks at 1, 2 and 5 times each power of ten, or only at powers of ten for ranges
-    beyond two decades."""
+    """Set a log axis, with ticks at 1, 2 and 5 × 10ⁿ or, beyond two decades, only at powers of ten."""
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

@@ -160,6 +160,5 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return the share of candidates that are worse than each, in (0, 1), regardless of the objective's
-    scale."""
+    """Return the share of worse candidates for each, in (0, 1), regardless of the objective's scale."""
     return (rankdata(merits) - 0.5) / len(merits)

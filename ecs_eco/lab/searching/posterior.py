@@ -179,8 +179,7 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
 
 
 def density(places: np.ndarray, shares: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return a kernel density estimate of weighted positions (normal kernel, Silverman's width), mirrored at
-    0 and 1."""
+    """Return the normal-kernel density of weighted positions (Silverman's width), mirrored at 0 and 1."""
     mean = shares @ places
     wide = max(0.02, np.sqrt(shares @ (places - mean) ** 2) * (1.06 * (shares**2).sum() ** 0.2))
     mirrored = np.concatenate([places, -places, 2 - places])

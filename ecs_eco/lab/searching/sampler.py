@@ -90,8 +90,7 @@ class Sampler:
         return first <= 1 or first - 1 <= len([e for e in self._entries() if e["candidate"] < first])
 
     def finished(self, number: int) -> bool:
-        """Return whether the generation before that of a candidate improved the posterior too little to
-        continue."""
+        """Return whether the generation before a candidate's improved the posterior too little to continue."""
         generation = self.generation(number)
         if generation < 2 or number != self._numbers(generation)[0] or not self.ready(number):
             return False
@@ -176,8 +175,7 @@ class Sampler:
         )
 
     def scales(self) -> np.ndarray:
-        """Return the scale of each statistic: the median absolute deviation over candidates drawn from the
-        ranges."""
+        """Return each statistic's scale: its median absolute deviation over candidates from the ranges."""
         first = [e for e in self._entries() if self.kind == "abc" or e["candidate"] <= self.particles]
         apart = np.array([self.fit.differences(own) for e in first if (own := statistics_of(e)) is not None])
         if len(apart) < FEWEST:

@@ -34,8 +34,7 @@ def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: P
     journal.path.symlink_to("/dev/full")
     with pytest.raises(
         RecordingError,
-        match="No space left on device; 1 evaluations are saved; free some disk space, "
-        f".* --out {tmp_path}",
+        match=f"No space left on device; 1 evaluations are saved; free some disk space, .* --out {tmp_path}",
     ):
         journal.add("candidate", candidate=1)
     assert len(journal.entries) == 1
