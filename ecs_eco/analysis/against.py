@@ -83,7 +83,7 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
 
 
 def summary(x: np.ndarray, step: float) -> Summary:
-    """Describe one series whose samples are `step` apart. Raises the errors of `signature.logarithms`."""
+    """Describe one series whose samples are `step` apart. Raises errors like `signature.logarithms`."""
     found = cycle(x)
     return Summary(
         len(x), found.period * step, len(x) / found.period, float(found.shares[0]), float(found.swings[0])

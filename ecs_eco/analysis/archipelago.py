@@ -90,7 +90,8 @@ def _until(series: Series, tick: int) -> Series:
 
 
 def places(plan: Archipelago) -> np.ndarray:
-    """Return islands' positions on a map from 0 to 1, f64[n, 2]: a grid for a grid graph, else a circle."""
+    """Return islands' positions on a map from 0 to 1, f64[n, 2]: on a grid for a grid graph, otherwise on a
+    circle."""
     n = len(plan.names)
     if plan.graph == "grid":
         width = math.ceil(math.sqrt(n))
@@ -102,7 +103,7 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """Draw a map of islands, divided into sectors by migrating species, and arrows for migrants."""
+    """Draw a map with islands divided into sectors by migrating species, and arrows for migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander, hue = islands.migrants or list(islands.species), colors_of(islands.first)
@@ -169,8 +170,8 @@ _NUMBERS = (
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
-    of the report. Raises RecordingError if there is no archipelago or a file is damaged."""
+    """Write report.html and figures/*.svg to the folder of an archipelago or to `out`; return the report's
+    path. Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = load_islands(root)

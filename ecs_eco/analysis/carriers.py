@@ -124,7 +124,7 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
     if not isinstance(gene, str):
         at, letters = gene
         if at < 0 or letters < 1:
-            expected = "expected a first locus from 0 and at least 1 letter"
+            expected = "expected a first locus of 0 or more, and at least 1 letter"
             raise ValueError(f"gene {tuple(gene)} of {species!r}: {expected}")
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     known = {g["name"]: g for g in genes_in(lineage.genomes.get(species, {}))}
@@ -207,7 +207,7 @@ def _values(
 
 
 def codon_number(codon: str, alphabet: str) -> int:
-    """Return a codon's index among all codons, sorted by the alphabet's order from the first letter on."""
+    """Return a codon's index among all codons, sorted in the order of the alphabet."""
     number = 0
     for letter in codon:
         if letter not in alphabet:
@@ -324,7 +324,7 @@ def require_number(gene: dict[str, Any], species: str) -> None:
     if "weights" in gene:
         raise ValueError(
             f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
-            "expected a gene for one number"
+            "expected a gene that codes for one number"
         )
     if not {"values", "range", "formula"} & gene.keys():
         raise ValueError(

@@ -245,7 +245,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth over runs, whose rows are training seeds; empty if there is none."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty if none."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -378,7 +378,7 @@ _DEPTH = (
     "means over runs, with 95% intervals.</p>"
 )
 _LAGS = (
-    "<p>Lags over cycling runs, as fractions of the period; p compares the pair with pairs from different "
+    "<p>Lags over cycling runs, as fractions of the period; p tests each pair against pairs from different "
     "runs.</p>"
 )
 _PEAKS = (
@@ -390,7 +390,7 @@ _PEAKS = (
 def _draw_survival(
     out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
 ) -> list[str]:
-    """Return survival curves of the species that died out in some run, as HTML."""
+    """Return the survival curves of species that died out in any run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     figured = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
@@ -416,7 +416,7 @@ def _head(result: dict[str, Any]) -> list[str]:
     return [
         f"<h1>Comparison of {len(arms)} arms</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
-        "<p class='under'>The replicates are seeds. Intervals have a level of 95%.</p>",
+        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
         *(f"<p class='under'>{escape(line)}</p>" for line in known),
     ]
 
@@ -458,7 +458,7 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
 
 
 def _against(result: dict[str, Any]) -> list[str]:
-    """Return the differences from the reference."""
+    """Return the section on differences from the reference."""
     gaps = [
         [arm, s, interval(x["lifetime"]), number(x["log_rank_p"]), interval(x["mean_number"])]
         for arm, e in result["effects"].items()
@@ -507,7 +507,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Return cycles by arm, and the lags between species."""
+    """Return the section on cycles by arm and lags between species."""
     rows = []
     for arm, s, x in _by_species(result):
         red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))

@@ -37,8 +37,8 @@ class CycleStatistics:
     species: tuple[str, ...]
     ticks: int  # length of the analyzed stretch: after the start, before the first extinction
     enough: bool  # whether that stretch is long enough to analyze
-    peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
-    p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
+    peaks: dict[str, Peak | None] = field(default_factory=dict)  # compared with red noise that only relaxes
+    p_ar1: dict[str, float | None] = field(default_factory=dict)  # p against AR(1), the lenient null
     # [ticks] period of the clearest peak (recurring if possible) among `period_of`; lags refer to it
     period: float | None = None
     period_of: tuple[str, ...] = ()  # species whose peaks were considered for the period
@@ -104,7 +104,7 @@ def cycle_statistics(
     seed: int = 0,
     period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Return peaks, periods and lags of a run.
+    """Return the spectral peaks, periods and lags of a run.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     The interval (circular block bootstrap with blocks of three periods, and Student's t) covers 90% with 10
     to 20 periods.
     """
-    from scipy.special import ndtri, stdtrit  # slow to import; scipy.stats takes a second
+    from scipy.special import ndtri, stdtrit  # slow to import, though faster than scipy.stats
 
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
@@ -299,7 +299,7 @@ def cross_seed_surrogates(
 
 
 def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int) -> float:
-    """Return the median of the periods of the runs' clearest peaks; raise ValueError if no run has one."""
+    """Return the median period of the runs' clearest peaks; raise ValueError if no run has a peak."""
     statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
     periods = [s.period for s in statistics if s.period]
     if not periods:

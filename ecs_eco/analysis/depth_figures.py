@@ -117,7 +117,8 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Draw mean depth by hour in each arm (columns) for each species (rows): thin for runs, thick for means."""
+    """Draw mean depth by hour in each arm (columns) for each species (rows): thin lines for runs, thick for
+    means."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
     figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)

@@ -55,7 +55,7 @@ def declines(series: Series) -> list[Decline]:
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Return the ticks to the first extinction and True, or to the end of the run and False."""
+    """Return the ticks to the first extinction and True, or the length of the run and False."""
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False

@@ -17,7 +17,7 @@ from ecs_eco.config.models.reporters import EATEN
 WIDE, BAR, TOP, GAP, STUB, TALL = 760, 9, 20, 26, 44, 130  # sizes in the drawing [px]
 THIN = 1.2  # narrowest band [px]
 BY = "eaten by "
-INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light and on dark backgrounds
+INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # colors on light and on dark backgrounds
 LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
 
 _CAPTION = (
@@ -32,7 +32,7 @@ _SHARED = (
 
 @dataclass(frozen=True)
 class Meal:
-    """The energy that an eater gained from a food and the number eaten, per tick."""
+    """The energy that an eater gains from a food per tick, and the number of items eaten per tick."""
 
     food: str
     eater: str

@@ -112,8 +112,8 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 without it, else
-    None."""
+    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it does not
+    contain the name, otherwise None."""
 
     def way(part: ast.AST) -> Sign:
         return _direction(part, name, positive)

@@ -1,5 +1,5 @@
 """Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
-births and deaths. One run is one replicate: `ecs_eco.analysis.compare_genes` gives intervals."""
+births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over runs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -166,7 +166,7 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
 def selection(
     lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
 ) -> Selection:
-    """Return how strongly a value of a gene is selected.
+    """Return the strength of selection on a value of a gene.
 
     Parameters
     ----------

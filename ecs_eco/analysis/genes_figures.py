@@ -37,7 +37,7 @@ class Band(NamedTuple):
 
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Draw allele frequencies over time: the second value of two-valued genes, all values of others."""
+    """Draw allele frequencies over time: the second value of two-valued genes, all values of other genes."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     lines = lines_of(genes, all_values=True)
     for g, j, label, hue, dash in lines:

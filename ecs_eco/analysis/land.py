@@ -1,4 +1,4 @@
-"""Human use of the ground: fences and roads, and areas of land use."""
+"""Human use of the ground: fences, roads and areas of land use."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""Learning over time: diagnostics of policy updates, frequencies of actions, and the page on a training."""
+"""Learning over time: diagnostics of policy updates, frequencies of actions, and the training page."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Acts:
 
     @property
     def groups(self) -> dict[str, list[int]]:
-        """The columns of each group of actions, by its name."""
+        """The columns of each action group, by name."""
         out: dict[str, list[int]] = {}
         for i, action in enumerate(self.actions):
             out.setdefault(action.partition(".")[0], []).append(i)
@@ -87,13 +87,13 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if it has none."""
+    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if there are none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal blocks of samples; NaN without values."""
+    """Return means of ticks and values over at most `points` equal blocks; NaN for blocks without values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -181,7 +181,7 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
     return out if happiness is None else out | {"happiness": ends(happiness[1])}
 
 
-# --- the report section, and the page on a training ----------------------------------------------------------
+# --- the report section, and the training page ---------------------------------------------------------------
 
 NOTE = (
     "<p class='under'>Means over the first and the last tenth of the updates. Reward is the change in "

@@ -23,7 +23,7 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row per organism, sorted by uid, in the phylogeny standard of Lalejini et al. (2019).
+    """Write a row per organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019).
 
     Columns: id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf"
     while alive; taxon_label, the species; genome; recorded fields, empty if missing. "Data Standards for

@@ -30,7 +30,7 @@ class Ledger:
 
     @property
     def flows(self) -> tuple[str, ...]:
-        """The names of the flows, which are positive into the holder."""
+        """Names of the flows, which are positive if they enter the holder."""
         return tuple(name for name in self.columns if not name.startswith("stock_"))
 
     @property
@@ -39,7 +39,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap in a tick [mol], as a fraction of the greatest stock, and its tick."""
+        """Return the largest gap in a tick: in mol, as a fraction of the greatest stock, and its tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))

@@ -142,7 +142,7 @@ def _moments(
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter (rows) over time by arm (columns): thin for runs, thick for their median."""
+    """Draw each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")
@@ -170,8 +170,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → "mean", each run's mean over time averaged over runs, with
-    its interval, and "n", the number of runs with a value. Both kinds of seeds are replicates."""
+    """Return reporter → species or WORLD → arm → "mean" (over runs, of each run's mean over time, with its
+    interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():

@@ -18,7 +18,7 @@ POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; gap between networ
 LEAST = 2.2  # width of a box
 # sensors with more channels show only the outermost channels and those that a network names
 MANY = 12
-MEANINGS: dict[Sign, tuple[str, str]] = {  # of lines in the reflex network, in the happiness network
+MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line in the reflex network and in the happiness network
     1: ("forces the action", "raises happiness"),
     -1: ("blocks the action", "lowers happiness"),
     None: ("forces or blocks the action", "raises or lowers happiness"),

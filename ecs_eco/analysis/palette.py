@@ -66,7 +66,7 @@ def _on_dark() -> dict[str, str]:
 
 
 def rgb(colour: str) -> list[int]:
-    """Return the components of #rrggbb, 0 to 255."""
+    """Return the components of #rrggbb, from 0 to 255."""
     return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 

@@ -163,7 +163,7 @@ def parts(run: Path | str, kind: str) -> list[Path]:
 
 def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
     """Yield the tables of one kind, with these columns or all; strings replace dictionaries, which differ
-    between files. Raises the errors of `parts`, and RecordingError if a file is damaged."""
+    between files. Raises errors like `parts`, and RecordingError if a file is damaged."""
     sealed = seal.has_seals(Path(run))
     for file in parts(run, kind):
         table = read_part(file, columns, sealed)

@@ -183,7 +183,8 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Return `mean_interval`; if there are gaps, over the means of training seeds (if only one: world seeds)."""
+    """Return `mean_interval` or, for a table with gaps, the interval over means of training seeds (or world
+    seeds, if there is one training seed)."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -261,7 +262,7 @@ class Grid:
 
     @classmethod
     def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
-        """Arrange runs by their seeds.
+        """Arrange runs by seed.
 
         Parameters
         ----------

@@ -39,8 +39,7 @@ def cycle(*series: np.ndarray) -> Cycle:
     """Return the cycle that simultaneous series f[n] share.
 
     Waves with periods between 3 samples and two thirds of the series are fitted by least squares, together
-    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises the errors of
-    `logarithms`.
+    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises errors like `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)

@@ -1,4 +1,4 @@
-"""A test for cycles in a population series: is a spectral peak higher than red noise explains?
+"""A test for cycles in a population series: whether a spectral peak is higher than red noise explains.
 
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
 such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:
@@ -135,7 +135,7 @@ class RedNoise:
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Turn Fourier transforms of white noise into series of n samples, cut from circular ones of 4 n."""
+        """Turn Fourier transforms of white noise into series of n samples, cut from circular series of 4 n."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 

@@ -168,7 +168,7 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
     Returns
     -------
     Interval
-        The interval is [0, 1] if n is 0.
+        The share and its interval, which is [0, 1] if n is 0.
 
     Raises
     ------

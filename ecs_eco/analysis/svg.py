@@ -11,7 +11,7 @@ from ecs_eco.analysis.palette import INK, ON_DARK
 
 FONT = "system-ui, sans-serif"
 DENSE = 400
-"""Number of equal marks from which they are drawn as one path of round dots."""
+"""Number of identical marks from which they are drawn as one path of round dots."""
 DIM = "over-ground"
 """The gid of figures with images behind curves; these images are darkened on dark pages."""
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
@@ -155,7 +155,7 @@ def _bare_marks(root: ET.Element) -> None:
 
 
 def _dots(root: ET.Element) -> None:
-    """Replace many equal marks by one path of round dots."""
+    """Replace many identical marks by one path of round dots."""
     size = {part.get("id"): _extent(part.get("d", "")) for part in root.iter("path") if part.get("id")}
     for group in root.iter("g"):
         marks = list(_marks(group))

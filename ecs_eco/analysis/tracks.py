@@ -81,7 +81,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above."""
+    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above
+    it."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):

@@ -220,7 +220,7 @@ class Archipelago:
         Raises
         ------
         Stopped
-            On Ctrl-C (this is a KeyboardInterrupt); calling `run` again continues from the last barrier.
+            On Ctrl-C (a subclass of KeyboardInterrupt); `run` then continues from the last barrier.
         RecordingError
             If `until` is before the current tick.
         """

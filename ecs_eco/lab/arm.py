@@ -13,7 +13,7 @@ from ecs_eco.engine.errors import ConfigError, Problem, nearest, refusal
 from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
 from ecs_eco.worlds.policies import POLICIES
 
-# bytes; this leaves space for the names of files derived from it: file systems allow 255
+# bytes; file systems allow 255, and the names of some files contain this name
 LONGEST_NAME = 100
 UNTREATED = "world"  # name of the first arm
 
@@ -31,7 +31,7 @@ class Arm:
 
     @property
     def trained_species(self) -> list[str]:
-        """Species that use trained policies, which are the only ones to depend on the training seed."""
+        """Species with trained policies; only these depend on the training seed."""
         names = species_with_policy(self.config)
         chosen = self.policies if isinstance(self.policies, dict) else dict.fromkeys(names, self.policies)
         return [name for name in names if chosen.get(name, "trained") == "trained"]
@@ -114,7 +114,7 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
             fault = "changes only learning, and nothing learns here"
-            raise refusal((), fault, treatment.name, "--retrain --training-seeds N with it", source=OPTION)
+            raise refusal((), fault, treatment.name, "--retrain --training-seeds N as well", source=OPTION)
     if retrain and training_seeds is None:
         raise refusal((), "nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
     if training_seeds is None:
@@ -131,4 +131,4 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
             fault = "changes only the training, but all arms run with the same policies"
-            raise refusal((), fault, treatment.name, "--retrain with it", source=OPTION)
+            raise refusal((), fault, treatment.name, "--retrain as well", source=OPTION)

@@ -224,7 +224,7 @@ class Comparison:
         if not arm.trained_species:
             return "untrained policies and has no training seed"
         own, n = self.has_own_policies(arm), len(self.training_seeds or ())
-        how = "trained again under its own values" if own else "trained in the unchanged world"
+        how = "trained again with its own values" if own else "trained in the unchanged world"
         same = "" if own or arm is self.arms[0] else ", the same as the first arm"
         return f"policies{_of_some(arm)} {how}{same}, from {n} training seed{'s' * (n != 1)}"
 

@@ -174,7 +174,7 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
     """Yield problems with a plan's policies and training."""
     plan, known = file.plan, species_with_policy(base)
     if plan.retrain and plan.training_seeds is None:
-        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N with it")
+        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N as well")
     if plan.training_seeds is not None and not known:
         yield Problem(
             ("training_seeds",),
@@ -251,7 +251,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
                 entry.place,
                 "changes only the training, but all jobs run with the same policies",
                 entry.value,
-                "retrain = true with it",
+                "retrain = true as well",
             )
     return None
 

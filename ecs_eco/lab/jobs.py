@@ -31,14 +31,14 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
-PATIENCE = 150.0  # [s] to wait for another process that does the job; longer than leases of shared disks
+PATIENCE = 150.0  # [s] to wait for another process that runs the job; longer than leases of shared disks
 PACE = 1.0  # [s] between records of a job's progress
 BOOTSTRAPS = 99  # for the p of a period; cycles in single runs are reported at p ≤ 0.05
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do one job of a sweep and return the content of its done.json.
+    """Run one job of a sweep and return the content of its done.json.
 
     A stopped job resumes from its last checkpoint. Policies that the job needs are trained first.
 
@@ -58,7 +58,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     Raises
     ------
     FolderInUse
-        If another process is doing the job.
+        If another process is running the job.
     Exception
         Any error of the run; failed.json then describes it.
     """

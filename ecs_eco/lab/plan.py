@@ -66,7 +66,7 @@ class Plan(Section):
     set: dict[str, Any] = about("values for all runs, by dotted key", {})
     grid: dict[str, Values] | None = about("values of each key, in all combinations", None)
     latin_hypercube: Hypercube | None = about("numbers drawn from ranges", None)
-    list: Points | None = about("sets of values that belong together", None)
+    list: Points | None = about("sets of values that vary together", None)
     checkpoint_every: Ticks | None = quantity(
         "ticks between a run's checkpoints; default: 20 per run, at least 2,000 ticks apart", "ticks", None
     )
@@ -288,7 +288,7 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
 
 
 def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
-    """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979), in the order drawn."""
+    """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979)."""
     from scipy.stats import qmc
 
     shares = qmc.LatinHypercube(len(cube.ranges), rng=cube.seed).random(cube.points)

@@ -156,7 +156,7 @@ class Pool(Executor):
 
 
 def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
-    """Do the work in this process, where Ctrl-C ends it."""
+    """Run a call in this process, where Ctrl-C ends it."""
     future: Future[Result] = Future()
     try:
         future.set_result(fn(*args, **kwargs))

@@ -54,7 +54,7 @@ def pretrain(
     points : int, default 30
         Number of points per curve.
     trust : bool, default False
-        Whether the code that the world lists may run in this process.
+        Whether code listed in the world file can run in this process.
 
     Returns
     -------

@@ -49,7 +49,7 @@ class Call(Future[Any]):
     def __init__(self, executor: RayExecutor, reference: Any) -> None:
         super().__init__()
         self._executor, self.reference = executor, reference
-        executor.calls.add(self)  # until the task has ended
+        executor.calls.add(self)  # removed when the task has ended
         reference.future().add_done_callback(self._take)
 
     def cancel(self) -> bool:

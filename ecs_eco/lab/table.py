@@ -180,7 +180,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
         verdict(lines_of(sweep, rows), lost),
-        "<p class='under'>The replicates are seeds. Intervals have a level of 95%.</p>",
+        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
         why = f", {len(failed)} of them because they failed" if failed else ""

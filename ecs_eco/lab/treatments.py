@@ -43,7 +43,7 @@ def energy_only(config: WorldConfig) -> dict[str, Any]:
     formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
-        raise NotApplicable("no species has a happiness that depends on light", allowed)
+        raise NotApplicable("no species has a happiness.formula that depends on light", allowed)
     return {f"species.{name}.happiness.formula": energy for name, energy in formulas.items() if energy}
 
 
@@ -58,7 +58,7 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
                 f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
             )
     if not values:
-        raise NotApplicable("no species senses light and has a happiness.formula without it", "energy-only")
+        raise NotApplicable("no species that senses light has a happiness.formula without it", "energy-only")
     return values
 
 

@@ -34,7 +34,7 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return the lifetime offspring of a well-fed individual by the world file; ∞ without rate or lifespan."""
+    """Return the lifetime offspring of a well-fed individual; ∞ if the world file sets no rate or lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -239,7 +239,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     lean = unborn_hungry / total
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
-    # the unborn newborns would not have survived either
+    # the unborn would not have survived either
     newborns = starved * young["of_hunger"] + lean * young["of_births"]
     out["newborns starve"] = newborns * (1 - poison)
     starved = (starved + lean - newborns) * (1 - poison)
@@ -339,7 +339,7 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """Return a confidence in survival: 1 if the minimum of each species is at least a tenth of its mean."""
+    """Return the confidence in "healthy": 1 if the minimum of each species is at least a tenth of its mean."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

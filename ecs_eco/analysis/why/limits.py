@@ -32,7 +32,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return failed births per capita and tick: due to lack of energy, and of space or mates."""
+    """Return failed births per capita and tick due to lack of energy, and due to lack of space or mates."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]

@@ -164,7 +164,7 @@ class Search:
         )
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
-        """Return a job that does all these runs of a candidate at full length."""
+        """Return a job that runs a candidate with all these seeds at full length."""
         cells = tuple(cells)
         job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)

@@ -86,7 +86,7 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
         raise refusal(
             ("search", "ticks"),
-            "is shorter than the measurements of [data]",
+            "is shorter than the measurements in [data]",
             ticks,
             f"at least {int(np.ceil(least / (1 - SKIP))):,}",
             source=config._source,

@@ -137,7 +137,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
         f"Based on {len(entries)} candidates. A number is important if the best candidates are distributed "
-        "differently over its range than all candidates. A bar that does not pass its line is consistent "
+        "over its range differently from all candidates. A bar that does not pass its line is consistent "
         "with chance."
     )
     blocks = [
@@ -150,7 +150,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         drawn(
             figures.scatter(plan.parameters, entries, worse, start, best),
             folder / "dependence.svg",
-            "Each candidate against each of its numbers; higher dots are better than more of the other candidates.",
+            "Rank of each candidate against each of its numbers; the best candidates are at the top.",
         ),
     ]
     if len(plan.parameters) > 1:

@@ -25,7 +25,7 @@ class Population(NamedTuple):
     Attributes
     ----------
     numbers : array of int64, shape (kept,)
-        Numbers of the candidates.
+        Numbers that identify the candidates.
     at : array of float64, shape (kept, parameters)
         Their positions in the unit cube of the ranges.
     weights : array of float64, shape (kept,)
