@@ -134,7 +134,8 @@ def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the mean number of some species in each layer, f64[layers, bins] by species, and the ticks of
-    the bin edges i64[bins + 1], from the snapshots. Bins are as narrow as `most` bins allow.
+    the bin edges i64[bins + 1], from the snapshots. Bins are as narrow as possible, but there are at most
+    `most`.
 
     There are no bins if the run has no snapshots or no depth.
     """

@@ -33,7 +33,7 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def _parsed(text: str) -> ast.AST:
-    """Parse a formula, replacing each Component.field by the name of its channel."""
+    """Parse a formula, replacing each Component.field with the name of its channel."""
     return ast.parse(FIELD.sub(r"\1_\2", " ".join(text.split())), mode="eval").body
 
 

@@ -155,5 +155,5 @@ def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]
 
 
 def minus(text: str) -> str:
-    """Replace the hyphens in a number or formula by minus signs."""
+    """Replace the hyphens in a number or formula with minus signs."""
     return text.replace("-", "−")

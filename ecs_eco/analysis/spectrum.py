@@ -1,4 +1,4 @@
-"""A test for cycles in a population series: whether a spectral peak is higher than red noise explains.
+"""A test for cycles in a population series, based on spectral peaks above red noise.
 
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
 such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:

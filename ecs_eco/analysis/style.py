@@ -58,7 +58,7 @@ _bare = False  # whether `as_delivered` has set matplotlib's defaults
 
 
 def empty(width: float, height: float, **more: Any) -> Figure:
-    """Return a figure without axes [inches], which notebooks can display."""
+    """Return an empty figure of this size [inches], which notebooks can display."""
     import matplotlib.figure
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -76,7 +76,7 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure [inches] with rows × columns of empty axes, which notebooks can display."""
+    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display."""
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 

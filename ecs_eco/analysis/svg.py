@@ -155,7 +155,7 @@ def _bare_marks(root: ET.Element) -> None:
 
 
 def _dots(root: ET.Element) -> None:
-    """Replace many identical marks by one path of round dots."""
+    """Replace many identical marks with one path of round dots."""
     size = {part.get("id"): _extent(part.get("d", "")) for part in root.iter("path") if part.get("id")}
     for group in root.iter("g"):
         marks = list(_marks(group))

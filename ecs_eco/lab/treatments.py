@@ -39,7 +39,7 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
-    """Replace happiness formulas that depend on light by energy alone."""
+    """Replace happiness formulas that depend on light with energy alone."""
     formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
