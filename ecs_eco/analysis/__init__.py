@@ -1,5 +1,5 @@
 """Statistics and figures of recorded runs, one phenomenon per file.
 
-Functions take run folders or tables of series. Running worlds belongs to `ecs_eco.runs`, running many of them
-to `ecs_eco.lab`. numba, torch and esper are never imported here, and matplotlib only to draw a figure.
+Functions take run folders or tables of series. To run a world, use `ecs_eco.runs`; to run many,
+`ecs_eco.lab`. This package never imports numba, torch or esper, and imports matplotlib only to draw a figure.
 """

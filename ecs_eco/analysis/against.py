@@ -1,6 +1,6 @@
-"""Comparison of a run with an outside series by the same rule (`ecs_eco.analysis.signature`): period,
-amplitude, lags. Field counts are often too short for the tests of `ecs_eco.analysis.spectrum`, so this module
-tests nothing."""
+"""Comparison of the periods, amplitudes and lags of a run and an outside series, measured by the same rule
+(`ecs_eco.analysis.signature`). Field counts are often too short for the tests in `ecs_eco.analysis.spectrum`,
+so this module does no testing."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -14,29 +14,29 @@ from ecs_eco.analysis.spectrum import thin
 from ecs_eco.config.measurements import FEWEST, MOST_ROWS, Outside
 from ecs_eco.engine.errors import ConfigError, Problem
 
-KEPT = "data.csv"  # the outside series of a world, in its run folder
+KEPT = "data.csv"  # the world's outside series, as stored in a run folder
 
 
 class Summary(NamedTuple):
-    """The description of one series in numbers."""
+    """Summary statistics of one series."""
 
     samples: int
-    period: float  # of the wave that explains most of the variance [its time unit]
+    period: float  # period of the wave that explains most of the variance [time unit of the series]
     cycles: float  # number of periods in the series
-    share: float  # of the variance that this wave explains
+    share: float  # fraction of the variance that this wave explains
     amplitude: float  # standard deviation of log10 numbers, trend removed
 
 
 class Both(NamedTuple):
-    """The summaries of each species in the run [ticks] and outside, and the lags behind other species."""
+    """Summaries of each series in the run [ticks] and in the outside data, and the lags between them."""
 
     run: dict[str, Summary]
     outside: dict[str, Summary]
-    lags: dict[tuple[str, str], tuple[float, float]]  # of b behind a, in periods: run, outside
+    lags: dict[tuple[str, str], tuple[float, float]]  # lag of b behind a in periods, as (run, outside)
 
 
 def numbers_of(series: Series, name: str) -> np.ndarray:
-    """Return the numbers of a species, or the values of a reporter, averaged over species: f64[ticks]."""
+    """Return the numbers of a species, or a reporter's values averaged over species: f64[ticks]."""
     if name in series.species:
         return series.of(name)
     values = series.columns[name]
@@ -46,8 +46,8 @@ def numbers_of(series: Series, name: str) -> np.ndarray:
 
 
 def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
-    """Describe the outside series, and the run after its first fraction `skip` and before the first
-    extinction. Raises ConfigError if too little of the run remains."""
+    """Describe the outside series, and the part of the run after the first fraction `skip` and before the
+    first extinction. Raises ConfigError if too few ticks remain."""
     names = list(outside.columns)
     n = living(series, names, skip)
     thinned, factor = thin(n.T, MOST_ROWS)
@@ -62,7 +62,7 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
 
 def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarray:
     """Return the numbers of these species and reporters after the first fraction `skip` of a run and before
-    the first extinction among them, f64[ticks, names]. Raises ConfigError if too little remains."""
+    the first extinction among them, f64[ticks, names]. Raises ConfigError if too few ticks remain."""
     n = np.stack([numbers_of(series, name) for name in names], 1)
     species = [name in series.species for name in names]
     gone = np.flatnonzero((n[:, species] == 0).any(1))
@@ -83,7 +83,7 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
 
 
 def summary(x: np.ndarray, step: float) -> Summary:
-    """Describe one series whose samples are `step` apart. Raises ValueError like `signature.logarithms`."""
+    """Describe one series whose samples are `step` apart. Raises errors like `signature.logarithms`."""
     found = cycle(x)
     return Summary(
         len(x), found.period * step, len(x) / found.period, float(found.shares[0]), float(found.swings[0])

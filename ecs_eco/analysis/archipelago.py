@@ -1,4 +1,4 @@
-"""The outcome of an archipelago, and its report: numbers on each island, and migrants along each route."""
+"""The results of an archipelago and their report: numbers on each island, and migrants along each route."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -37,7 +37,7 @@ class Islands:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """The species, in the order of the world."""
+        """The species, in the order of the world file."""
         return self.first.species
 
     @property
@@ -46,14 +46,14 @@ class Islands:
         return [s for s in self.species if s in self.plan.migration_probability]
 
     def moved(self, species: str | None = None) -> np.ndarray:
-        """Return the number of migrants between islands, in total or of one species: i64[from, to]."""
+        """Return the number of migrants between islands, of all species or one: i64[from, to]."""
         out = np.zeros((len(self.series),) * 2, np.int64)
         rows = self.moves if species is None else self.moves[self.moves[:, 1] == self.species.index(species)]
         np.add.at(out, (rows[:, 2], rows[:, 3]), rows[:, 4])
         return out
 
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the barriers [tick], and the number of migrants of a species at each."""
+        """Return the ticks of the barriers, and the number of a species' migrants at each."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
         every, end = self.plan.migration_interval, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)
@@ -61,7 +61,7 @@ class Islands:
 
 
 def load_islands(folder: Path | str) -> Islands:
-    """Read the folder of an archipelago; raise RecordingError if it contains none or a file is damaged."""
+    """Read an archipelago's folder; raise RecordingError if there is none or a file is damaged."""
     root = Path(folder)
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
@@ -83,14 +83,15 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return a series before a tick. An island may be ahead of the others in an interrupted run."""
+    """Return the part of a series before a tick. An island may be ahead of the others in an interrupted run."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)
 
 
 def places(plan: Archipelago) -> np.ndarray:
-    """Return islands' positions on a map from 0 to 1, f64[n, 2]: a grid for a grid graph, else a circle."""
+    """Return islands' positions on a map from 0 to 1, f64[n, 2]: on a grid for a grid graph, otherwise on a
+    circle."""
     n = len(plan.names)
     if plan.graph == "grid":
         width = math.ceil(math.sqrt(n))
@@ -102,8 +103,7 @@ def places(plan: Archipelago) -> np.ndarray:
 
 @styled
 def chart(islands: Islands) -> Figure:
-    """Draw a map: islands are discs with sectors for their migrating species, and arrows are as wide as the
-    number of migrants."""
+    """Draw a map with islands divided into sectors by migrating species, and arrows for migrants."""
     from matplotlib.patches import FancyArrowPatch, Wedge
 
     wander, hue = islands.migrants or list(islands.species), colors_of(islands.first)
@@ -134,7 +134,7 @@ def chart(islands: Islands) -> Figure:
 
 @styled
 def numbers(islands: Islands) -> Figure:
-    """Draw the numbers of each migrating species, one line per island; below, its migrants."""
+    """Draw the numbers of each migrating species, one line per island, with its migrants below."""
     wander, hue = islands.migrants or list(islands.species[:1]), colors_of(islands.first)
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
@@ -151,7 +151,7 @@ def numbers(islands: Islands) -> Figure:
 
 
 def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
-    """Return the numbers of words, i64[rows]."""
+    """Return the index of each name in `words`, i64[rows]."""
     known = {word: i for i, word in enumerate(words)}
     return np.array([known[word] for word in column.to_pylist()], np.int64)
 
@@ -160,18 +160,18 @@ def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
 
 
 _MAP = (
-    "The islands at the end of the run. The area of a disc is the number of organisms of migrating species; an "
-    "arrow is as wide as the number of migrants."
+    "The islands at the end of the run. The area of a disc shows the number of organisms of migrating "
+    "species, and the width of an arrow the number of migrants."
 )
 _NUMBERS = (
-    "Numbers on each island, with their mean as a thick line, and the number of migrants that arrived at each "
+    "Numbers on each island (the thick line is their mean), and the number of migrants that arrived at each "
     "barrier."
 )
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.svg into the folder of an archipelago, or into `out`; return the path
-    of the report. Raises RecordingError if there is no archipelago or a file is damaged."""
+    """Write report.html and figures/*.svg to the folder of an archipelago or to `out`; return the report's
+    path. Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = load_islands(root)
@@ -199,7 +199,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """Yield a row per island: numbers at the end, total migrants, and the island's own values."""
+    """Yield a row per island: numbers at the end, total migrants, and the values specific to the island."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name

@@ -17,7 +17,7 @@ from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.genomes.promoters import copies_in
 from ecs_eco.genomes.traits import Kind, Trait
 
-FEW = 8  # the most values of a gene that a figure can show
+FEW = 8  # maximum number of a gene's values that a figure can show
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Frequencies:
     i64[samples].
 
     `n` i64[samples] counts all living organisms. With several strings (ploidy 2) or several copies of a gene,
-    an organism counts once for each value that it carries; an organism without the gene counts for none.
+    an organism counts once for each value that it carries; an organism without the gene is not counted.
     `copies` i64[samples, values] counts strings, or copies of the gene, instead of organisms.
     """
 
@@ -39,7 +39,7 @@ class Frequencies:
 
     @property
     def share(self) -> np.ndarray:
-        """Fraction of the living that carry each value, f64[samples, values]; NaN if none is alive."""
+        """Fraction of living organisms that carry each value, f64[samples, values]; NaN if none are alive."""
         return self.count / np.where(self.n, self.n, np.nan)[:, None]
 
     @property
@@ -63,7 +63,7 @@ class Frequencies:
         Raises
         ------
         KeyError
-            For an unknown value.
+            If the value is unknown.
         """
         if value not in self.values:
             raise UnknownName(unknown_name(f"gene {self.gene!r}", "value", value, self.values))
@@ -78,22 +78,22 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     lineage : Lineage
     species : str
     gene : str or tuple of int
-        Name of a gene of the manifest, or (first locus, letters).
+        Name of a gene in the manifest, or (first locus, number of letters).
     every : int
-        Ticks from one sample to the next.
+        Ticks between samples.
 
     Returns
     -------
     Frequencies
-        Exact counts, from births and deaths. Values are in the order of codons, or the codons themselves in
-        alphabetical order.
+        Exact counts, from births and deaths. Values are in the order of their codons; for a gene without a
+        table of values, they are the codons themselves in alphabetical order.
 
     Raises
     ------
     KeyError
-        For an unknown species or gene.
+        If the species or gene is unknown.
     ValueError
-        For loci beyond the end of the genome, and for a derived trait.
+        If loci are beyond the end of the genome, or the gene is a derived trait.
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     if "formula" in record:
@@ -116,7 +116,7 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """Return the manifest's record of a gene, given by name, trait, or (first locus, letters)."""
+    """Return the manifest's record of a gene, found by name, trait, or (first locus, number of letters)."""
     if species not in lineage.species:
         raise UnknownName(
             unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist()))
@@ -124,7 +124,7 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
     if not isinstance(gene, str):
         at, letters = gene
         if at < 0 or letters < 1:
-            expected = "expected a first locus from 0 and at least 1 letter"
+            expected = "expected a first locus of 0 or more, and at least 1 letter"
             raise ValueError(f"gene {tuple(gene)} of {species!r}: {expected}")
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     known = {g["name"]: g for g in genes_in(lineage.genomes.get(species, {}))}
@@ -137,14 +137,14 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
 
 
 def genes_in(kept: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the records of the genes and derived traits of a species in the manifest."""
+    """Return the manifest's records of a species' genes and derived traits."""
     return [*kept.get("genes", ()), *kept.get("derived", ())]
 
 
 def codons_of(
     genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int
 ) -> list[tuple[list[str], np.ndarray]]:
-    """Return, for each string of the genome, the different codons of a gene and the index of each organism's
+    """Return, for each string of the genome, the distinct codons of a gene and the index of each organism's
     codon."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
@@ -163,8 +163,8 @@ def codons_of(
 def _copies(
     genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[tuple[list[str], np.ndarray]]:
-    """Return, for each possible copy of a gene in a genome of variable length, the different codons, "" for
-    none, and the index of each organism's codon."""
+    """Return, for each possible copy of a gene in a variable-length genome, the distinct codons ("" for none)
+    and the index of each organism's codon."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
     strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
     copies = zip_longest(*(chain.from_iterable(of) for of in strings), fillvalue="")
@@ -175,10 +175,10 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters after each copy of a gene in genomes of variable length, by text and string."""
+    """Return the letters (without promoter) of each copy of a gene in variable genomes, by text and string."""
     if "promoter" not in gene:
         raise ValueError(
-            f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
+            f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "
             "expected the name of a gene"
         )
     promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
@@ -207,7 +207,7 @@ def _values(
 
 
 def codon_number(codon: str, alphabet: str) -> int:
-    """Return the number of a codon among all, in the order of the alphabet, first letter first."""
+    """Return a codon's index among all codons, sorted in the order of the alphabet."""
     number = 0
     for letter in codon:
         if letter not in alphabet:
@@ -225,10 +225,10 @@ Line = tuple[Frequencies, int, str, str, Any]  # gene, index of the value, label
 
 
 def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
-    """Return one line for each gene of two values, and one for each value of other genes, without the first
-    value unless `all_values`.
+    """Return one line for each gene with two values, and one for each value of other genes, except the first
+    unless `all_values` is true.
 
-    A gene named after a color is drawn in it; dashes distinguish lines of similar color.
+    A gene named after a color is drawn in that color; dashes distinguish lines of similar color.
     """
     from matplotlib.colors import is_color_like
 
@@ -247,8 +247,8 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Draw the number of living carriers of each gene over time.
 
-    Organisms with the value of the first codon count as without the gene. A gene with more than two values
-    has one line for each further value.
+    Organisms with the value of the first codon do not count as carriers. A gene with more than two values has
+    one line for each value after the first.
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = lines_of(genes)
@@ -263,27 +263,27 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 
 def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.ndarray:
-    """Return the value of a gene in each organism.
+    """Return the value of a gene for each organism.
 
     Parameters
     ----------
     lineage : Lineage
     gene : str
-        Its name or its trait.
+        The gene's name or trait.
     species : str, optional
-        Required if several species have a gene of that name.
+        Required if several species have a gene with that name.
 
     Returns
     -------
     array of float64, shape (organisms,)
-        After dominance; NaN for organisms without this gene.
+        Values after dominance; NaN for organisms without this gene.
 
     Raises
     ------
     KeyError
-        For an unknown species or gene.
+        If the species or gene is unknown.
     ValueError
-        For a gene of a whole network, and for records without the meaning of codons.
+        If the gene codes for a whole network, or the record does not define the meaning of codons.
     """
     name, record = find_gene(lineage, gene, species)
     kept, mask = lineage.genomes[name], lineage.species == name
@@ -298,8 +298,8 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """Return the species that has a gene, given by its name or its trait, and the gene's record. The KeyError
-    for an unknown gene names the nearest one; ValueError lists the species if several have it."""
+    """Return the species that has a gene, given by its name or trait, and the gene's record. For an unknown
+    gene, a KeyError suggests the closest name; if several species have it, a ValueError lists them."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
     having = {
@@ -310,7 +310,7 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
     }
     if len(having) > 1:
         raise ValueError(
-            f"gene {gene!r}: {', '.join(having)} have a gene of that name; choose one: "
+            f"gene {gene!r}: {', '.join(having)} have a gene with that name; choose one: "
             f"species={next(iter(having))!r}"
         )
     if not having:
@@ -320,16 +320,16 @@ def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple
 
 
 def require_number(gene: dict[str, Any], species: str) -> None:
-    """Raise ValueError for a gene whose value is not a single number, or is unknown."""
+    """Raise ValueError if a gene's value is unknown or is not a single number."""
     if "weights" in gene:
         raise ValueError(
             f"gene {gene['name']!r} of {species!r} codes for {gene['weights']:,} weights; "
-            "expected a gene of one number"
+            "expected a gene that codes for one number"
         )
     if not {"values", "range", "formula"} & gene.keys():
         raise ValueError(
-            f"gene {gene['name']!r} of {species!r}: this record does not define its codons "
-            "mean; run the world again with this version, or count codons with frequencies()"
+            f"gene {gene['name']!r} of {species!r}: this record does not define what its "
+            "codons mean; run the world again with this version, or count codons with frequencies()"
         )
 
 
@@ -344,7 +344,7 @@ def _of_formula(lineage: Pedigree, record: dict[str, Any], species: str) -> np.n
         return _of_formula(lineage, {"formula": formulas[name]}, species)
 
     out = formula({name: value(name) for name in formula.names})
-    if "low" not in record:  # read by another formula
+    if "low" not in record:  # used only by another formula
         return out
     kind: Kind = "whole" if record.get("whole") else "number"
     default, low, high = (float(record[word]) for word in ("default", "low", "high"))
@@ -373,7 +373,7 @@ def _of_variable(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 
 
 def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[str, Any]) -> np.ndarray:
-    """Return the combined value of the copies in each string: f64[strings], NaN without copies."""
+    """Return the combined value of the copies in each string: f64[strings], NaN if there are none."""
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {
@@ -400,9 +400,10 @@ def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray
 
 
 def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.ndarray:
-    """Return the values of a gene's codons, f64[words]: from a table, or a range in equal steps or factors.
+    """Return the values of a gene's codons, f64[words]: from a table, or from a range divided into equal
+    steps or factors.
 
-    Raises ValueError for a letter that is not in the alphabet.
+    Raises ValueError if a letter is not in the alphabet.
     """
     if not words:
         return np.zeros(0)
@@ -428,5 +429,5 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Return the numbers of codons, the first letter most significant: i64[…, letters] to f64[…]."""
+    """Return codons as numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

@@ -1,5 +1,5 @@
-"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles. Seeds are the
-replicates: training seeds and world seeds if runs use policies from several trainings (`seed_grid.py`)."""
+"""Comparison of an experiment's arms: persistence, survival times, numbers and cycles. The replicates are the
+seeds: world seeds and, if runs use policies from several trainings, training seeds (`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -49,19 +49,19 @@ def compare(
     Parameters
     ----------
     arms : Mapping of str to sequence
-        For each arm its runs, one per seed: folders, tables of series or `Series`.
+        The runs of each arm, one per seed: folders, tables of series or `Series`.
     out : str or Path, optional
         Folder for compare.json, compare.html and figures/.
     species : sequence of str, optional
         Default: all.
     n_boot : int, default 499
-        Simulations of red noise.
+        Number of red-noise simulations.
     seed : int, default 0
-        Fixes the simulations.
+        Seed of the simulations.
     training : Mapping of str to sequence of int, optional
-        Training seed of each run, for arms with several: a crossed design with the world seeds.
+        Training seed of each run, for arms in which training seeds are crossed with world seeds.
     policies : Mapping of str to str, optional
-        Descriptions of policies, to show.
+        Descriptions of each arm's policies, shown on the page.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def compare(
 
     See Also
     --------
-    ecs_eco.lab.compare : runs the arms, too.
+    ecs_eco.lab.compare : also runs the arms.
     """
     loaded, names = _load(arms, species)
     curves = {
@@ -119,7 +119,7 @@ def _add_crossed(
     n_boot: int,
     seed: int,
 ) -> None:
-    """Add the results of crossed designs for each arm, and for the differences between arms."""
+    """Add the results of crossed designs to each arm and to the differences between arms."""
     by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
     for arm, grid in grids.items():
         outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
@@ -133,13 +133,13 @@ def _add_crossed(
 def _load(
     arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None
 ) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
-    """Return the runs of each arm, and their species; raise ValueError without runs or if species differ."""
+    """Return the runs of each arm, and their species; raise ValueError if runs are missing or species differ."""
     if not arms:
-        raise ValueError("nothing to compare: give at least one arm, name → runs")
+        raise ValueError("nothing to compare: pass at least one arm, name → runs")
     loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
     for arm, runs in loaded.items():
         if not runs:
-            raise ValueError(f"arm {arm!r} has no runs: give at least one, preferably ten")
+            raise ValueError(f"arm {arm!r} has no runs: pass at least one, preferably ten")
     names = next(iter(loaded.values()))[0].species
     for arm, runs in loaded.items():
         for run in runs:
@@ -162,10 +162,10 @@ def _crossed_effects(
 ) -> dict[str, Any]:
     """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
 
-    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times
-    and numbers: mean over the cells of the difference between runs of the same seeds; an arm without training
-    seeds (random policies) has one row, which is compared with every training seed. There is no log-rank p,
-    because that test assumes independent runs.
+    Shares are compared by the square-and-add rule from both intervals (Newcombe 1998; Zou and Donner 2008).
+    For times and numbers, the difference between runs with the same seeds is averaged over cells; an arm
+    without training seeds (random policies) has one row, which is compared with every training seed. There is
+    no log-rank p, because that test assumes independent runs.
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
@@ -192,7 +192,7 @@ def _crossed_effects(
 
 
 def _there(runs: Sequence[Series], species: str) -> bool:
-    """Return whether a species was ever present; without it, an arm has no lifetimes."""
+    """Return whether a species was present in any run of an arm; if not, the arm has no lifetimes."""
     return any(run.present[run.index(species)] for run in runs)
 
 
@@ -245,7 +245,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth over runs, in rows of training seeds; empty if there is none."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty if none."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -262,7 +262,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
 
 
 def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
-    """Return the median period of the cycling runs, and Fisher's combined p (Fisher 1925) over all runs."""
+    """Return the median period of the cycling runs, and the combined p over all runs (Fisher 1925)."""
     p = [peak.p for c in cycles if (peak := c.peaks.get(s))]
     periods = [peak.period for c in cycles if (peak := c.peaks.get(s)) and s in c.cycling()]
     return {
@@ -272,7 +272,7 @@ def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
 
 
 def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
-    """Return cross-seed surrogates of each adjacent pair, over the runs in which all species persisted."""
+    """Return the surrogate test of each adjacent pair, over the runs in which all species persisted."""
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}
@@ -306,7 +306,7 @@ def _effects(
 
 
 def clean(x: object) -> Any:
-    """Return a value with JSON types: intervals as [value, low, high], NaN and infinity as null."""
+    """Convert a value to JSON types: intervals to [value, low, high], NaN and infinity to null."""
     if isinstance(x, Mapping):
         return {str(k): clean(v) for k, v in x.items()}
     if isinstance(x, list | tuple | np.ndarray):
@@ -352,45 +352,45 @@ def _share(x: Sequence[float]) -> str:
 
 _CURVE = "Fraction of runs in which {} persists (Kaplan–Meier, 95% bands)."
 _BY_SEED = (
-    "Fraction of runs in which all species persist. Thick: all runs, with a 95% band over both kinds "
-    "of seeds. Thin: each training seed."
+    "Fraction of runs in which all species persist. Thick line: all runs, with a 95% band over both kinds "
+    "of seeds. Thin lines: each training seed."
 )
 _CELLS = "Tick and species of the first extinction, by training seed and world seed."
-_MEANS = "Numbers over time. Thin: each run. Thick: the median over runs."
+_MEANS = "Numbers over time. Thin lines: each run. Thick line: the median over runs."
 _REPORTED = (
-    "Values of the world's reporters over time. Thin: each run. Thick: the median over runs. The "
+    "Values of the world's reporters over time. Thin lines: each run. Thick line: the median over runs. The "
     "table shows the mean over time, averaged over runs, with 95% intervals."
 )
 _HOURS = (
-    "Mean depth by hour of the day, without the first day. Thin: each run. Thick: the mean over "
-    "runs. Gray: night."
+    "Mean depth by hour of the day, excluding the first day. Thin lines: each run. Thick line: the mean "
+    "over runs. Gray: night."
 )
 _SHARES = (
-    "<p>Sources of the variance: fractions due to training seed, world seed and the rest (chance and "
-    "the interaction of both). “Persisted” counts as 0 or 1, on the linear scale; an extinction "
-    "after the end of the run counts as the length of the run; a period is given only for runs that "
-    "cycle. A dash means no variance. Intervals are from a two-way bootstrap.</p>"
+    "<p>Sources of variance: the fractions due to the training seed, the world seed and the rest (chance "
+    "and their interaction). “Persisted” counts as 0 or 1 on a linear scale; a run without an extinction "
+    "counts with its full length; a period is given only for runs that cycle. A dash means no variance. "
+    "Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (
-    "<p>A cosine with a period of one day is fitted to mean depth. The table shows its amplitude as "
-    "a fraction of the water's depth; its component along the sun, positive if a species is deepest "
-    "at noon and negative if at midnight; and the correlation of mean depth with light. Means over "
-    "runs, with 95% intervals.</p>"
+    "<p>A cosine with a period of one day is fitted to mean depth. The table shows its amplitude as a "
+    "fraction of the water's depth; its component along the sun, positive if a species is deepest at noon "
+    "and negative if it is deepest at midnight; and the correlation of mean depth with light. Values are "
+    "means over runs, with 95% intervals.</p>"
 )
 _LAGS = (
-    "<p>Lags as fractions of the period, over cycling runs; p tests the pair against pairs from "
-    "different runs.</p>"
+    "<p>Lags over cycling runs, as fractions of the period; p tests each pair against pairs from different "
+    "runs.</p>"
 )
 _PEAKS = (
-    "<p>Runs whose spectrum has a peak above red noise that only relaxes (p ≤ 0.05 in each run; 1 in "
-    "20 by chance), and above AR(1), which classifies smooth series as periodic.</p>"
+    "<p>Number of runs whose spectrum has a peak above red noise that only relaxes (p ≤ 0.05 in each run; "
+    "by chance, 1 run in 20), and above AR(1), which classifies smooth series as periodic.</p>"
 )
 
 
 def _draw_survival(
     out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
 ) -> list[str]:
-    """Return survival curves of the species that died out in some run, as HTML."""
+    """Return the survival curves of species that died out in any run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     figured = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
@@ -409,14 +409,14 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """Return the head of the page: persistence in each arm, and the causes of extinctions."""
+    """Return the top of the page: persistence in each arm, and the causes of extinctions."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
         f"<h1>Comparison of {len(arms)} arms</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
-        "<p class='under'>Seeds are the replicates. Intervals are 95%.</p>",
+        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
         *(f"<p class='under'>{escape(line)}</p>" for line in known),
     ]
 
@@ -434,7 +434,7 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
 
 
 def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the part on crossed designs: results by training seed, and the sources of variance."""
+    """Return the section on crossed designs: results by training seed, and the sources of variance."""
     grids = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
     if not grids:
         return []
@@ -443,8 +443,8 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
         worlds = len(c["world_seeds"])
         each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
         blocks.append(
-            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. "
-            f"Runs of {worlds} in which all species persist, by training seed: {each}. For that "
+            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. Number of "
+            f"runs (of {worlds}) in which all species persist, by training seed: {each}. For estimating this "
             f"fraction, the {len(c['training_seeds']) * worlds} runs are as informative as "
             f"{number(c['effective_runs'])} independent runs.</p>"
         )
@@ -458,7 +458,7 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
 
 
 def _against(result: dict[str, Any]) -> list[str]:
-    """Return the differences from the reference."""
+    """Return the section on differences from the reference."""
     gaps = [
         [arm, s, interval(x["lifetime"]), number(x["log_rank_p"]), interval(x["mean_number"])]
         for arm, e in result["effects"].items()
@@ -507,7 +507,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Return cycles by arm, and the lags between species."""
+    """Return the section on cycles by arm and lags between species."""
     rows = []
     for arm, s, x in _by_species(result):
         red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))

@@ -19,9 +19,9 @@ from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
-SAMPLES = 200  # of a run, approximate maximum
-ALLELE = ("first", "last", "s", "per_tick")  # outcomes of a value of a gene, one number per run
-QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # outcomes of a quantitative gene
+SAMPLES = 200  # approximate maximum per run
+ALLELE = ("first", "last", "s", "per_tick")  # outcomes for a value of a gene, one number per run
+QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # outcomes for a quantitative gene
 
 
 @dataclass
@@ -33,7 +33,7 @@ class Gene:
     value: str | None  # None: the gene is quantitative
     trait: str | None
     every: int
-    # by arm: frequency or mean over time, for each run; outcomes, by the number of the run
+    # by arm: each run's frequency or mean over time; outcomes, by the index of the run
     curves: dict[str, list[np.ndarray]] = field(default_factory=dict)
     outcomes: dict[str, dict[int, dict[str, float]]] = field(default_factory=dict)
 
@@ -66,7 +66,7 @@ def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
 
 
 def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage, every: int) -> None:
-    """Add the k-th run of an arm."""
+    """Add run k of an arm."""
     for s, kept in lineage.genomes.items():
         traits = {g["name"]: g["trait"] for g in genes_in(kept)}
         for name, value, curve, outcome in _outcomes(lineage, s, every) if s in lineage.species else ():
@@ -78,7 +78,7 @@ def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage
 def _outcomes(
     lineage: Lineage, s: str, every: int
 ) -> Iterator[tuple[str, str | None, np.ndarray, dict[str, float]]]:
-    """Yield each gene of a species in one run, its value, its curve, and its outcomes."""
+    """Yield each gene of a species in one run, with its value, curve and outcomes."""
     kept, generation = lineage.genomes[s], generation_time(lineage, s)
     for name in few_valued(kept):
         for value, p, outcome in selections(lineage.frequencies(s, name, every), generation):
@@ -97,7 +97,7 @@ def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
     """Return species → gene (with its value) → arm → outcomes with 95% intervals, and `against` the
-    reference. `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are
+    reference. `rows` contains the indices of an arm's runs by training seed; both kinds of seeds are
     replicates."""
     out: dict[str, Any] = {}
     for gene in genes:
@@ -126,7 +126,7 @@ def summary(
 
 
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
-    """Return the difference between two arms: by cells for crossed designs, else by bootstrap over runs."""
+    """Return the difference between two arms, by cells for crossed designs, otherwise by bootstrap."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
         return mean_of_seeds(one - two) if cells else None
@@ -135,7 +135,7 @@ def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
 
 
 def bands(gene: Gene) -> dict[str, Band]:
-    """Return the mean over runs of each arm, with Student's t intervals if two runs have survivors."""
+    """Return the mean over each arm's runs, with Student's t intervals where two or more runs have survivors."""
     out = {}
     for arm, curves in gene.curves.items():
         length = max(map(len, curves))
@@ -152,15 +152,14 @@ def bands(gene: Gene) -> dict[str, Band]:
     return out
 
 
-_FIGURE = "{} of {}: means over runs, with 95% bands of Student's t."
+_FIGURE = "{} of {}: means over runs, with 95% bands from Student's t."
 _ALLELES = (
-    "<p>Means over runs with 95% intervals. s is the slope of the log odds of a value against all "
-    "others, per generation of each run (the mean age of parents at the birth of their offspring). "
-    "It includes chance and mutation; a neutral gene in the same genome shows how large these "
-    "are.</p>"
+    "<p>Means over runs with 95% intervals. s is the slope of the log odds of a value against all others, "
+    "per generation of each run (the mean age of parents at the birth of their offspring). It includes "
+    "drift and mutation; a neutral gene in the same genome shows how large they are.</p>"
 )
 _QUANTITIES = (
-    "<p>Means over runs with 95% intervals, of the mean and the standard deviation among the living. "
+    "<p>The mean and the standard deviation among living organisms, averaged over runs, with 95% intervals. "
     "Change is the slope of the mean, in standard deviations per generation (haldanes).</p>"
 )
 
@@ -179,7 +178,7 @@ _HEADS = {
 
 
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
-    """Return figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
+    """Return the figures (also written below `out`) and tables as HTML; empty if there are no genes."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
         for kind, words, note in (

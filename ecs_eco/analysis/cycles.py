@@ -1,6 +1,6 @@
 """Cycles in a food chain: which species cycle, their periods, and the lags between them. Two independent
-quasi-cycles of ten periods can show a cross-correlation of 0.5, so coupling is tested against species
-of different runs (`cross_seed_surrogates`)."""
+quasi-cycles of ten periods can have a cross-correlation of 0.5, so coupling is tested against pairs of
+species from different runs (`cross_seed_surrogates`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -14,14 +14,14 @@ from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, th
 
 LAG_SAMPLES = 2048
 BLOCK = 3
-"""Periods in a block of the bootstrap: with blocks of one period, 95% intervals cover only 70%."""
+"""Periods per bootstrap block; with blocks of one period, 95% intervals cover only 70%."""
 
 
 @dataclass(frozen=True)
 class Lag:
     """Lag of b behind a as a fraction of the period in [0, 1), its 95% interval and the coherence in [0, 1].
 
-    The interval may extend beyond [0, 1): it is continuous around the fraction.
+    The interval does not wrap around at 0 or 1, so it may extend beyond [0, 1).
     """
 
     share: float
@@ -32,20 +32,20 @@ class Lag:
 
 @dataclass(frozen=True)
 class CycleStatistics:
-    """The cycles of one run; `as_dict` gives JSON types."""
+    """The cycles of one run; `as_dict` converts them to JSON types."""
 
     species: tuple[str, ...]
-    ticks: int  # of the analyzed stretch: after the start, before the first extinction
+    ticks: int  # length of the analyzed stretch: after the start, before the first extinction
     enough: bool  # whether that stretch is long enough to analyze
-    peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
-    p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    # [ticks] of the clearest (if possible recurring) peak of `period_of`; lags refer to this period
+    peaks: dict[str, Peak | None] = field(default_factory=dict)  # compared with red noise that only relaxes
+    p_ar1: dict[str, float | None] = field(default_factory=dict)  # p against AR(1), the lenient null
+    # [ticks] period of the clearest peak (recurring if possible) among `period_of`; lags refer to it
     period: float | None = None
     period_of: tuple[str, ...] = ()  # species whose peaks were considered for the period
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
-        """Return the species that cycle: with a spectral peak beyond red noise, which recurs.
+        """Return the species that cycle, i.e. have a recurring spectral peak above red noise.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return numbers (ticks, species) after the fraction `skip` and before the first extinction."""
+    """Return numbers (ticks, species) after the first fraction `skip` and before the first extinction."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -104,23 +104,23 @@ def cycle_statistics(
     seed: int = 0,
     period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Return peaks, periods and lags of a run.
+    """Return the spectral peaks, periods and lags of a run.
 
     Parameters
     ----------
     run : str, Path, pyarrow.Table, Mapping or Series
-        As for `load_series`.
+        Anything that `load_series` accepts.
     species : sequence of str, optional
-        From producers upwards; default: all.
+        Species from producers upwards; default: all.
     skip : float, default 0.1
-        Share of the run to skip at the start.
+        Fraction of the run to skip at the start.
     n_boot : int, default 499
-        Simulations of red noise.
+        Number of red-noise simulations.
     seed : int, default 0
-        Fixes the simulations.
+        Seed of the simulations.
     period_of : sequence of str, optional
-        Species among whose clearest peaks the period of the lags is chosen; default: the consumers, if the
-        manifest states who eats whom, else all.
+        Species whose clearest peak sets the period of the lags; default: the consumers if the manifest
+        contains diets, otherwise all.
 
     Returns
     -------
@@ -160,7 +160,7 @@ def cycle_statistics(
 
 
 def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the species whose peaks determine the period: those given, the consumers, or all."""
+    """Return the species whose peaks set the period: those passed, the consumers, or all."""
     if period_of is not None:
         for name in period_of:
             series.index(name)
@@ -169,12 +169,12 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
-    """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples of
-    a and b].
+    """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples].
 
-    The interval (circular block bootstrap of three periods with Student's t) covers 90% at 10 to 20 periods.
+    The interval (circular block bootstrap with blocks of three periods, and Student's t) covers 90% with 10
+    to 20 periods.
     """
-    from scipy.special import ndtri, stdtrit  # slow to import; scipy.stats takes a second
+    from scipy.special import ndtri, stdtrit  # slow to import, though faster than scipy.stats
 
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
@@ -199,7 +199,8 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     """Return the circular median of lags over seeds with a distribution-free interval between order
     statistics.
 
-    The interval is the narrowest covering `level`, or else the range (`coverage` 0.97 for six seeds).
+    The interval is the narrowest that covers `level`; if none does, it is the range (`coverage` 0.97 for six
+    seeds).
     """
     from scipy.special import bdtr
 
@@ -222,7 +223,7 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return lags −reach … reach [samples] and the correlations of detrended a(t) with b(t + lag)."""
+    """Return the lags −reach … reach [samples], and the correlations of detrended a(t) with b(t + lag)."""
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)
@@ -232,14 +233,14 @@ def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class Surrogates:
-    """Real pairs (a and b of one run) compared with pairs of different runs."""
+    """Real pairs (a and b from the same run) compared with pairs from different runs."""
 
     n: int  # runs
     # |mean over real pairs of the complex coherency|: high if all pairs are coherent at the same lag
     coherency: float
     p: float  # probability under random pairing of runs
     share: float  # the pooled lag, as a fraction of the period
-    lags: np.ndarray  # [periods] of the cross-correlations
+    lags: np.ndarray  # [periods] lags of the cross-correlations
     real: np.ndarray  # (runs, lags)
     low: np.ndarray  # 95% band of the cross-seed pairs at each lag
     high: np.ndarray
@@ -255,11 +256,12 @@ def cross_seed_surrogates(
     n_shuffles: int = 9999,
     seed: int = 0,
 ) -> Surrogates:
-    """Test whether a and b of the same run are coupled more strongly than a of run i with b of run j.
+    """Test whether a and b from the same run are coupled more strongly than a from run i and b from run j.
 
-    The runs are cut to the shortest living stretch and filtered around one period (by default the median of
-    their clearest peaks). p is from a permutation test over the pairings of runs, exact up to seven runs.
-    With n runs it cannot be below 1/n!, so at least four runs are needed for a significant result.
+    All runs are cut to the length of the shortest living stretch and filtered around one period (by default
+    the median of their clearest peaks). p comes from a permutation test over the pairings of runs, which is
+    exact for up to seven runs. With n runs, p is at least 1/n!, so a significant result needs at least four
+    runs.
     """
     if len(runs) < 4:
         raise ValueError(
@@ -297,7 +299,7 @@ def cross_seed_surrogates(
 
 
 def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int) -> float:
-    """Return the median of the periods of the runs' clearest peaks; raise ValueError if no run has one."""
+    """Return the median period of the runs' clearest peaks; raise ValueError if no run has a peak."""
     statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
     periods = [s.period for s in statistics if s.period]
     if not periods:
@@ -306,7 +308,7 @@ def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Return every pairing of n runs, or if there are too many, the real one and `n_shuffles` random ones."""
+    """Return every pairing of n runs or, if there are too many, the real one and `n_shuffles` random ones."""
     if n <= 7:
         return np.array(list(permutations(range(n))))
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Depth in a recorded run with a sun and water: its daily cycle, and its distribution by hour."""
+"""Depth of organisms in a recorded run with a sun and water: daily cycle, and distribution by hour."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ HOURS = 24  # parts of a day
 
 @dataclass(frozen=True)
 class DepthCycle:
-    """The daily cycle of a species' mean depth, without the first day."""
+    """The daily cycle of a species' mean depth, excluding the first day."""
 
     days: float
-    fit: Cosinor  # [m] against days from noon: the acrophase is the time after noon of the greatest depth
-    height: float  # [m] of the water
-    p: float  # p value against days that begin at random hours; NaN for less than three whole days
+    fit: Cosinor  # depth [m] against days since noon: the acrophase is the time of greatest depth
+    height: float  # depth of the water [m]
+    p: float  # p value against days that begin at random hours; NaN for fewer than three whole days
     r: float  # correlation of mean depth with light at the surface
 
     @property
@@ -39,7 +39,7 @@ def water_of(series: Series) -> float:
 
 
 def day_of(series: Series) -> int:
-    """Return the number of ticks in a day; 0 if the run has no sun, no depth, or less than a day."""
+    """Return the number of ticks in a day; 0 if the run has no sun or depth, or is shorter than a day."""
     config = series.manifest.get("config", {})
     sun = config.get("sun")
     if not sun or "depth_mean" not in series.columns:
@@ -49,18 +49,18 @@ def day_of(series: Series) -> int:
 
 
 def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return the time of day at ticks, as a fraction since midnight."""
+    """Return the time of day at ticks, as a fraction of a day since midnight."""
     sun = series.manifest["config"]["sun"]
     return np.asarray((np.asarray(ticks, float) * series.dt / sun["day"] + sun["start"]) % 1.0)
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return which of the HOURS parts of the day ticks fall in: i64. A tick at a full hour begins it."""
+    """Return the hour of the day for each tick: i64. A tick on the hour belongs to the hour it begins."""
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
-    """Return the light at the surface at ticks (default: all), f64[ticks], without interventions."""
+    """Return the light at the surface at ticks (default: all), ignoring interventions: f64[ticks]."""
     from ecs_eco.space.sun import Sun  # loads numba
 
     config = series.manifest["config"]
@@ -71,7 +71,7 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
-    """Return the daily cycle of a species' mean depth; None if it lived less than two whole days."""
+    """Return the daily cycle of a species' mean depth; None if it lived for less than two whole days."""
     day = day_of(series)
     lived = series.of(species) > 0
     end = len(lived) if lived.all() else int(np.argmin(lived))
@@ -87,8 +87,7 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Return the mean depth of a species [m] by hour of the day, f64[HOURS], without the first day; NaN if it
-    did not live at that hour."""
+    """Return a species' mean depth [m] by hour, f64[HOURS], excluding the first day; NaN if it was absent."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -96,7 +95,7 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
 
 
 def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Return the mean over rows f64[n, k] without NaN: f64[k], NaN if all are NaN."""
+    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all are NaN."""
     there = np.isfinite(values)
     return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
 
@@ -109,9 +108,7 @@ def swimmers(series: Series) -> list[str]:
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
     """Return the fraction of each species in each layer by hour, f64[layers, HOURS] by species, from the
-    snapshots; NaN in columns without snapshots.
-
-    The first day is left out.
+    snapshots after the first day; NaN in columns without snapshots.
     """
     top = water_of(series)
     out = {s: np.zeros((layers, HOURS)) for s in series.there}
@@ -127,7 +124,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
-    """Yield tick, layer from the surface down, and species of all organisms in snapshots, part by part."""
+    """Yield tick, layer (from the surface down) and species of all organisms in snapshots, file by file."""
     for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
         yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))
@@ -136,10 +133,11 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the mean number of some species in each layer, f64[layers, bins] by species, and the ticks
-    between bins i64[bins + 1], from the snapshots. Bins are as narrow as possible with at most `most` bins.
+    """Return the mean number of some species in each layer, f64[layers, bins] by species, and the ticks of
+    the bin edges i64[bins + 1], from the snapshots. Bins are as narrow as possible, but there are at most
+    `most`.
 
-    Without snapshots or depth there are no bins.
+    There are no bins if the run has no snapshots or no depth.
     """
     size = series.manifest.get("config", {}).get("space", {}).get("size", ())
     found: dict[int, np.ndarray] = {}
@@ -160,7 +158,7 @@ def depths_over_time(
 
 
 def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return whether the light at the surface is less than a hundredth of the run's maximum."""
+    """Return whether the light at the surface is less than 1% of the run's maximum."""
     there, place = np.unique(ticks, return_inverse=True)
     light = surface_light(series, there)
     return np.asarray((light < 0.01 * max(float(light.max()), 1e-9))[place])

@@ -1,4 +1,4 @@
-"""Figures of a run with a sun and a depth of water, and the corresponding part of a report."""
+"""Figures for a run with a sun and deep water, and the report section that shows them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
@@ -53,7 +53,7 @@ NOON = "#fff6d1"
 
 @styled
 def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
-    """Draw mean depth over time, with the surface at the top and the light at the surface as background."""
+    """Draw mean depth over time, with the surface at the top and the surface light as background."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
@@ -79,8 +79,8 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Draw the fraction of each species in each layer (rows) by hour of the day (columns), with the light of
-    the day f64[n] above."""
+    """Draw the fraction of each species by layer (rows) and hour of the day (columns), below the light
+    f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
     )
@@ -96,7 +96,7 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
         ax.grid(visible=False)
     axes[0, 0].set_ylabel("light")
     axes[1, 0].set_ylabel("depth [m]")
-    figure.colorbar(seen, ax=axes[1].tolist(), label="share of the species", pad=0.015)
+    figure.colorbar(seen, ax=axes[1].tolist(), label="fraction of the species", pad=0.015)
     return figure
 
 
@@ -117,8 +117,8 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Draw mean depth by hour of the day in each arm (columns) for each species (rows). Thin: each run.
-    Thick: the mean over runs."""
+    """Draw mean depth by hour in each arm (columns) for each species (rows): thin lines for runs, thick for
+    means."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
     figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)
@@ -134,7 +134,7 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
 
 
 def _night(ax: Axes, run: Series) -> None:
-    """Shade hours with less than a hundredth of the day's maximal light."""
+    """Shade hours with less than 1% of the day's maximum light."""
     day = day_of(run)
     if not day:
         return
@@ -146,7 +146,7 @@ def _night(ax: Axes, run: Series) -> None:
 
 @styled
 def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure:
-    """Draw speed and direction around approaches, by seconds from the approach."""
+    """Draw speed and direction around an approach against the time since the approach [s]."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
     words = f"speed of {prey} [m/s]", f"cosine between heading\nand away from {predator}"
@@ -160,12 +160,12 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
     return figure
 
 
-# --- the part of a report -----------------------------------------------------------------------------------
+# --- the report section -------------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return depth over time, by day if there is a sun, and escapes and smells if individual organisms were
-    recorded; empty without a depth. Figures are written below `place`."""
+    """Return the sections on depth over time (by hour if there is a sun) and, if individual organisms were
+    recorded, on escapes and smells; empty if the space has no depth. Figures are written below `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))
@@ -189,7 +189,7 @@ def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
         layer = height / len(numbers[species[0]])
         caption = (
             f"Depth distribution over time: the mean number per {number(layer)} m of depth, averaged "
-            f"over the snapshots in periods of {number(int(np.diff(edges)[0]))} ticks."
+            f"over the snapshots of each {number(int(np.diff(edges)[0]))} ticks."
         )
         yield drawn(over_time(edges, numbers, height), place / "figures" / "depths.svg", caption)
 
@@ -199,7 +199,7 @@ def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
     if any(np.isfinite(share).any() for share in shares.values()):
         ticks = np.arange(day)
         light = surface_light(series, ticks)[np.argsort(hours_of(series, ticks))]
-        caption = "Depth of each species by hour of a 24-hour day, without the first day."
+        caption = "Depth of each species by hour of a 24-hour day, excluding the first day."
         yield drawn(by_hour(shares, water_of(series), light), place / "figures" / "hours.svg", caption)
 
 
@@ -218,10 +218,10 @@ def _cycles(series: Series, species: list[str]) -> str:
     head = ["species", "days", "mean depth [m]", "amplitude [m]", "fraction of the water"]
     head += ["deepest [h after noon]", "p", "r with light"]
     note = (
-        "A cosine with a period of one day is fitted to mean depth, without the first day; the "
-        "amplitude is half the height of the wave. p is the fraction of days starting at random "
-        "hours with an amplitude at least as large; r is the correlation of mean depth with the "
-        "light at the surface at the same time. One run is one replicate."
+        "A cosine with a period of one day is fitted to mean depth, excluding the first day; the amplitude "
+        "is half the height of the wave. p is the probability of an amplitude at least as large if days "
+        "started at random hours; r is the correlation between mean depth and the surface light at the same "
+        "time. One run is one replicate."
     )
     return f"{table(head, [_cycle(series, s) for s in species])}<p class='under'>{note}</p>"
 
@@ -236,23 +236,23 @@ def _cycle(series: Series, species: str) -> list[str]:
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
     after = "never" if result.latency is None else f"after {result.latency} ticks ({result.latency * dt:g} s)"
-    p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
+    p = "&lt; 0.001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
-        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without "
-        f"one. The speed of {prey} increases {result.gain:.1f}-fold within two ticks; it reaches "
-        f"twice the previous speed {after}, counted from the tick that begins with the approach. One "
-        f"tick later they move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
-        f"independent. Animals that are eaten count until then. A {predator} that overshoots also "
-        "makes the prey appear to move away, which is not an escape.</p>"
+        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The "
+        f"speed of {prey} increases {result.gain:.1f}-fold within two ticks; it reaches twice the previous "
+        f"speed {after}, counted from the tick that begins with the approach. One tick later the animals "
+        f"move away: V-test u = {result.u:.1f}, p {p}, treating approaches as independent. Animals that are "
+        f"eaten are included until their death. A {predator} that overshoots also makes the prey appear to "
+        "move away, which is not an escape.</p>"
     )
 
 
 def _leaving(result: Leaving, species: str, nose: str) -> str:
     night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
     return (
-        f"<p>Where {escape(nose.replace('_', ' '))} is detected, {result.n:,} moves of "
-        f"{escape(species)} have a chemotaxis index (moves down minus moves up, over all moves) of "
-        f"{result.index:.2f}{night}. Successive moves of an animal are correlated: the run is the "
-        "replicate.</p>"
+        f"<p>Where {escape(nose.replace('_', ' '))} is detected, {result.n:,} moves of {escape(species)} "
+        "have a chemotaxis index (moves down the gradient minus moves up, divided by all moves) of "
+        f"{result.index:.2f}{night}. Successive moves of an animal are correlated, so the replicate is the "
+        "run.</p>"
     )

@@ -21,13 +21,13 @@ from ecs_eco.analysis.tracks import (
     v_test,
 )
 
-# [m], [ticks], [ticks]: distance of an approach, time without one before it, time shown around it
+# distance that counts as an approach [m], time without one before it [ticks], time shown around it [ticks]
 WITHIN, REST, AROUND = 1.5, 5, 5
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (prey, predator) pairs of animals with details of every organism in every tick; a sample would
-    not show which animals were near."""
+    """Return (prey, predator) pairs of animals whose details were recorded for every organism in every tick;
+    a sample would not show which animals were near."""
     if manifest.get("record") != "full":
         return []
     animals = _detailed(manifest)
@@ -40,7 +40,7 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the configuration of each species with details."""
+    """Return the configuration of each species whose details were recorded."""
     known, kept = manifest["config"]["species"], manifest.get("parts", {})
     return {name: species for name, species in known.items() if kept.get(f"details-{name}")}
 
@@ -48,8 +48,7 @@ def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return tracks of prey in the last `most` ticks of a run with details of prey and predators; None if
-    they never met."""
+    """Return tracks of prey in the last `most` ticks of a run with recorded details; None if there are none."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -66,7 +65,7 @@ def recorded_tracks(
 
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Return ordered uids and places of a species by tick from `first` on, from its details."""
+    """Return the sorted uids and the positions of a species by tick, from tick `first` on."""
     blocks = []
     for rows in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
         late = rows["tick"].to_numpy() >= first
@@ -93,14 +92,14 @@ def _to_nearest(
 
 @dataclass(frozen=True)
 class Escape:
-    """The behavior of prey around the approach of a predator, by ticks from the approach."""
+    """The behavior of prey around the approach of a predator, by ticks since the approach."""
 
     n: int
     speed: np.ndarray  # f64[2 AROUND + 1] [m/s]
     away: np.ndarray  # cosine between the prey's movement and the direction away from the predator
-    gain: float  # highest speed in the tick of the approach and the next two, over the mean speed before
-    latency: int | None  # ticks until twice the previous speed; None: never
-    u: float  # of the V-test of movement directions one tick after the approach
+    gain: float  # highest speed in the tick of the approach and the next two / mean speed before
+    latency: int | None  # ticks until twice the previous speed; None if never
+    u: float  # statistic of the V-test of movement directions one tick after the approach
     p: float
 
 
@@ -108,7 +107,7 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
     """Return the behavior of prey around the approach of a predator to `within` [m]; None if there was no
     approach.
 
-    The V-test treats approaches as independent, which overstates the evidence: runs are the replicates.
+    The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
     """
     events = approaches(tracks.distance, within, rest)
     if not len(events):
@@ -127,8 +126,7 @@ def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape 
 
 @dataclass(frozen=True)
 class Leaving:
-    """The tendency of moves to lead down the gradient of a smell: (N down − N up)/N, for all moves and for
-    moves at night."""
+    """The tendency to move down a smell gradient, (N down − N up)/N, for all moves and for moves at night."""
 
     n: int
     index: float
@@ -137,7 +135,7 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (species, channels without directions) of two-sided noses, for species with details."""
+    """Return (species, channel name without direction) of two-sided noses, for species with recorded details."""
     return [
         (name, s.get("name") or f"{s['field']}_gradient")
         for name, species in _detailed(manifest).items()
@@ -147,9 +145,9 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """Return how often a species moves away from a smell in the last `most` ticks of a run with details, if
-    the nose measures a gradient above `least` (at most 1) at the beginning of the tick; None if no smell was
-    detected."""
+    """Return how often a species moves away from a smell in the last `most` ticks of a run with recorded
+    details, counting moves for which the nose measured a gradient above `least` (at most 1) at the beginning
+    of the tick; None if no smell was detected."""
     series = load_series(run)
     smells = (f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))
     names = ["tick", "uid", "x", "y", "z", "heading", *smells]
@@ -160,7 +158,7 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     order = np.lexsort((tick, uid))
     order = order[tick[order] > int(series.ticks[-1]) - most]
     before, after = order[:-1], order[1:]
-    # places refer to the end of a tick
+    # positions are from the end of a tick
     both = (uid[before] == uid[after]) & (tick[after] - tick[before] == 1)
     before, after = before[both], after[both]
     x, y, z, heading, forward, left, up = (np.asarray(c, float) for c in columns)

@@ -1,4 +1,4 @@
-"""Extinctions: which species died out, when, and from which causes. Every report of runs opens with them."""
+"""Extinctions: which species died out, when, and from which causes. Every report on runs opens with them."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -11,35 +11,34 @@ from ecs_eco.analysis.runs import DIED, Series
 
 @dataclass(frozen=True)
 class Decline:
-    """The end of a species, from the last tick at which it had at least half of its peak number."""
+    """The decline of a species, from the last tick with at least half of its peak number to its extinction."""
 
     species: str
     tick: int  # tick of extinction
     since: int
     n: int  # number at `since`
-    births: int | None  # after `since`; None if the run does not count them
-    # deaths after `since`, the most frequent cause first
+    births: int | None  # births after `since`; None if the run does not count them
+    # deaths after `since` by cause, most frequent first
     causes: dict[str, int] = field(default_factory=dict)
 
     @property
     def deaths(self) -> int:
-        """Deaths in the decline, from all causes."""
+        """Number of deaths in the decline, from all causes."""
         return sum(self.causes.values())
 
     def shares(self) -> str:
-        """Return the causes with their shares of the deaths: "starved 80%, eaten by wolf 20%"; "" if no cause
-        is known."""
+        """Return the causes with their shares: "starved 80%, eaten by wolf 20%"; "" if none are known."""
         return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
 
 
 def decline(series: Series, species: str) -> Decline | None:
-    """Return the decline of a species; None if it lives at the end or was never present."""
+    """Return the decline of a species; None if it is alive at the end or was never present."""
     i, n = series.index(species), series.of(species)
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None
     end = int(np.searchsorted(series.ticks, series.extinct[i]))
     high = np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))
-    since = int(high[-1]) if len(high) else -1  # extinct within the first tick
+    since = int(high[-1]) if len(high) else -1  # −1: extinct within the first tick
     after = slice(since + 1, end + 1)
     counts = {c: int(series.of(species, DIED + c)[after].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
@@ -50,14 +49,13 @@ def decline(series: Series, species: str) -> Decline | None:
 
 
 def declines(series: Series) -> list[Decline]:
-    """Return all extinctions of a run in chronological order."""
+    """Return the declines of a run's extinct species in chronological order."""
     all_declines = [d for s in series.species if (d := decline(series, s)) is not None]
     return sorted(all_declines, key=lambda d: d.tick)
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Return the ticks from the start to the first extinction of any species and True, or to the end of the
-    run and False if there was none."""
+    """Return the ticks to the first extinction and True, or the length of the run and False."""
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False
@@ -65,7 +63,7 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """Return the opening of a run's report, one sentence per item: whether all species persisted, otherwise
+    """Return the opening of a run's report, one sentence per item: whether all species persisted and, if not,
     which died out, when, and from which causes."""
     lived = series.there
     if not lived:
@@ -76,7 +74,7 @@ def opening(series: Series) -> list[str]:
     if not lost:
         first = f"{whole} persisted to {end}."
     elif not kept:
-        first = f"{whole} died out; at the end, {end}, no organism is alive."
+        first = f"{whole} died out; no organism is alive at the end ({end})."
     else:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
@@ -87,16 +85,14 @@ def opening(series: Series) -> list[str]:
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Return whether a species can have offspring: it had some, its configuration has reproduction, or there
-    is not a configuration."""
+    """Return whether a species had offspring or can reproduce (assumed if there is no configuration)."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})
     born = "births" in series.columns and series.of(species, "births").any()
     return bool(known.get("reproduction") or born)
 
 
 def sentence(end: Decline) -> str:
-    """Return a sentence on when a species died out, and from which causes since it last had half of its peak
-    number."""
+    """Return a sentence on when a species died out, and on the deaths during its decline."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
     since = f"Since tick {end.since:,}, when there were {end.n:,}{how}."
@@ -104,8 +100,8 @@ def sentence(end: Decline) -> str:
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """Return the opening of a report of several runs: in how many all species persisted, and for each species
-    the number of extinctions with their causes."""
+    """Return the opening of a report on several runs: how often all species persisted, and why species died
+    out."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]

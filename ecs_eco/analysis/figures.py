@@ -1,4 +1,4 @@
-"""Figures of one run and of several, as matplotlib Figures without global state; `save` writes one."""
+"""Figures of one or several runs, as matplotlib Figures without global state; `save` writes one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -34,7 +34,7 @@ from ecs_eco.engine.errors import shortened, unknown_name
 
 @styled
 def populations(series: Series) -> Figure:
-    """Draw numbers over time. A species ten times as numerous as the rest has its own axis on the right."""
+    """Draw numbers over time; a species more than four times as numerous as any other has its own axis."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
@@ -62,18 +62,18 @@ def populations(series: Series) -> Figure:
 
 
 def interventions(series: Series) -> list[tuple[int, str]]:
-    """Return the interventions that were carried out: (tick, text), in chronological order."""
+    """Return the interventions carried out, (tick, text), in chronological order."""
     return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
 
 
 ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 7.5, "color": INK}
 PATCH = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6}
-"""The style of a text along a vertical line, and of the patch behind it."""
+"""Styles of the text along a vertical line, and of the patch behind it."""
 
 
 def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
     """Draw a vertical line at each intervention; the first of each kind is labeled if there is space."""
-    room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
+    room = float(np.ptp(ax.get_xlim())) / 45  # width of a line of text
     last, labelled = -np.inf, set[str]()
     for tick in sorted({t for t, _ in done}):
         ax.axvline(tick, color=SOFT, lw=0.9, ls=(0, (3, 2)), zorder=1)
@@ -86,9 +86,9 @@ def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
 
 
 def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
-    """Return a column of a world's series over time, with one line per species; notebooks display it.
+    """Plot a column of a world's series over time, with one line per species; notebooks display the figure.
 
-    Raises RuntimeError if nothing is recorded, KeyError for an unknown column or species.
+    Raises RuntimeError if nothing is recorded, KeyError if the column or a species is unknown.
     """
     series = load_series(world.series(), species)
     colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
@@ -100,7 +100,7 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
 
 @styled
 def over_time(series: Series, column: str) -> Figure:
-    """Draw a column over time, with one line for each species that has it."""
+    """Draw a column over time, with one line for each species with values in it."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue = colors_of(series)
     for name in series.species:
@@ -140,7 +140,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Draw each species' spectrum, the fitted red noise, and the ratio that noise exceeds 1 in 20 times."""
+    """Draw each species' spectrum, the fitted red noise, and the level that the noise exceeds 1 time in 20."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -171,8 +171,7 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Draw the cross-correlation of each pair ("a→b") over lags of ± one period, with the band of cross-seed
-    pairs if given."""
+    """Draw the cross-correlation of each pair ("a→b") within ± one period, and any band of cross-seed pairs."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
@@ -198,7 +197,7 @@ def lags(
 
 
 def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean per tick of columns (ticks, …) in at most `bins` bins, and the bins' centers."""
+    """Return the mean per tick of columns (ticks, …) in at most `bins` bins, and the centers of the bins."""
     edges = np.unique(np.linspace(0, len(series.ticks), min(bins, len(series.ticks)) + 1).astype(int))
     total = np.add.reduceat(columns, edges[:-1], axis=0)
     width = np.diff(edges).reshape(-1, *[1] * (columns.ndim - 1))
@@ -207,7 +206,7 @@ def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nda
 
 @styled
 def deaths(series: Series) -> Figure:
-    """Draw deaths per tick by cause, stacked, with one panel per species that had deaths."""
+    """Draw deaths per tick by cause, stacked, with a panel for each species that had deaths."""
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
@@ -230,7 +229,7 @@ def deaths(series: Series) -> Figure:
 FLOWS = (
     ("taken_in", "taken in", 1, PALETTE[0]),
     ("endowed", "endowed", 1, PALETTE[1]),
-    ("burnt", "burnt", -1, PALETTE[3]),
+    ("burnt", "burned", -1, PALETTE[3]),
     ("given", "given to offspring", -1, PALETTE[4]),
     ("lost", "lost with the dead", -1, PALETTE[5]),
 )
@@ -263,9 +262,9 @@ def positions(
     land: Land | None = None,
     relief: Relief | None = None,
 ) -> Figure:
-    """Draw a map of all organisms: positions (n, 3) [m] by species, later species on top. A volume is seen
-    from the side (x, z). On a plane, the roads, fences and areas of `land` are drawn below the organisms, on
-    the ground of `relief`."""
+    """Draw a map of all organisms from their positions (n, 3) [m] by species, with later species on top. A
+    volume is seen from the side (x, z). On a plane, the ground of `relief` and the roads, fences and areas of
+    `land` are drawn below the organisms."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
@@ -291,7 +290,7 @@ def positions(
 
 
 def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
-    """Return one place per square of 1/300 of the width: more dots would look the same."""
+    """Return one position per square of 1/300 of the width, because more dots would look the same."""
     if len(xy) < 5000:
         return xy
     column, row = np.floor(xy * (300 / wide)).astype(np.int64).T
@@ -300,7 +299,7 @@ def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
 
 @styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
-    """Draw Kaplan–Meier curves with their 95% bands, one per group."""
+    """Draw the Kaplan–Meier curve of each group with its 95% band."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
@@ -309,14 +308,14 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
         ax.fill_between(time, low, high, step="post", color=hue, alpha=0.15, lw=0)
         label = f"{name} (n = {curve.at_risk[0]})"
         ax.step(time, share, where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=label)
-    ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="fraction that survives", title=title)
+    ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="fraction surviving", title=title)
     ax.legend(loc="lower left")
     return figure
 
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw numbers over time in each arm (columns). Thin: each run. Thick: the median over runs."""
+    """Draw numbers over time in each arm (columns): a thin line for each run, a thick line for their median."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"number of {s}" for s in first.species]
     figure, axes = grid_of_arms(runs, labels, (4, 1.9), 0.6, sharey="row")
@@ -329,5 +328,5 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
             ax.margins(x=0)
         column[-1].set_xlabel("tick")
     for ax in axes[:, 0]:
-        ax.set_ylim(0, None)  # last, because it ends the scaling of the whole row
+        ax.set_ylim(0, None)  # last, because it ends the automatic scaling of the whole row
     return figure

@@ -1,4 +1,4 @@
-"""Energy flows between species in a run: means per tick, and a drawing as SVG for light and dark pages."""
+"""Energy flows between species in a run: means per tick, and an SVG drawing for light and dark pages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.style import colors, own_colors
 from ecs_eco.config.models.reporters import EATEN
 
-WIDE, BAR, TOP, GAP, STUB, TALL = 760, 9, 20, 26, 44, 130  # of the drawing [px]
+WIDE, BAR, TOP, GAP, STUB, TALL = 760, 9, 20, 26, 44, 130  # sizes in the drawing [px]
 THIN = 1.2  # narrowest band [px]
 BY = "eaten by "
-INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # on light and on dark backgrounds
+INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # colors on light and on dark backgrounds
 LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
 
 _CAPTION = (
-    "Energy gained by eaters per tick: widths of bands, from food to eater. Bars on the left are "
-    "energy from light; bars on the right are energy burned (faint) and energy of organisms that "
-    "died uneaten (full). Dashed bands harm the eater."
+    "The width of a band from a food to its eater shows the energy gained per tick. Bars on the left show "
+    "energy from light; bars on the right show energy burned (faint) and the energy of organisms that died "
+    "uneaten (solid). Dashed bands mark food that harms its eater."
 )
 _SHARED = (
-    " The energy of each food was not recorded: the intake of an eater is divided among its foods by number."
+    " The energy from each food was not recorded, so an eater's intake is divided among its foods by number."
 )
 
 
 @dataclass(frozen=True)
 class Meal:
-    """The energy that an eater gained from a food, and the number eaten, per tick."""
+    """The energy that an eater gains from a food per tick, and the number of items eaten per tick."""
 
     food: str
     eater: str
@@ -42,8 +42,8 @@ class Meal:
 
 @dataclass(frozen=True)
 class Budget:
-    """The other inflows and outflows of a species, in energy per tick: from light, or from parents and
-    reactions; burned; and with the dead, minus the gains of their eaters."""
+    """The other energy flows of a species per tick: inflow from light, or from parents and reactions; energy
+    burned; and energy lost with the dead, minus the gains of their eaters."""
 
     light: float
     other: float
@@ -53,8 +53,8 @@ class Budget:
 
 @dataclass(frozen=True)
 class Flows:
-    """The food web of a run, in means per tick. `shared` is true if the energy of each food was not recorded,
-    so that the intake of an eater is divided among its foods by number."""
+    """The food web of a run, as means per tick. `shared` is true if the energy from each food was not
+    recorded, so that an eater's intake is divided among its foods by number."""
 
     meals: tuple[Meal, ...]
     budgets: Mapping[str, Budget]
@@ -62,7 +62,7 @@ class Flows:
 
 
 def flows(series: Series) -> Flows | None:
-    """Return the flows in a run; None if no organism ate, or the run has no energy ledger."""
+    """Return the flows in a run; None if nothing was eaten or the run has no energy ledger."""
     if not len(series.ticks) or "taken_in" not in series.columns:
         return None
     mean = {name: values.mean(axis=0) for name, values in series.columns.items()}
@@ -98,7 +98,7 @@ def _energy(series: Series, mean: Mapping[str, np.ndarray], meal: Meal, shared: 
 
 
 def levels(found: Flows) -> dict[str, int]:
-    """Return the trophic level of each species above those that eat no other species."""
+    """Return the trophic level of each species, 0 for those that eat no other species."""
     names = list(dict.fromkeys(name for m in found.meals for name in (m.food, m.eater)))
     level = dict.fromkeys(names, 0)
     for _ in names:
@@ -110,8 +110,7 @@ def levels(found: Flows) -> dict[str, int]:
 
 
 def draw(series: Series, found: Flows) -> str:
-    """Return the drawing as a part of a page: a band from each food to its eater, as wide as the energy
-    gained."""
+    """Return the drawing as SVG: a band from each food to its eater, whose width shows the energy gained."""
     level = levels(found)
     names = sorted(level, key=lambda name: series.species.index(name))
     through = {name: _through(found, name) for name in names}
@@ -119,7 +118,7 @@ def draw(series: Series, found: Flows) -> str:
     scale = TALL / max(1e-12, *(sum(through[n] for n in column) for column in columns))
     left = STUB if any(found.budgets[n].light + found.budgets[n].other for n in names) else 2
     step = (WIDE - left - STUB - BAR) / max(1, len(columns) - 1)
-    at: dict[str, list[float]] = {}  # x, y, height, and the positions reached by inflows and by outflows
+    at: dict[str, list[float]] = {}  # x, y, height, and the y reached so far by inflows and by outflows
     for k, column in enumerate(columns):
         y = float(TOP)
         for n in column:
@@ -205,10 +204,11 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """Return the bar of a species, its burned energy and its deaths, and its name with the energy inflow."""
+    """Return the bar of a species with its name and inflow, and bars for energy burned and lost with the
+    dead."""
     x, y, high, into, out = at
     parts = []
-    for value, what, opacity in ((budget.burnt, "burnt", 0.35), (budget.dead, "dead, not eaten", 0.9)):
+    for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "dead, not eaten", 0.9)):
         high_of, words = value * scale, f"{name}, {what}: {number(value)}"
         parts += [_rect("soft", x + BAR, out, STUB - 4, high_of, opacity, words)] * bool(value)
         out += high_of
@@ -230,7 +230,7 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
 
 
 def blocks(series: Series, place: Path) -> list[str]:
-    """Return heading, drawing and numbers; empty without meals. Writes figures/flows.svg below `place`."""
+    """Return the section on flows, empty if nothing was eaten, and write figures/flows.svg below `place`."""
     found = flows(series)
     if found is None:
         return []

@@ -1,4 +1,4 @@
-"""The sign of a reading's effect in a formula, from its text: +1, −1, 0 for none, None if it depends."""
+"""The sign of a reading's effect in the text of a formula: +1, −1, 0 if there is none, None if it varies."""
 
 import ast
 import re
@@ -10,16 +10,16 @@ RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """Return for each name of a formula whether the formula rises (+1) or falls (−1) with it; `positive` are
-    the names that are never negative."""
+    """Return, for each name in a formula, whether the formula rises (+1) or falls (−1) with it; `positive`
+    contains the names that are never negative."""
     tree = _parsed(text)
     return {name: _direction(tree, name, positive) for name in _names(tree)}
 
 
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """Return, for each name in a reflex formula, the sign of the terms of the sum that contain it.
+    """Return, for each name in a reflex formula, the sign of the summands that contain it.
 
-    A term that is never negative, such as `energy < 0.3`, has the sign +1; other terms have the sign of their
+    A summand that is never negative, such as `energy < 0.3`, has the sign +1; others have the sign of their
     direction.
     """
     tree = _parsed(text)
@@ -33,12 +33,12 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def _parsed(text: str) -> ast.AST:
-    """Return the expression with the names of channels in place of Component.field."""
+    """Parse a formula, replacing each Component.field with the name of its channel."""
     return ast.parse(FIELD.sub(r"\1_\2", " ".join(text.split())), mode="eval").body
 
 
 def _names(tree: ast.AST) -> list[str]:
-    """Return the readings in an expression, each once, in the order of the text."""
+    """Return the distinct readings in an expression, in order of appearance."""
     called = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
     nodes = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and id(n) not in called]
     return list(dict.fromkeys(n.id for n in sorted(nodes, key=lambda n: n.col_offset)))
@@ -54,7 +54,7 @@ def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
 
 
 def _sum(signs: Iterable[Sign]) -> Sign:
-    """Return the sign of a sum, if its terms agree."""
+    """Return the sign of a sum, None if its terms disagree."""
     distinct = set(signs) - {0}
     return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 
@@ -112,8 +112,8 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it lacks the name,
-    else None."""
+    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it does not
+    contain the name, otherwise None."""
 
     def way(part: ast.AST) -> Sign:
         return _direction(part, name, positive)

@@ -1,5 +1,5 @@
 """Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
-births and deaths. One run is one replicate: `ecs_eco.analysis.compare_genes` gives intervals."""
+births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over runs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from ecs_eco.analysis.carriers import (
 )
 from ecs_eco.analysis.pedigree import Pedigree
 
-BINS = 40  # most bins in which the values of a gene are counted over time
-SAMPLES = 400  # of a run, approximate maximum
+BINS = 40  # maximum number of bins for the values of a gene
+SAMPLES = 400  # approximate maximum per run
 
 
 @dataclass(frozen=True)
 class Course:
-    """A gene of many values among the living over time. At `ticks` i64[samples]: the number `n` of the
-    living, the `mean` and the standard deviation `sd` of their values f64[samples], and the fraction
-    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN without any."""
+    """The distribution of a many-valued gene among living organisms over time: at `ticks` i64[samples], their
+    number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
+    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if there are none."""
 
     gene: str
     ticks: np.ndarray
@@ -38,10 +38,11 @@ class Course:
 
 
 class Selection(NamedTuple):
-    """The change of a value of a gene against all others.
+    """The change in frequency of a gene's value against all others.
 
-    `per_tick` is the slope of its log odds, `s` the same per generation; `generation` is the mean generation
-    time [ticks], `samples` the number of times used, `first` and `last` are allele frequencies.
+    `per_tick` is the slope of its log odds, and `s` the same slope per generation; `generation` is the mean
+    generation time [ticks], `samples` the number of time points used; `first` and `last` are allele
+    frequencies.
     """
 
     s: float
@@ -53,13 +54,12 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """Return the genes of a species in the manifest that have so few values that each is counted as an
-    allele."""
+    """Return a species' genes in the manifest with so few values that each is counted as an allele."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 
 def quantitative(genomes: Mapping[str, Any]) -> list[str]:
-    """Return the quantitative genes and derived traits of a species in the manifest."""
+    """Return a species' quantitative genes and derived traits in the manifest."""
     return [
         g["name"]
         for g in genes_in(genomes)
@@ -68,7 +68,8 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Return mean, spread and fractions of a gene's values among the living, every `every` ticks.
+    """Return the mean, spread and distribution of a gene's values among living organisms, sampled every
+    `every` ticks.
 
     Parameters
     ----------
@@ -76,9 +77,9 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
     species : str
     gene : str
     every : int
-        Ticks from one sample to the next.
+        Ticks between samples.
     bins : int
-        Of the shares.
+        Maximum number of bins for the distribution.
 
     Returns
     -------
@@ -90,7 +91,7 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
     mask = np.isfinite(values)
     n = lineage.living_sums(ticks, mask=mask)
     there = np.where(n, n, np.nan)
-    middle = float(values[mask].mean()) if mask.any() else 0.0  # sums of squares of small numbers are exact
+    middle = float(values[mask].mean()) if mask.any() else 0.0  # centering keeps sums of squares accurate
     shifted = np.where(mask, values - middle, 0.0)
     mean = lineage.living_sums(ticks, shifted, mask) / there
     square = lineage.living_sums(ticks, shifted**2, mask) / there
@@ -104,8 +105,8 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
 
 
 def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndarray:
-    """Return edges of bins for values: around each value if there are few, else in equal steps (or factors)
-    from the least to the greatest; f64[bins + 1]."""
+    """Return bin edges for values: around each value if there are few, otherwise in equal steps (or factors)
+    from the minimum to the maximum; f64[bins + 1]."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) < 2:
         only = float(known[0]) if len(known) else 0.0
@@ -117,8 +118,7 @@ def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndar
 
 
 def generation_time(lineage: Pedigree, species: str) -> float:
-    """Return the mean age of parents at the birth of their offspring [ticks], over all births of a species
-    with parents; NaN if there are none.
+    """Return the mean age of parents at the birth of their offspring, over all births of a species.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def generation_time(lineage: Pedigree, species: str) -> float:
     Returns
     -------
     float
-        [ticks]; NaN without births that have parents.
+        Time [ticks]; NaN if no organism was born to parents.
 
     Notes
     -----
-    The generation time T of age-structured populations (Charlesworth 1994, Evolution in age-structured
-    populations, chapter 1), with each parent counted once per child.
+    This is the generation time T of age-structured populations (Charlesworth 1994, Evolution in
+    age-structured populations, chapter 1), with each parent counted once per child.
     """
     of = lineage.species == species
     ages = [
@@ -144,11 +144,12 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
-    """Return the slope of ln(p / (1 − p)) over time, by least squares weighted with n p (1 − p), the inverse
-    variance of a log odds of n copies (Berkson 1944); NaN if fewer than two times have both alleles.
+    """Return the slope of ln(p / (1 − p)) over time, by least squares with weights n p (1 − p), the inverse
+    variance of the log odds of n copies (Berkson 1944); NaN unless both alleles are present at two or more
+    time points.
 
     If a type grows as exp(m₁ t) and all others as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
-    generations and fitness 1 + s against 1 it is ln(1 + s) per generation (Crow and Kimura 1970, An
+    generations and fitness 1 + s against 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
     introduction to population genetics theory, chapter 5). Lost and fixed alleles have zero weight.
     """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
@@ -165,7 +166,7 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
 def selection(
     lineage: Pedigree, species: str, gene: str, value: str, since: int = 0, until: int | None = None
 ) -> Selection:
-    """Return how strongly a value of a gene is selected.
+    """Return the strength of selection on a value of a gene.
 
     Parameters
     ----------
@@ -186,16 +187,16 @@ def selection(
     Raises
     ------
     KeyError
-        For an unknown species, gene or value.
+        If the species, gene or value is unknown.
 
     Notes
     -----
-    Per generation by the mean generation time of the species in this lineage, as Chevin (2011, Biology
-    Letters 7, 210–213) advises where generations overlap. It is the net change against all other values,
-    mutation and drift included; a neutral marker in the same genome shows how large these are.
+    The slope per generation uses the species' mean generation time in this lineage, as Chevin (2011, Biology
+    Letters 7, 210–213) recommends for overlapping generations. It is the net change against all other values,
+    including mutation and drift; a neutral marker in the same genome shows how large they are.
     """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
-    counted.of(value)  # an error names the nearest value
+    counted.of(value)  # for the error that suggests the closest value
     column = counted.values.index(value)
     return selection_of(
         counted.allele[:, column],
@@ -215,7 +216,7 @@ def selection_of(
     since: int = 0,
     until: int | None = None,
 ) -> Selection:
-    """Return the Selection of an allele frequency at these ticks, among n copies."""
+    """Return the Selection of an allele from its frequency among n copies at these ticks."""
     within = (ticks >= since) & (ticks <= (ticks[-1] if until is None else until)) & np.isfinite(frequency)
     p = frequency[within]
     slope = log_odds_slope(p, ticks[within], n[within])
@@ -224,7 +225,7 @@ def selection_of(
 
 
 def selections(counted: Frequencies, generation: float) -> Iterator[tuple[str, np.ndarray, Selection]]:
-    """Yield the name, the allele frequencies and the Selection of each value; only of the second of two."""
+    """Yield the name, allele frequencies and Selection of each value, or only of the second of two values."""
     n = counted.copies.sum(axis=1)
     for j in range(1 if len(counted.values) == 2 else 0, len(counted.values)):
         p = counted.allele[:, j]
@@ -235,8 +236,8 @@ def haldanes(course: Course, generation: float) -> float:
     """Return the rate of evolution of a quantitative gene: the change of its mean in standard deviations per
     generation (Gingerich 1993, American Journal of Science 293A, 453–478).
 
-    This is the least-squares slope of the mean over ticks, divided by the standard deviation within the
-    population, pooled over time, times the generation time [ticks]; NaN if nothing varies.
+    This is the least-squares slope of the mean over ticks, divided by the within-population standard
+    deviation pooled over time, times the generation time [ticks]; NaN if nothing varies.
     """
     there = np.isfinite(course.mean)
     t, mean = course.ticks[there].astype(float), course.mean[there]

@@ -1,4 +1,4 @@
-"""Evolving genes in figures and reports: allele frequencies and quantitative genes of runs and arms."""
+"""Figures and report sections on evolving genes: allele frequencies and quantitative genes of runs and arms."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ class Band(NamedTuple):
 
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Draw allele frequencies over time: for genes with two values the second, for other genes all."""
+    """Draw allele frequencies over time: the second value of two-valued genes, all values of other genes."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     lines = lines_of(genes, all_values=True)
     for g, j, label, hue, dash in lines:
@@ -52,7 +52,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Draw quantitative genes over time: shades show the living, lines mean and one standard deviation."""
+    """Draw quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -71,7 +71,7 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         ax.set_title(f"{title}: {g.gene}" if title else g.gene)
         ax.grid(visible=False)
         bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
-        bar.set_label("fraction of the living", fontsize=8.5)
+        bar.set_label("fraction of living organisms", fontsize=8.5)
         bar.set_ticks([0, top / 4, top])
         if k == 0:
             figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)
@@ -85,7 +85,7 @@ def arms(
 ) -> Figure:
     """Draw a panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95% band.
 
-    `labels` are the labels of the vertical axes, by gene; `shares` sets their range to 0 to 1.
+    `labels` has the label of the vertical axis by gene; `shares` sets the axis range to 0 to 1.
     """
     figure, axes = several(len(bands), 2, (4.6, 2.5), (0.6, 0.8), sharex=True)
     for ax, (gene, by_arm) in zip(axes.flat, bands.items(), strict=False):
@@ -106,12 +106,11 @@ def arms(
     return figure
 
 
-# --- the part of a report -----------------------------------------------------------------------------------
+# --- the report section -------------------------------------------------------------------------------------
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return figures and tables of the genes of each species; empty if no genome was recorded or no organism
-    had one.
+    """Return figures and tables of the genes of each species; empty if no genes were recorded.
 
     Figures are written below `place`.
     """
@@ -131,8 +130,8 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
     if few := few_valued(kept):
         counts = [lineage.frequencies(s, gene, every) for gene in few]
         text = (
-            f"Number of {s} that carry each gene. An organism with the value of a gene's first codon counts "
-            "as without that gene; the gray line counts all organisms."
+            f"Number of {s} that carry each gene. Organisms with the value of a gene's first codon do not "
+            "count as carriers; the gray line counts all organisms."
         )
         yield drawn(carriers(counts, s), folder / f"carriers-{i}.svg", text)
         text = f"Allele frequencies of {s}: the fraction of each value among all copies of a gene."
@@ -143,7 +142,7 @@ def _species(lineage: Lineage, series: Series, s: str, place: Path) -> Iterator[
         traits = {g["name"]: g["trait"] for g in genes_in(kept)}
         for k in range(0, len(found), PANELS):
             file = folder / (f"genes-{i}" + (f"-{k // PANELS}" if k else "") + ".svg")
-            text = f"Quantitative genes of {s}: the fraction of the living with each value, and the mean."
+            text = f"Quantitative genes of {s}: the fraction of living organisms with each value, and means."
             yield drawn(courses(found[k : k + PANELS], traits, s), file, text)
         yield _change(found, traits, generation)
 
@@ -155,10 +154,10 @@ def _selection(counts: list[Frequencies], generation: float) -> str:
             rows.append([g.gene, value, *map(number, (of.first, of.last, of.s, 1000 * of.per_tick))])
     head = ["gene", "value", "first frequency", "last", "s per generation", "s per 1,000 ticks"]
     note = (
-        "s is the slope of the log odds of a value against all others. It includes mutation and "
-        f"chance; a neutral gene shows how large these are. A generation is {_ticks(generation)}, the "
-        "mean age of parents at the birth of their offspring. One run is one replicate: "
-        "<code>ecs-eco compare</code> gives intervals over seeds."
+        "s is the slope of the log odds of a value against all others. It includes mutation and drift; a "
+        "neutral gene shows how large they are. The generation time (the mean age of parents at the birth of "
+        f"their offspring) is {_ticks(generation)}. One run is one replicate; <code>ecs-eco compare</code> "
+        "computes intervals over seeds."
     )
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 
@@ -180,4 +179,4 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
 
 def _ticks(generation: float) -> str:
     known = not np.isnan(generation)
-    return f"{generation:,.0f} ticks" if known else "unknown, as no organism was born of parents"
+    return f"{generation:,.0f} ticks" if known else "unknown because no organism was born to parents"

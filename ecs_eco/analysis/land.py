@@ -1,4 +1,4 @@
-"""Human use of the ground: fences and roads, and areas of land use."""
+"""Human use of the ground: fences, roads and areas of land use."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
@@ -18,11 +18,12 @@ USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colors of areas
 
 
 def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
-    """Return `fences`, `roads` and `areas` at the end of a tick. Each has its `line` of corners or its
-    `region` in the form of a world file [m]; roads have a `width` [m], areas a `kind` and a `species`.
+    """Return `fences`, `roads` and `areas` at the end of a tick. Each has a `line` of corners or a `region`,
+    in the format of a world file [m]; roads also have a `width` [m], areas a `kind` and a `species`.
 
-    `config` is the configuration in a run's manifest, `intervened` its interventions: (tick, intervention).
-    Uses of the whole world are not areas. The folder `run` contains the additions of real land's layers.
+    `config` is the configuration in a run's manifest, and `intervened` lists its interventions as (tick,
+    intervention). Land use of the whole world is left out. For real land, the folder `run` provides the lines
+    of its layers.
     """
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
@@ -52,7 +53,7 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
-    """Return the lines of the land in a run's folder; empty if it cannot be read."""
+    """Return the lines of the land stored in a run folder; empty if it cannot be read."""
     try:
         return kept_land(run).lines
     except ConfigError:
@@ -60,7 +61,7 @@ def _of_layers(run: Path) -> list[dict[str, Any]]:
 
 
 def _shape(order: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the place of a fence or road."""
+    """Return the position of a fence or road."""
     shape = {key: order[key] for key in ("line", "region") if order.get(key) is not None}
     return shape | ({"width": order.get("width", 1.0)} if order.get("kind", "road") == "road" else {})
 
@@ -70,7 +71,7 @@ def _where(shape: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def draw_land(ax: Axes, land: Land) -> list[Any]:
-    """Draw the land below everything else on axes in meters; return the artists."""
+    """Draw the land below everything else, on axes in meters; return the artists."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Circle, Polygon, Rectangle
 
@@ -96,8 +97,8 @@ def draw_land(ax: Axes, land: Land) -> list[Any]:
 
 
 def strip(line: np.ndarray, width: float) -> list[np.ndarray]:
-    """Return the corners of the rectangles that form a strip along a line f64[k, 2], f64[4, 2] each. Each
-    extends half of its width beyond both ends, so that there are no gaps at corners."""
+    """Return the corners, f64[4, 2] each, of the rectangles that form a strip along a line f64[k, 2]. Each
+    extends beyond both ends by half its width, so that there are no gaps at corners."""
     out = []
     for a, b in pairwise(line):
         along = (b - a) / max(float(np.hypot(*(b - a))), 1e-30) * width / 2

@@ -1,4 +1,4 @@
-"""Learning over time: diagnostics of policy updates, frequencies of actions, and the page of a training."""
+"""Learning over time: diagnostics of policy updates, frequencies of actions, and the training page."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ecs_eco.analysis.runs import Series, tables
 from ecs_eco.analysis.style import PALETTE, Figure, colors, colors_of, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
-POINTS = 150  # most points of a curve
+POINTS = 150  # maximum number of points per curve
 SHOWN = {
     "reward": "reward per decision",
     "happiness": "mean happiness",
@@ -24,12 +24,12 @@ SHOWN = {
     "explained_variance": "explained variance",
     "clip_fraction": "fraction of clipped ratios",
 }
-"""The curves in a figure of learning, in order, with the labels of their axes."""
+"""The curves of the learning figure in order, with their axis labels."""
 
 
 @dataclass(frozen=True)
 class Updates:
-    """The updates of one species: `ticks` i64[updates] and `columns` f64[updates] by name, as in
+    """The policy updates of one species: `ticks` i64[updates] and `columns` f64[updates], named as in
     `ecs_eco.record.learning.UPDATE`, with `n_transitions` and `n_learners`."""
 
     ticks: np.ndarray
@@ -38,8 +38,8 @@ class Updates:
 
 @dataclass(frozen=True)
 class Acts:
-    """The actions of one species: at `ticks` i64[samples], the fraction of deciding organisms that did each
-    action, `share` f64[samples, actions]; `actions` are named "speed.run", in order."""
+    """The actions of one species: at `ticks` i64[samples], the fraction of deciding organisms that took each
+    action, `share` f64[samples, actions]; `actions` lists their names, such as "speed.run"."""
 
     ticks: np.ndarray
     actions: tuple[str, ...]
@@ -47,7 +47,7 @@ class Acts:
 
     @property
     def groups(self) -> dict[str, list[int]]:
-        """The columns of each group of actions, by its name."""
+        """The columns of each action group, by name."""
         out: dict[str, list[int]] = {}
         for i, action in enumerate(self.actions):
             out.setdefault(action.partition(".")[0], []).append(i)
@@ -55,7 +55,7 @@ class Acts:
 
 
 def updates_of(table: pa.Table) -> dict[str, Updates]:
-    """Return the updates of each species in a table of `Recorder.learning_series`."""
+    """Return the updates of each species from a table of `Recorder.learning_series`."""
     species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
     columns = {
         name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
@@ -70,7 +70,7 @@ def updates_of(table: pa.Table) -> dict[str, Updates]:
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
-    """Return the actions of each species in a table of `Recorder.action_series`."""
+    """Return the actions of each species from a table of `Recorder.action_series`."""
     species, action = (
         np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
     )
@@ -87,14 +87,13 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if it has none."""
+    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if there are none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN if a
-    stretch has no value."""
+    """Return means of ticks and values over at most `points` equal blocks; NaN for blocks without values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -111,7 +110,7 @@ def diagnostics(
     happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
     hue: Mapping[str, str],
 ) -> Figure:
-    """Draw reward, happiness and PPO's diagnostics over time, with one line per species that learns."""
+    """Draw reward, happiness and PPO diagnostics over time, with a line for each learning species."""
     figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
     for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
         for s, found in updates.items():
@@ -136,7 +135,7 @@ def diagnostics(
 
 @styled
 def actions(acts: Acts, title: str = "") -> Figure:
-    """Draw the frequency of each action over time: a stack of fractions for each group."""
+    """Draw the frequencies of actions over time, as stacked fractions for each action group."""
     groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
     groups = groups or acts.groups
     figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
@@ -157,7 +156,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
 
 
 def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return ticks and mean happiness of each species while it lives."""
+    """Return the ticks and the mean happiness of each species, NaN while it is absent."""
     if "happiness_mean" not in series.columns:
         return {}
     return {
@@ -167,7 +166,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return numbers of updates and transitions, and means of each quantity over the first and last tenth."""
+    """Return numbers of updates and transitions, and each quantity's means over the first and last tenth."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)
@@ -182,15 +181,15 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
     return out if happiness is None else out | {"happiness": ends(happiness[1])}
 
 
-# --- the part of a report, and the page of a training --------------------------------------------------------
+# --- the report section, and the training page ---------------------------------------------------------------
 
 NOTE = (
-    "<p class='under'>Means over the first and the last tenth. Reward is the change of happiness "
-    "after a decision. Entropy measures how undecided the policy is, and falls as it learns. The KL "
-    "divergence measures how far an update moved the policy. Explained variance is the fraction of "
-    "the returns' variance that the value function predicted: 1 all, 0 none, negative worse than "
-    "their mean. If individuals have their own networks, these are means over the individuals that "
-    "learned.</p>"
+    "<p class='under'>Means over the first and the last tenth of the updates. Reward is the change in "
+    "happiness after a decision. Entropy measures how undecided the policy is, and falls as it learns. The "
+    "KL divergence measures how far an update moved the policy. Explained variance is the fraction of the "
+    "returns' variance that the value function predicts: 1 is all, 0 is none, and a negative value is worse "
+    "than predicting their mean. If individuals have their own networks, values are means over the "
+    "individuals that learned.</p>"
 )
 
 
@@ -203,7 +202,7 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return diagnostics of learning and frequencies of actions, if recorded, with figures below `place`."""
+    """Return the sections on learning and on actions, if recorded, with figures below `place`."""
     updates, acts = read(run, "learning"), read(run, "actions")
     out = []
     if updates is not None and len(updates):
@@ -220,7 +219,7 @@ def learnt(
     hue: Mapping[str, str],
     place: Path,
 ) -> list[str]:
-    """Return the heading, the figure and the table of learning diagnostics."""
+    """Return the section on learning diagnostics: heading, figure and table."""
     figure = diagnostics(updates, happiness, hue)
     words = ("reward", "happiness", "entropy", "approx_kl", "explained_variance")
     rows = []
@@ -229,7 +228,7 @@ def learnt(
         ends = (" → ".join(map(number, told[w])) if w in told else "–" for w in words)
         rows.append([s, f"{told['updates']:,}", f"{told['transitions']:,}", *ends])
     head = ["species", "updates", "transitions", "reward", "happiness", "entropy [nat]", "KL [nat]"]
-    caption = "Diagnostics of policy updates, and mean happiness, by species."
+    caption = "Diagnostics of policy updates and mean happiness, by species."
     return [
         "<h2>Learning</h2>",
         drawn(figure, place / "figures" / "learning.svg", caption),
@@ -239,15 +238,15 @@ def learnt(
 
 
 def done(acts: Mapping[str, tuple[Acts, str]], place: Path) -> list[str]:
-    """Return the heading and the figures of the actions by species, each with the end of its file's name."""
-    caption = "Fraction of {} that do each action, by group of actions."
+    """Return the heading and figures of actions; `acts` also contains the suffixes of the file names."""
+    caption = "Fraction of {} that take each action, by action group."
     files = {s: place / "figures" / f"actions{end}.svg" for s, (_, end) in acts.items()}
     figures = (drawn(actions(of, s), files[s], caption.format(s)) for s, (of, _) in acts.items())
     return ["<h2>Actions</h2>", *figures]
 
 
 def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, str] | None = None) -> Path:
-    """Write training.html and figures of a result of `pretrain`, including `against_random` if present."""
+    """Write training.html and the figures for a result of `pretrain`, including `against_random` if present."""
     hue = colors(list(result["curves"]), chosen)
     happiness = {
         s: (np.array(c["tick"], float), np.array(c["happiness"], float)) for s, c in result["curves"].items()
@@ -270,15 +269,15 @@ def write_training(result: Mapping[str, Any], out: Path, chosen: Mapping[str, st
 
 
 def against(found: Mapping[str, Any]) -> list[str]:
-    """Return the table that compares trained with random policies."""
+    """Return the section that compares trained with random policies."""
     rows = [
         [s, WORDS[word], *(number(x[0]) if x[1] is None else interval(x) for x in map(of.get, ARMS))]
         for s, by_word in found.items()
         for word, of in by_word.items()
     ]
     note = (
-        "<p class='under'>Neither policy learns here. The worlds are those of the training, with "
-        "constant numbers. Means over runs with the same seeds, with 95% intervals.</p>"
+        "<p class='under'>Neither policy learns here. The worlds are the training worlds, with constant "
+        "numbers of organisms. Values are means over runs with the same seeds, with 95% intervals.</p>"
     )
     return ["<h2>Comparison with random policies</h2>", table(["species", "measure", *ARMS], rows), note]
 

@@ -23,7 +23,7 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row per organism in the order of uids, in the phylogeny standard of Lalejini et al. (2019).
+    """Write a row per organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019).
 
     Columns: id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf"
     while alive; taxon_label, the species; genome; recorded fields, empty if missing. "Data Standards for
@@ -44,11 +44,9 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
 
 
 def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
-    """Return the tree along first parents. Every organism is a node, named by its uid; children follow in the
-    order of uids.
-
-    The length of a branch is the time from the parent's birth to the child's [ticks]. Several founders share
-    an unnamed root with the birth time of the first founder. Without organisms the tree is ";".
+    """Return the tree along first parents. Every organism is a node named by its uid; children are sorted by
+    uid. The length of a branch is the time from the parent's birth to the child's [ticks]. Several founders
+    share an unnamed root at the first founder's time of birth. If there are no organisms, the tree is ";".
     """
     n = len(lineage)
     if not n:
@@ -63,7 +61,7 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     order = order.tolist()
     alone = len(roots) == 1
     words: list[str] = [] if alone else ["("]
-    stack = roots[::-1]  # i opens a node, −1 − i closes it
+    stack = roots[::-1]  # i opens node i, −1 − i closes it
     while stack:
         i = stack.pop()
         if i >= 0 and begin[i] < begin[i + 1]:
@@ -84,7 +82,7 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """Return a name in Newick syntax: quoted if it contains more than letters, digits, dots and hyphens."""
+    """Return a name in Newick syntax, quoted unless it has only letters, digits, dots and hyphens."""
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"
 
 
@@ -110,12 +108,12 @@ class Lineage(Pedigree):
 
     @classmethod
     def of(cls, world: Any) -> Self:
-        """Return the lineage of a living world.
+        """Return the lineage of a live world.
 
         Parameters
         ----------
         world : World
-            With a recorder that keeps events: `Recorder(world, keep_events=True)`.
+            A world with a recorder that keeps events, `Recorder(world, keep_events=True)`.
 
         Returns
         -------
@@ -124,7 +122,7 @@ class Lineage(Pedigree):
         Raises
         ------
         RuntimeError
-            If there is no such recorder.
+            If the world has no such recorder.
         """
         recorder = world.recorder
         if recorder is None:
@@ -148,8 +146,9 @@ class Lineage(Pedigree):
         Parameters
         ----------
         folder : str or Path
-            Of a run or an archipelago. An archipelago has one lineage of all islands; on a single island,
-            immigrants appear at their arrival, and emigrants end as "emigrated".
+            Folder of a run, an archipelago or one of its islands. The lineage of an archipelago covers all
+            islands; in the lineage of one island, immigrants appear at their arrival, and emigrants leave
+            with the cause "emigrated".
 
         Returns
         -------
@@ -176,7 +175,7 @@ class Lineage(Pedigree):
 
     @classmethod
     def _of_islands(cls, root: Path) -> Self:
-        """Return the lineage of all islands: migrants were born on one island and died on one."""
+        """Return the lineage of all islands, in which each migrant has one birth and at most one death."""
         folders = [root / ISLANDS / name for name in read(root)["islands"]]
         recorded = _recorded(folders[0])
         births, deaths = (
@@ -197,7 +196,7 @@ class Lineage(Pedigree):
     @classmethod
     def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Self:
         uid = births["uid"].astype(np.uint64)
-        # parents first: on one island in the order of uids, else of births
+        # parents come first: sorted by uid on one island, by birth on several
         one = not len(uid) or island_of(uid.min()) == island_of(uid.max())
         first = births.get("order", births["tick"])
         order = np.argsort(uid, kind="stable") if one else np.lexsort((uid, first))
@@ -226,13 +225,13 @@ class Lineage(Pedigree):
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row per organism: uid, species, parents (0: none), born and died
-        [ticks], cause, genome and recorded fields; died and cause are missing while it is alive."""
+        [ticks], cause, genome and recorded fields; died and cause are missing for living organisms."""
         columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS} | self.recorded
         columns |= {name: pa.array(columns[name], mask=self.died == ALIVE) for name in ("died", "cause")}
         return SeriesTable(pa.table(columns)).to_pandas()
 
     def genes_to_pandas(self, species: str) -> Any:
-        """Return a pandas.DataFrame with a row per organism, by uid, and a column per gene: its `values`."""
+        """Return a pandas.DataFrame of gene `values`, with a row per organism (by uid) and a column per gene."""
         own = self.of_species(species)
         genes = [g for g in carriers.genes_in(self.genomes.get(species, {})) if "weights" not in g]
         values = {gene["name"]: own.values(gene["name"], species) for gene in genes}
@@ -261,9 +260,9 @@ class Lineage(Pedigree):
         path : str or Path, optional
             File to write.
         living : bool, default False
-            Keep only the living and their ancestors.
+            Keep only living organisms and their ancestors.
         names : sequence of str, optional
-            One for each organism; default: uids.
+            A name for each organism; default: its uid.
 
         Returns
         -------
@@ -279,14 +278,14 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Return columns of all parts: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN for
-    null; a missing column as 0, "" or NaN."""
+    """Return columns of all files: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN for
+    null; a missing column is filled with 0, "" or NaN."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 
 
 def _recorded(folder: Path | str) -> dict[str, type]:
-    """Return the columns of the fields that the key `record` of a run's world lists."""
+    """Return the columns of the fields listed in the `record` key of a run's world."""
     first = next(tables(folder, "births"), None)
     return {name: float for name in (() if first is None else first.column_names) if "." in name}
 
@@ -294,10 +293,10 @@ def _recorded(folder: Path | str) -> dict[str, type]:
 def _present(
     folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return the births of an island including immigrants, and its deaths including permanent emigrants."""
+    """Return an island's births, including immigrants, and its deaths, including permanent emigrants."""
     columns = {"born": int, **BIRTHS, **{name: float for name in births if "." in name}}
     came, left = (_events(folder, kind, columns) for kind in ("arrivals", "departures"))
-    last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last arrival of each
+    last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # uid → last arrival
     away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
     gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)
     _, first = np.unique(came["uid"], return_index=True)
@@ -332,7 +331,7 @@ def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
 
 
 def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return births, with organisms known only by a death or a child as founders of tick 0."""
+    """Return births, adding organisms known only from a death or a child as founders at tick 0."""
     known: dict[int, str] = {}
     for events, column in ((births, "parent"), (births, "parent2"), (deaths, "uid")):
         uids, species = events[column], events["species"]

@@ -1,4 +1,4 @@
-"""The ledger of matter of a recorded run: the stocks of each substance over time, and its flows."""
+"""The matter ledger of a recorded run: stocks of each substance over time, and its flows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
-"""Flows from one holder to another; all others come from outside, leave, or are reactions."""
-SURE = 1e-5  # fraction of the greatest stock within which a ledger must close
+"""Flows between holders; all other flows enter, leave, or are reactions."""
+SURE = 1e-5  # largest gap in a ledger that closes, as a fraction of the greatest stock
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """The ledger of matter: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
+    """The matter ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
     `stock_after`."""
 
     ticks: np.ndarray
@@ -30,7 +30,7 @@ class Ledger:
 
     @property
     def flows(self) -> tuple[str, ...]:
-        """The names of the flows, positive into the holder."""
+        """Names of the flows, which are positive if they enter the holder."""
         return tuple(name for name in self.columns if not name.startswith("stock_"))
 
     @property
@@ -39,7 +39,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap of any tick [mol], its fraction of the greatest stock, and its tick."""
+        """Return the largest gap in a tick: in mol, as a fraction of the greatest stock, and its tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -50,7 +50,7 @@ class Ledger:
 
 
 def ledger_of(table: pa.Table) -> Ledger:
-    """Return the ledger in a table of `world.recorder.matter_series()`."""
+    """Return the ledger from a table of `world.recorder.matter_series()`."""
     holder, substance = (
         table[name].cast(pa.string()).combine_chunks().dictionary_encode() for name in ("holder", "substance")
     )
@@ -66,7 +66,7 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the ledger of matter of a run folder; None if it has none."""
+    """Return the matter ledger of a run folder; None if it has none."""
     table = read_kind(run, "matter")
     return ledger_of(table) if table is not None and len(table) else None
 
@@ -88,13 +88,12 @@ def told(ledger: Ledger) -> list[str]:
     gap, share, tick = ledger.gap()
     kept = "closes" if share < SURE else "DOES NOT CLOSE"
     worst = f"the largest gap in any tick is {gap:.2g} mol, {share:.1e} of the stock (tick {tick:,})"
-    return [*lines, f"The ledger of matter {kept}: {worst}."]
+    return [*lines, f"The matter ledger {kept}: {worst}."]
 
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """Draw the stocks of each substance over time, stacked, with one row per substance; species in their
-    colors, all other holders hatched."""
+    """Draw stacked stocks over time, with a row per substance; holders that are not species are hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -114,7 +113,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return sentences, the figure of stocks (below `place`) and sums of flows; empty without substances."""
+    """Return the section on matter, with its figure written below `place`; empty if there are no substances."""
     ledger = read(run)
     if ledger is None:
         return []
@@ -128,7 +127,7 @@ def blocks(run: Path, series: Series, place: Path) -> list[str]:
 
 
 def sums(ledger: Ledger) -> str:
-    """Return a table of the sums of all flows [mol] by substance and holder."""
+    """Return a table of total flows [mol] by substance and holder."""
     total = {f: ledger.columns[f].sum(axis=0) for f in ledger.flows}
     shown = [f for f in ledger.flows if total[f].any()]
     rows = []

@@ -1,4 +1,4 @@
-"""Values of reporters over time in one or several runs, their differences between arms, and recorded fields."""
+"""Values of reporters over time in one or several runs, differences between arms, and recorded fields."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
@@ -16,13 +16,13 @@ from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.style import Figure, colors_of, grid_of_arms, many_and_one, panels, styled
 from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
-Rows = Sequence[Sequence[Series]]  # the runs of an arm by training seed
+Rows = Sequence[Sequence[Series]]  # an arm's runs by training seed
 WORLD = "(world)"
 """Used in place of a species for values of the whole world."""
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
-    """Return the values that all these runs have: reporter → species with values, or only WORLD."""
+    """Return the reporters that all these runs have: reporter → species with values, or only WORLD."""
     names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
     return {name: _of_whom(name, runs) for name in names}
 
@@ -35,7 +35,7 @@ def _of_whom(name: str, runs: Sequence[Series]) -> list[str]:
 
 
 def course(run: Series, name: str, of: str) -> np.ndarray:
-    """Return a reporter's value of a species, or of the WORLD, in each tick; NaN if missing, (ticks,)."""
+    """Return a reporter's value in each tick for a species or the WORLD, (ticks,); NaN if missing."""
     return run.columns[name][:, 0] if of == WORLD else run.of(of, name)
 
 
@@ -50,7 +50,7 @@ def run_mean(run: Series, name: str, of: str) -> float:
 
 
 def rows(series: Series) -> str:
-    """Return a table with a row for each reporter and species: first, mean, least, most, last."""
+    """Return a table with a row for each reporter and species: first, mean, minimum, maximum, last."""
     out = []
     for name, kinds in measured(series).items():
         for of in kinds:
@@ -62,7 +62,7 @@ def rows(series: Series) -> str:
                 else [np.nan] * 5
             )
             out.append([name, "the world" if of == WORLD else of, *map(number, numbers)])
-    return table(["measured", "of", "first tick", "mean", "least", "most", "last tick"], out)
+    return table(["measured", "of", "first tick", "mean", "minimum", "maximum", "last tick"], out)
 
 
 def lines(series: Series) -> list[str]:
@@ -96,8 +96,8 @@ def figure(series: Series) -> Figure:
 
 
 def fields(run: Path | str) -> list[str]:
-    """Return a table of the fields that the world's key `record` lists: mean and standard deviation in each
-    species at birth, at death, and in the first and last snapshot; empty if none is listed."""
+    """Return a table of the fields listed in the world's `record` key: mean and standard deviation in each
+    species at birth, at death, and in the first and last snapshot; empty if none are listed."""
     births, snapshots = list(tables(run, "births")), list(tables(run, "snapshots"))
     names = [name for part in births[:1] for name in part.column_names if "." in name]
     if not names:
@@ -119,7 +119,7 @@ def fields(run: Path | str) -> list[str]:
 def _moments(
     parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
 ) -> dict[tuple[str, str], str]:
-    """Return mean ± standard deviation by species and field, of all rows or one tick, as `which` selects."""
+    """Return mean ± standard deviation by species and field, of all rows or of the tick `which` selects."""
     if not parts:
         return {}
     columns = ["tick", "species", *names]
@@ -142,7 +142,7 @@ def _moments(
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter over time (rows) by arm (columns). Thin: each run. Thick: the median over runs."""
+    """Draw each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")
@@ -162,7 +162,7 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
 
 
 def _median(courses: np.ndarray) -> np.ndarray:
-    """Return the median over runs, NaN at ticks for which no run has a value."""
+    """Return the median over runs; NaN at ticks for which no run has a value."""
     out = np.full(courses.shape[1], np.nan)
     some = np.isfinite(courses).any(0)
     out[some] = np.nanmedian(courses[:, some], axis=0)
@@ -170,8 +170,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval,
-    and "n", the number of runs with a value. Both kinds of seeds are replicates."""
+    """Return reporter → species or WORLD → arm → "mean" (over runs, of each run's mean over time, with its
+    interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -186,8 +186,8 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
     """Return reporter → species or WORLD → arm → difference of the mean over runs from the first arm. The
-    interval is a bootstrap over runs or, with several training seeds, over the cells of the same seeds; None
-    if the arms do not share them."""
+    interval is from a bootstrap over runs or, with several training seeds, over cells with the same seeds;
+    None if the arms do not share seeds."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 
@@ -216,8 +216,8 @@ def _means(rows: Rows, name: str, of: str) -> np.ndarray:
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Return mean and 95% interval of a table of training seeds × world seeds. Runs without a value are left
-    out, in which case the rest form one row."""
+    """Return the mean and 95% interval of a table of training seeds × world seeds. If runs without a value
+    are left out, the rest form one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

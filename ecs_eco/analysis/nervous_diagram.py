@@ -1,4 +1,4 @@
-"""The content of a drawing of a nervous system: sensors, actions, reflexes and networks."""
+"""The contents of a nervous-system drawing: sensors, actions, reflexes and networks."""
 
 import math
 from dataclasses import dataclass
@@ -36,56 +36,55 @@ ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion"
 
 @dataclass(frozen=True)
 class SensorNode:
-    """A sensor: its kind, its stimulus and place, and its channels (rows of the sensory input)."""
+    """A sensor: its kind, its stimulus and position, and its channels (rows of the sensory input)."""
 
     kind: str  # heading: interoception, touch, smell, vision, bodies around, surroundings, other senses
     text: str
     channels: tuple[str, ...]
     first: int  # row of its first channel
-    at: tuple[float, float] | None = None  # place on the body: forward, left [radii]
-    sector: tuple[float, float] | None = None  # [rad], from and to, 0 ahead, left positive
+    at: tuple[float, float] | None = None  # position on the body: forward, left [radii]
+    sector: tuple[float, float] | None = None  # from and to [rad]: 0 is ahead, left is positive
     vision: bool = False
 
 
 @dataclass(frozen=True)
 class ActionNode:
-    """An action: its group, and how it is determined in the absence of a reflex."""
+    """An action: its group, and what determines it if no reflex does."""
 
     section: str  # one of ORDER
     group: str
     name: str
-    row: int  # in the decision vector
+    row: int  # row in the decision vector
     automatic: bool = False
     neutral: bool = False
-    chosen: bool = False  # by the policy network
+    chosen: bool = False  # whether the policy network chooses it
     range: tuple[float, float] | None = None  # of a continuous action
 
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or a formula of the reflex network; `sources` are (channel row, sign), with sign None if
-    it depends."""
+    """A connection or formula of the reflex network; `sources` are (channel row, sign or None if it varies)."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
     sign: Sign
     label: str
-    gene: str = ""  # gene of its weight or threshold
+    gene: str = ""  # gene for its weight or threshold
 
 
 @dataclass(frozen=True)
 class HappinessNode:
-    """The happiness network; without sources it is a function of all channels."""
+    """The happiness network; if `sources` is empty, it is a function of all channels."""
 
     sources: tuple[tuple[int, Sign], ...]
     label: str
-    genes: tuple[str, ...] = ()  # genes of its weights
+    genes: tuple[str, ...] = ()  # genes for its weights
     heritable: frozenset[int] = frozenset()  # channels whose weight is set by a gene
 
 
 @dataclass(frozen=True)
 class PolicyNode:
-    """The policy network: units of each layer from channels to options, empty if there is no network."""
+    """The policy network: `layers` has the units per layer, from channels to options; empty for no network."""
 
     kind: str
     layers: tuple[int, ...]
@@ -95,12 +94,12 @@ class PolicyNode:
 
     @property
     def label(self) -> str:
-        """The layers, and whether they are shared: "14 → 64 → 64 → 6, shared"."""
+        """The layers and the kind of policy: "14 → 64 → 64 → 6, shared"."""
         return f"{self.way}, {self.kind}" if self.layers else "none"
 
     @property
     def way(self) -> str:
-        """The units from channels to options, or the network between them: "14 → Net → 6"."""
+        """The units of the layers, or the network between channels and options: "14 → Net → 6"."""
         n, first, last = len(self.layers), self.layers[0], self.layers[-1]
         if self.network:
             return f"{first} → {self.network} → {last}"
@@ -109,14 +108,13 @@ class PolicyNode:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A nervous system for a drawing. Rows of channels and actions are the rows of the sensory input and the
-    decision."""
+    """A nervous system to draw. Rows refer to the sensory input and the decision vector."""
 
     world: str
     species: str
     channels: tuple[str, ...]
-    sensors: tuple[SensorNode, ...]  # in the order of drawing
-    actions: tuple[ActionNode, ...]  # in the order of drawing
+    sensors: tuple[SensorNode, ...]  # in drawing order
+    actions: tuple[ActionNode, ...]  # in drawing order
     reflexes: tuple[Reflex, ...]
     function: str  # module:name of a reflex network that is a function; "" otherwise
     happiness: HappinessNode | None
@@ -171,7 +169,7 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
 
 
 def _text(sensor: Any) -> str:
-    """Return a text on the stimulus of a sensor, and its place."""
+    """Return a text that describes a sensor's stimulus and position."""
     where = f", {_place(sensor.at)}" if sensor.kind in ("own", "nearest", "rays") and any(sensor.at) else ""
     match sensor.kind:
         case "own":
@@ -210,7 +208,7 @@ def _angle(fov: float) -> str:
 
 
 def _place(at: list[float]) -> str:
-    """Return a place on the body as text, in radii: "1 ahead, 0.5 left"."""
+    """Return a position on the body as text, in radii: "1 ahead, 0.5 left"."""
     ways = (("ahead", "behind"), ("left", "right"), ("up", "down"))
     return ", ".join(f"{abs(v):g} {ways[i][v < 0]}" for i, v in enumerate(at) if v) or "at the center"
 
@@ -265,8 +263,8 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Return the possible values of a gene of a weight (for a continuous gene the ends, and 0 if it is
-    between them), and their sign if they share one."""
+    """Return the possible values of a gene for a weight (for a continuous gene, the ends of its range and 0
+    if it is between them), and the sign that they share, if any."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -301,7 +299,7 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
-    """Return (channel, sign) for the channels behind names; None if two names disagree."""
+    """Return (channel row, sign) for the channels of names; the sign is None if two names disagree."""
     by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:
@@ -338,8 +336,7 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """Return (group, number of options) of the groups in which the policy chooses; a single action has "not"
-    as its alternative."""
+    """Return (group, number of options, at least 2) for the groups in which the policy chooses."""
     automatic = set(species.always_on)
     groups = [
         (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()

@@ -1,5 +1,5 @@
-"""Draws nervous systems: sensors on the left, actions on the right, networks between them. The content is
-from nervous_diagram.py, the layout from nervous_layout.py, the strokes from nervous_pen.py."""
+"""Draws nervous systems: sensors on the left, actions on the right, networks in between. nervous_diagram.py
+provides the contents, nervous_layout.py the layout, and nervous_pen.py the strokes."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,18 +33,18 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
 
 VALUES = ("readings", "y", "probabilities", "decision", "happiness")
-BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the bundled lines from the channels
+BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of bundled lines from the channels
 
 
 def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, Any] | None = None) -> Figure:
-    """Return a drawing of a species' nervous system.
+    """Draw the nervous system of a species.
 
     Parameters
     ----------
     config : WorldConfig
     species : str
     values : Mapping of str to array, optional
-        State of one organism: readings f32[channels], reflex i8[actions], probability f32[actions],
+        State of one organism to show: readings f32[channels], reflex i8[actions], probability f32[actions],
         decision u8[actions] and happiness; see `ecs_eco.view.inspect.drawable`.
 
     Returns
@@ -54,11 +54,11 @@ def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, 
     Raises
     ------
     ConfigError
-        For a species without sensors and actions.
+        If the species has neither sensors nor actions.
     UnknownName
-        For an unknown value.
+        If the name of a value is unknown.
     ValueError
-        For a value of another length.
+        If a value has the wrong length.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, 
 
 
 def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
-    """Draw the nervous systems of several species, one below the other (default: all)."""
+    """Draw the nervous systems of several species (default: all), one below the other."""
     names = list(species) or nervous_species(config)
     if not names:
         fault = "no species has sensors or actions"
@@ -82,15 +82,15 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, by suffix, completely or not at all; the same figure gives the same file.
+    """Write a figure as PNG, SVG or PDF, completely or not at all.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
     path : str or Path
-        The suffix determines the format.
+        The file extension determines the format.
     dpi : int, default 150
-        Dots per inch of a PNG.
+        Resolution of a PNG [dots per inch].
 
     Returns
     -------
@@ -98,7 +98,7 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
 
     Notes
     -----
-    The same figure gives the same file. An SVG follows the theme of the system or page: light or dark.
+    The same figure always gives the same file. An SVG follows the light or dark theme of the system or page.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -113,7 +113,7 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
 
 
 def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
-    """Return the values as arrays of the right length."""
+    """Return the values as arrays, after checking their names and lengths."""
     lengths = dict.fromkeys(VALUES, len(d.actions)) | {"readings": len(d.channels), "happiness": 1}
     arrays: dict[str, np.ndarray] = {}
     for name, value in values.items():
@@ -135,7 +135,7 @@ class _Drawing:
         self.d, self.values, self.at = d, values, Layout(d, values)
 
     def draw(self, pen: Pen) -> None:
-        """Draw everything on axes in inches, y down."""
+        """Draw everything on axes in inches; y points down."""
         self.pen = pen
         self._titles()
         for sensor in self.d.sensors:
@@ -209,7 +209,7 @@ class _Drawing:
             self.pen.text(self.at.x_group + 0.1, (min(ys) + max(ys)) / 2, cut(group, 24))
 
     def _networks(self) -> None:
-        """Draw the boxes of the networks, and their lines."""
+        """Draw the boxes of the networks and their lines."""
         for name, (y, height) in self.at.boxes.items():
             if name in ("policy", "function"):
                 self._bus_in(name, y)
@@ -224,11 +224,11 @@ class _Drawing:
                 self._happiness(y, height)
 
     def _say(self, y: float, text: str, size: float = 8, hue: str = GREY, **more: Any) -> None:
-        """Draw a text centered on the boxes."""
+        """Draw text centered on the column of boxes."""
         self.pen.text(self.at.x_box + self.at.box / 2, y, text, size, hue, ha="center", **more)
 
     def _bus_in(self, name: str, y: float) -> None:
-        """Draw lines from all channels, bundled on their way into a box."""
+        """Draw lines from all channels that are bundled before they enter a box."""
         x, at, ys = self.at.x_channel, self.at.x_channel + BUS[name], list(self.at.channel_y.values())
         for channel in ys:
             self.pen.line([x, at], [channel, channel], width=0.7)
@@ -238,7 +238,7 @@ class _Drawing:
             self.pen.head(self.at.x_box - 0.01, y, SOFT, 0.1)
 
     def _bus_out(self, name: str, y: float, rows: Iterable[int]) -> None:
-        """Draw a line out of a box that branches to actions."""
+        """Draw a line that leaves a box and branches to actions."""
         x, at = self.at.x_action - NODE - 0.02, self.at.x_action - BUS[name] - 0.16
         ys = [self.at.action_y[row] for row in rows]
         for action in ys:
@@ -283,7 +283,7 @@ class _Drawing:
             self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
 
     def _reflex(self, i: int) -> None:
-        """Draw lines from the sensors to a reflex's box with its label, and one from there to the action."""
+        """Draw the labeled box of a reflex, lines from its sensors, and a line to its action."""
         at, r, (y, height) = self.at, self.d.reflexes[i], self.at.hub_boxes[i]
         sources, lines, heritable = self._from_the_top(r.sources), at.hubs[i], bool(r.gene)
         for (row, sign), inlet in zip(sources, _inlets(y, height - 0.06, len(sources)), strict=True):
@@ -300,8 +300,7 @@ class _Drawing:
         self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
 
     def _arrival(self, i: int) -> float:
-        """Return where a reflex's line reaches its action: lines of one sign at one place, lines of other
-        signs next to it."""
+        """Return the y at which a reflex's line reaches its action, with one y per sign."""
         r, boxes = self.d.reflexes[i], self.at.hub_boxes
         others = sorted(
             (k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k]
@@ -325,7 +324,7 @@ class _Drawing:
 
 
 def _figure(drawings: list[_Drawing]) -> Figure:
-    """Draw several drawings below each other, each on axes of the right size."""
+    """Return a figure with several drawings, one below the other, each on axes of the right size."""
     with as_delivered({"text.parse_math": False}):
         wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
         figure = empty(wide, high)
@@ -344,5 +343,5 @@ def _count(n: int, word: str, plural: str = "s") -> str:
 
 
 def _inlets(y: float, height: float, n: int) -> list[float]:
-    """Return the positions at which n lines enter a box, from top to bottom."""
+    """Return the y of n lines that enter a box, from top to bottom."""
     return [y + ((i + 0.5) / n - 0.5) * height for i in range(n)]

@@ -1,5 +1,5 @@
-"""The layout of a drawing of a nervous system in columns of sensors, boxes and actions; in inches, y down.
-Widths of texts are measured, so that nothing overlaps."""
+"""The layout of a nervous-system drawing in columns of sensors, boxes and actions, in inches with y pointing
+down. Text widths are measured so that nothing overlaps."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -16,9 +16,9 @@ ROW, HEADING, GAP, BAR = 0.25, 0.32, 0.09, 0.5
 LINE, BETWEEN = 0.165, 0.1  # height of a line of text in a box; gap between boxes of reflexes
 POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; gap between networks
 LEAST = 2.2  # width of a box
-# of sensors with more channels, only the outermost and those that a network names are shown
+# sensors with more channels show only the outermost channels and those that a network names
 MANY = 12
-MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line of the reflex and of the happiness network
+MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line in the reflex network and in the happiness network
     1: ("forces the action", "raises happiness"),
     -1: ("blocks the action", "lowers happiness"),
     None: ("forces or blocks the action", "raises or lowers happiness"),
@@ -28,7 +28,7 @@ MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line of the reflex and of the 
 
 @cache
 def width(text: str, size: float, bold: bool = False) -> float:
-    """Return the width of a text [inches] at a size [points]."""
+    """Return the width of a text [inches] at a font size [points]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
@@ -37,18 +37,18 @@ def width(text: str, size: float, bold: bool = False) -> float:
 
 
 def cut(text: str, most: int = 36) -> str:
-    """Return a text of at most `most` characters; the middle of a longer text is left out."""
+    """Shorten a text to at most `most` characters by leaving out its middle."""
     return text if len(text) <= most else f"{text[: most // 2]}…{text[-(most - most // 2 - 1) :]}"
 
 
 def wrapped(text: str, most: int, lines: int) -> list[str]:
-    """Return a text in lines of at most `most` characters; the rest is cut."""
+    """Wrap a text into lines of at most `most` characters; text beyond the last line is cut."""
     folded = textwrap.wrap(text, most) or [""]
     return folded if len(folded) <= lines else [*folded[: lines - 1], folded[lines - 1][: most - 2] + " …"]
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
-    """Return centers of boxes, in order and without overlap, closest to the wanted ones (least squares)."""
+    """Return the ordered, non-overlapping box centers that are closest to the wanted ones (least squares)."""
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
@@ -70,8 +70,7 @@ def action_mark(a: ActionNode) -> str:
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """Return the legend: the meaning of each kind of line in a drawing, as a sign, "heritable" or "network",
-    and a text."""
+    """Return the legend: each kind of line in a drawing (a sign, "heritable" or "network") and its meaning."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []
@@ -81,9 +80,9 @@ def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
     heritable = any(r.gene for r in d.reflexes) or bool(d.happiness and d.happiness.genes)
     entries += [("heritable", "heritable: set by a gene")] * heritable
     if d.policy.layers:
-        entries.append(("network", "policy: from all channels, to one action of each group"))
+        entries.append(("network", "policy: from all channels to one action in each group"))
     elif d.function:
-        entries.append(("network", "function: from all channels, to all actions"))
+        entries.append(("network", "function: from all channels to all actions"))
     return entries
 
 
@@ -129,7 +128,7 @@ class Layout:
         self.width = max(self.x_group + 0.2 + groups, self.x_action + heading, 6.5) + 0.3
 
     def shown(self, sensor: SensorNode) -> list[int]:
-        """Return the rows of a sensor's channels that are drawn; −1 stands for rows that are left out."""
+        """Return the rows of a sensor's channels to draw; −1 stands for omitted rows."""
         rows = list(range(sensor.first, sensor.first + len(sensor.channels)))
         if len(rows) <= MANY:
             return rows
@@ -159,7 +158,7 @@ class Layout:
         self.headings += [(text, self.x_action - 0.07, y + b) for text, y in right_heads]
 
     def _legend(self, y: float) -> None:
-        """Place the legend's entries, on as many lines as they need; the drawing ends below."""
+        """Place the legend entries on as many lines as they need, and set the height of the drawing."""
         self.legend: list[tuple[float, float, Sign | str, str]] = []
         x = self.x_text
         for sign, text in legend(self.d):
@@ -203,8 +202,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """Compute the center and height of every box: networks are evenly spaced from top to bottom, reflexes
-        are as near to their actions as possible."""
+        """Compute the center and height of every box: networks are evenly spaced from top to bottom, and
+        reflexes are as close to their actions as possible."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top
@@ -227,6 +226,6 @@ class Layout:
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:
-        """Return the y of a reflex's action, then of its sensors: in this order, lines cross least."""
+        """Return the y of a reflex's action, then of its sensors, as a sort key for which few lines cross."""
         r = self.d.reflexes[i]
         return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

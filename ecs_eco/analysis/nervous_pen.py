@@ -1,4 +1,4 @@
-"""The strokes of a drawing of a nervous system, on axes whose units are inches, y down."""
+"""The strokes of a nervous-system drawing, on axes in inches with y pointing down."""
 
 import math
 from collections.abc import Sequence
@@ -30,19 +30,19 @@ NIGHT = {
     WEIGHTS: "#3f7599",
     SECTOR: "#2c5b7c",
 }
-"""The colors of a drawing on a dark background, by those on a light one."""
+"""Light-background colors of a drawing → their dark-background colors."""
 NODE = 0.055  # radius
 Point = tuple[float, float]
 
 
 class Pen:
-    """Draws on axes; where elements overlap, the order is lines, boxes, nodes, texts."""
+    """Draws on axes; overlapping elements are stacked in the order lines, boxes, nodes, texts."""
 
     def __init__(self, ax: Axes) -> None:
         self.ax = ax
 
     def patch(self, kind: str, *where: Any, **style: Any) -> None:
-        """Draw a patch of matplotlib."""
+        """Draw a matplotlib patch."""
         from matplotlib import patches
 
         self.ax.add_patch(getattr(patches, kind)(*where, **style))
@@ -50,18 +50,18 @@ class Pen:
     def text(
         self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False, **more: Any
     ) -> None:
-        """Draw a text centered vertically on y."""
+        """Draw text that is vertically centered on y."""
         font: Any = {"fontsize": size, "family": "DejaVu Sans", "weight": "bold" if bold else "normal"}
         self.ax.text(x, y, text, color=hue, va="center", zorder=10, **font, **more)
 
     def line(
         self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0, zorder: float = 1
     ) -> None:
-        """Draw a straight or broken line."""
+        """Draw a straight line or a polyline."""
         self.ax.plot(x, y, color=hue, lw=width, zorder=zorder, solid_capstyle="butt", solid_joinstyle="round")
 
     def block(self, x: float, y: float, wide: float, high: float, hue: str, zorder: float) -> None:
-        """Draw a rectangle that starts at x and is centered vertically on y."""
+        """Draw a rectangle that starts at x and is vertically centered on y."""
         self.patch("Rectangle", (x, y - high / 2), wide, high, facecolor=hue, lw=0, zorder=zorder)
 
     def polygon(self, corners: Sequence[Point], hue: str, zorder: float) -> None:
@@ -76,7 +76,7 @@ class Pen:
     def box(
         self, x: float, y: float, wide: float, high: float, face: str, edge: str, style: Any = "-"
     ) -> None:
-        """Draw a box with round corners that starts at x and is centered vertically on y."""
+        """Draw a box with rounded corners that starts at x and is vertically centered on y."""
         corners = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
         style = {
             "boxstyle": corners,
@@ -89,7 +89,7 @@ class Pen:
         self.patch("FancyBboxPatch", (x, y - high / 2), wide, high, **style)
 
     def curve(self, start: Point, end: Point, sign: Sign, dotted: bool = False, width: float = 1.6) -> None:
-        """Draw a connection that is level at both ends."""
+        """Draw a curved connection that is horizontal at both ends."""
         from matplotlib.path import Path
 
         (x, y), (to_x, to_y) = start, end
@@ -100,7 +100,7 @@ class Pen:
         self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the end of a connection like a synapse: an arrow forces, a bar blocks, both: it depends."""
+        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, both mean it varies."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -114,11 +114,11 @@ class Pen:
         self.polygon([(x, y), (x - size, y - size * 0.45), (x - size, y + size * 0.45)], hue, 8)
 
     def bracket(self, x: float, top: float, bottom: float, side: float) -> None:
-        """Draw a bracket whose back is at x; `side` is the side of its ends."""
+        """Draw a bracket whose back is at x; its ends reach to x + `side`."""
         self.line([x + side, x, x, x + side], [top, top, bottom, bottom], SOFT, 1)
 
     def bar(self, x: float, y: float, value: float, zero: float) -> None:
-        """Draw a number as a bar from `zero`, a fraction of the width, and in digits."""
+        """Draw a number in digits and as a bar whose origin is at `zero`, a fraction of the width."""
         origin = x + zero * BAR
         self.block(x, y, BAR, 0.1, FAINT, 1)
         self.block(origin, y, float(np.clip(value, -1, 1)) * BAR * (1 - zero), 0.1, BLUE, 2)
@@ -127,7 +127,7 @@ class Pen:
         self.text(x + BAR + 0.4, y, minus(f"{value:.2f}"), 7.5, INK, ha="right")
 
     def body(self, x: float, y: float, sensor: SensorNode) -> None:
-        """Draw the body from above, facing up, with the place or the sector of a sensor."""
+        """Draw the body from above, facing up, with the position or the sector of a sensor."""
         r = 0.075
         if sensor.sector is not None:
             self._sector(x, y, 0.0 if sensor.vision else r, 0.125, sensor)
@@ -149,11 +149,11 @@ class Pen:
 
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
-    """Return a line's style: green solid forces, red dashed blocks, gray depends, dotted is heritable."""
+    """Return a line's style: solid green forces, dashed red blocks, gray varies, dotted is heritable."""
     style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
     return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
 
 
 def minus(text: str) -> str:
-    """Return a number or a formula with true minus signs."""
+    """Replace the hyphens in a number or formula with minus signs."""
     return text.replace("-", "−")

@@ -1,4 +1,4 @@
-"""A self-contained HTML page: the frame, tables and embedded figures that reports share."""
+"""Self-contained HTML pages: the frame, tables and embedded figures that reports share."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -10,17 +10,17 @@ from ecs_eco.analysis.style import Figure, save_svg
 from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
 
-_WORDS = re.compile(r"[^\W\d_]{3}")  # the beginning of a text cell, unlike "nan" … in a column of numbers
+_WORDS = re.compile(r"[^\W\d_]{3}")  # how a text cell begins
 
 
 def page(title: str, *blocks: str) -> str:
-    """Return the whole page; blocks are HTML, the title is plain text."""
+    """Return a whole page; blocks are HTML, and the title is plain text."""
     frame = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
     return frame.substitute(title=legible(escape(title)), body=legible("\n".join(blocks)))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table; cells that are `Markup` are HTML, all others plain text."""
+    """Return a table; cells that are `Markup` are HTML, and all others are plain text."""
     held = [list(row) for row in rows]
     mark = [
         " class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""
@@ -43,8 +43,8 @@ def _cell(x: object) -> str:
 
 
 def picture(svg: Path, caption: str) -> str:
-    """Return a figure with the SVG of `style.save_svg` embedded, so that the page needs no other file. A
-    figure wider than the screen scrolls."""
+    """Return a figure with an embedded SVG from `style.save_svg`, so that the page needs no other file.
+    Figures wider than the screen scroll."""
     drawn = embedded(svg.read_text(encoding="utf-8"), caption)
     return (
         f'<figure><div class="wide" tabindex="0">{drawn}</div>'
@@ -53,30 +53,30 @@ def picture(svg: Path, caption: str) -> str:
 
 
 def drawn(figure: Figure, file: Path, caption: str) -> str:
-    """Return a figure, and also write it to a file."""
+    """Write a figure to a file and return it as HTML."""
     return picture(save_svg(figure, file), caption)
 
 
 def bullets(lines: Iterable[str]) -> str:
-    """Return a list of plain texts."""
+    """Return a bulleted list of plain texts."""
     return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
 
 
 def verdict(lines: Iterable[str], lost: bool) -> str:
-    """Return the opening sentences of a page; `lost` if a species died out."""
+    """Return the opening sentences of a page; `lost` is true if a species died out."""
     text = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<div class='verdict{' lost' if lost else ''}'>{text}</div>"
 
 
 def interval(x: Sequence[float | None] | None) -> str:
-    """Return an estimate with the ends of its interval; an en dash if it is missing."""
+    """Return an estimate with its interval, or an en dash if it is missing."""
     if x is None or x[0] is None:
         return "–"
     return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
 
 
 def number(x: float | None, digits: int = 3) -> str:
-    """Return a number for display: significant digits, thousands separators, an en dash if it is missing."""
+    """Format a number with significant digits and thousands separators; an en dash stands for a missing one."""
     if x is None or x != x:
         return "–"
     if x in (float("inf"), float("-inf")):
@@ -89,6 +89,6 @@ def number(x: float | None, digits: int = 3) -> str:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file completely or not at all; create its folders."""
+    """Write a file, completely or not at all, and create its folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return files.write(path, text)

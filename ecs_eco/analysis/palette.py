@@ -1,6 +1,6 @@
-"""Colors of kinds, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in pictures and in
-reports: Okabe and Ito's (2008), each shifted as little as necessary for a contrast of 3:1 with the background
-and a distance of 20 in CIELAB, also for people with deuteranopia (Machado et al. 2009);
+"""Colors of species and object types, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in
+pictures and in reports: the palette of Okabe and Ito (2008), shifted as little as necessary for a contrast of
+3:1 with the background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009);
 `tests/analysis/test_palette.py` checks both."""
 
 import math
@@ -15,10 +15,10 @@ SAFE = (
     ("#888e3b", "#fffa5f", 58),
     ("#005396", "#0072b2", 225),
 )
-"""Colors on a light and on a dark background, and the hue [degrees] that each represents."""
+"""Colors on a light and on a dark background, and the hue [degrees] that they represent."""
 GREY = "#7f888d"
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
-"""Colors on a light background: important texts, less important ones, axes, a band behind curves, the grid."""
+"""Colors on a light background: primary text, secondary text, axes, a band behind curves, the grid."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
 CLEAR = {
     "red": ("#d7191c", "#f0605a"),
@@ -28,15 +28,15 @@ CLEAR = {
     "white": ("#8a9197", "#dfe3e6"),
     "orange": ("#c8660a", "#f28c28"),
 }
-"""Colors of genes that are named after a color, on a light and on a dark background."""
+"""Colors of genes named after a color, on a light and on a dark background."""
 ON_CELL = "#fefefe", "#010101"
-"""Texts on a dark and on a light cell: the same in both themes."""
+"""Colors of text on a dark and on a light cell, the same in both themes."""
 
 
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return for each species, then each object type, the safe color nearest to its hue; grays stay gray."""
+    """Return the safe color nearest to the hue of each species, then of each object type; grays stay gray."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(rgb(colour)) - min(rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]
@@ -55,7 +55,7 @@ def safe(
 
 
 def _on_dark() -> dict[str, str]:
-    """Return, for each color of figures on a light background, its color on a dark background."""
+    """Return the dark-background color of each light-background color in figures."""
     pairs = {light: dark for light, dark, _ in SAFE}
     pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
     pairs |= {NIGHT: "#3a4350", SUN: "#f0cf57", "#d8ccb4": "#857a60", **dict(CLEAR.values())}
@@ -66,12 +66,12 @@ def _on_dark() -> dict[str, str]:
 
 
 def rgb(colour: str) -> list[int]:
-    """Return the components of #rrggbb, 0 to 255."""
+    """Return the components of #rrggbb, from 0 to 255."""
     return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 
 def _paler(colour: str, dark: bool) -> str:
-    """Return a color for the eighth and later kinds: between the original color and the ink of the theme."""
+    """Return a color for the eighth and later species or types, mixed with the theme's ink."""
     parts = [math.floor(0.6 * part + (102 if dark else 0) + 0.5) for part in rgb(colour)]
     return "#" + "".join(f"{part:02x}" for part in parts)
 
@@ -109,5 +109,5 @@ TIME_ON_DARK = (
     "#d8e219",
     "#fde725",
 )
-"""Early to late, for curves: the part of viridis that is visible on a light background, and on a dark one."""
+"""Colors of curves from early to late: the parts of viridis visible on light and on dark backgrounds."""
 ON_DARK: Mapping[str, str] = _on_dark()

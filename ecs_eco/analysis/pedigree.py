@@ -1,4 +1,4 @@
-"""A pedigree: the descent of all organisms as arrays, with queries."""
+"""A pedigree: the descent of all organisms as arrays that can be queried."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
@@ -14,21 +14,20 @@ ALIVE = -1
 
 
 def among(parents: np.ndarray, uids: np.ndarray) -> np.ndarray:
-    """Return the parents, with 0 for each that is not one of the uids."""
+    """Return the parents, with 0 for each parent that is not among the uids."""
     return np.where(np.isin(parents, uids), parents, parents.dtype.type(0))
 
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run, one array entry each, in the order of their uids; for several islands, in the
-    order of births.
+    """All organisms of a run, one array entry each, sorted by uid or, for several islands, by birth.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
     `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` the manifest's data on genes.
-    `recorded` has the fields of the world's key `record`, f64 by column, "birth: Strain.virulence" and
-    "death: Strain.virulence", NaN if missing. Raises ValueError for a duplicate organism, and for a parent
-    that is unknown or not older than its child.
+    `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
+    Strain.virulence" and "death: Strain.virulence", NaN if missing. Raises ValueError if an organism is
+    duplicated, or a parent is unknown or not older than its child.
     """
 
     uid: np.ndarray
@@ -49,13 +48,13 @@ class Pedigree:
         uid = np.sort(self.uid) if several else self.uid
         behind = np.flatnonzero(np.diff(uid.astype(np.int64)) <= 0)
         if behind.size:
-            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is duplicate or out of order")
+            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is a duplicate or out of order")
         for parent, place in ((self.parent, self.mother), (self.parent2, self.father)):
             same = island_of(parent) == island_of(self.uid)
             late = np.flatnonzero((place >= np.arange(len(self))) | (same & (parent >= self.uid)))
             if late.size:
                 fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
-                raise ValueError(f"lineage: {fault}; expected 0 or the uid of an earlier organism: no loops")
+                raise ValueError(f"lineage: {fault}; expected 0 or the uid of an earlier organism")
             unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
             if unknown.size:
                 fault = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
@@ -81,7 +80,7 @@ class Pedigree:
         Raises
         ------
         KeyError
-            For an unknown species.
+            If the species is unknown.
         """
         known = list(dict.fromkeys(self.species.tolist()))
         if name not in known:
@@ -89,7 +88,7 @@ class Pedigree:
         return self._chosen(self.species == name)
 
     def living(self) -> Self:
-        """Return the pedigree of the living and their ancestors only.
+        """Return the pedigree of living organisms and their ancestors.
 
         Returns
         -------
@@ -120,7 +119,7 @@ class Pedigree:
         return np.argsort(self.uid, kind="stable")
 
     def _places(self, uids: np.ndarray) -> np.ndarray:
-        """Return the indices of organisms in the arrays, −1 for 0 and for missing ones: i64."""
+        """Return the indices of organisms in the arrays, −1 for uid 0 and for missing organisms: i64."""
         if not len(self):
             return np.full(len(uids), -1)
         known = self.uid[self._by_uid]
@@ -146,7 +145,7 @@ class Pedigree:
         Raises
         ------
         KeyError
-            If it is not in the pedigree.
+            If the organism is not in the pedigree.
         """
         at = int(self._places(np.array([max(uid, 0)], np.uint64))[0])
         if at < 0:
@@ -154,7 +153,7 @@ class Pedigree:
         return at
 
     def alive(self, tick: int) -> np.ndarray:
-        """Return which organisms live at the end of a tick.
+        """Return which organisms are alive at the end of a tick.
 
         Parameters
         ----------
@@ -169,18 +168,18 @@ class Pedigree:
     # --- queries
 
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
-        """Return the uids of parents, grandparents and so on, through both parents.
+        """Return the uids of an organism's parents, grandparents and so on, through both parents.
 
         Parameters
         ----------
         uid : int
         generations : int, optional
-            How far to go back; default: to the founders.
+            Number of generations to go back; default: to the founders.
 
         Returns
         -------
         array of uint64
-            Ascending.
+            Sorted uids.
         """
         before: set[int] = set()
         front, left = {self.place(uid)}, len(self) if generations is None else generations
@@ -192,7 +191,7 @@ class Pedigree:
         return self.uid[sorted(before)]
 
     def descendants(self, uid: int) -> np.ndarray:
-        """Return the uids of children, grandchildren and so on, through both parents.
+        """Return the uids of an organism's children, grandchildren and so on, through both parents.
 
         Parameters
         ----------
@@ -201,7 +200,7 @@ class Pedigree:
         Returns
         -------
         array of uint64
-            Ascending.
+            Sorted uids.
         """
         first = self.place(uid)
         below = [False] * len(self)
@@ -214,7 +213,8 @@ class Pedigree:
         return self.uid[np.array(below, bool)]
 
     def generation(self) -> np.ndarray:
-        """Return the generation of each organism: 0 for founders, else the mean of its parents' plus 1.
+        """Return the generation of each organism: 0 for founders, otherwise 1 plus the mean of its parents'
+        generations.
 
         Returns
         -------
@@ -229,7 +229,7 @@ class Pedigree:
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
-        """Mark the ancestors of the marked organisms, too; only along first parents if `fathers` is false."""
+        """Add the ancestors of the organisms in `mask`, only along first parents if `fathers` is false."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):
@@ -241,22 +241,21 @@ class Pedigree:
         return np.array(marked, bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
-        """Return the founders that live at a tick or have descendants that do.
+        """Return the founders that are alive at a tick or have living descendants then.
 
         Parameters
         ----------
         tick : int, optional
-            Default: the last tick.
+            Tick; default: the last.
 
         Returns
         -------
         array of uint64
-            uids.
         """
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """Return the youngest organism from which all given ones descend along first parents.
+        """Return the youngest organism from which all `uids` descend along first parents.
 
         Parameters
         ----------
@@ -265,11 +264,11 @@ class Pedigree:
         Returns
         -------
         int
-            Its uid, which may be one of those given; 0 if there is none.
+            Its uid, which may itself be in `uids`; 0 if there is no such organism.
         """
         lines = {self.place(uid) for uid in uids}
         if not lines:
-            raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")
+            raise ValueError("lineage: no uids to find a common ancestor of; pass at least one")
         while len(lines) > 1:
             lines.add(int(self.mother[youngest := max(lines)]))
             lines.remove(youngest)
@@ -286,8 +285,8 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the sum of weights (default: 1) over masked organisms that live at the end of each of these
-        ascending ticks: [ticks]."""
+        """Return the sum of weights (default: 1) over the organisms in `mask` that are alive at the end of
+        each of these ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):

@@ -1,4 +1,4 @@
-"""The ground as colors: hills shaded by the sun, water, rock, and the colors of land-cover classes."""
+"""The colors of the ground: hills shaded by the sun, water, rock, and land-cover classes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,16 +11,16 @@ from ecs_eco.analysis.style import Axes
 from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
-OF_CLASS = ("color", None), ("ground", "open")  # keys of a class of land cover, and their defaults
-GROUNDS = ["open", "water", "rock"]  # of a class, by the number of the ground
-SUN = 315.0, 45.0  # direction of light on maps: from the upper left, halfway up [degrees]
-STEEP = 0.5  # heights are scaled so that the 98th percentile of slopes is drawn as this
+OF_CLASS = ("color", None), ("ground", "open")  # keys of a land-cover class, and their defaults
+GROUNDS = ["open", "water", "rock"]  # ground of a class, by number
+SUN = 315.0, 45.0  # azimuth and height of the light on maps [degrees]: upper left, halfway up
+STEEP = 0.5  # slope that the 98th percentile of slopes is scaled to
 
 
 class Relief(NamedTuple):
-    """The ground of a world, with the first row in the south: heights f32[ny, nx] [m], ground u8[ny, nx] (1
-    water, 2 rock), the side of a cell [m]; for land cover, the class u8[ny, nx] of each cell, and the color
-    and ground of each class; and streams, bool[ny, nx]."""
+    """The ground of a world, with the southernmost row first: heights f32[ny, nx] [m], ground u8[ny, nx] (1
+    water, 2 rock), and the side of a cell [m]; for land cover, the class u8[ny, nx] of each cell, and the
+    color and ground of each class; streams, bool[ny, nx]."""
 
     height: np.ndarray
     ground: np.ndarray
@@ -33,14 +33,14 @@ class Relief(NamedTuple):
 
     @classmethod
     def of(cls, terrain: Any) -> Self:
-        """Return the ground of a living world."""
+        """Return the ground of a live world."""
         land = terrain.land
         more = () if land is None else (land.kinds, land.colors, land.wet, land.grounds)
         return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
 
     @classmethod
     def kept(cls, run: Path, config: Mapping[str, Any]) -> Self | None:
-        """Return the ground stored in a run's folder; None if it is flat and open, or was not stored."""
+        """Return the ground stored in a run folder; None if it is flat and open, or was not stored."""
         terrain, space = config.get("terrain"), config["space"]
         try:
             with np.load(run / "terrain.npz", allow_pickle=False) as file:
@@ -63,7 +63,7 @@ class Relief(NamedTuple):
         slope = np.hypot(*np.gradient(high, self.side))
         steep = float(np.percentile(slope, 98))
         times = STEEP / steep if steep > 0 else 1.0
-        # matplotlib stretches contrast to 0 … 1, but not at these illuminations
+        # unlike matplotlib's hillshade, this does not stretch the contrast to 0 … 1
         normal = LightSource(*SUN)
         dy, dx = np.gradient(times * high, -self.side, self.side)
         length = np.sqrt(1 + dx * dx + dy * dy)
@@ -72,8 +72,8 @@ class Relief(NamedTuple):
         return out
 
     def colours(self) -> np.ndarray:
-        """Return the ground as colors f64[ny, nx, 3], 0 to 1. Water and rock have their own colors, unless
-        they come from a class with a color."""
+        """Return the color of each cell, f64[ny, nx, 3], from 0 to 1. Water and rock have fixed colors,
+        unless they come from a class with a color."""
         high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
         colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
         own = np.zeros(self.ground.shape, np.bool_)
@@ -91,6 +91,6 @@ class Relief(NamedTuple):
 
 
 def draw_relief(ax: Axes, relief: Relief, size: Sequence[float]) -> Any:
-    """Draw the ground below everything else on axes in meters; return the artist."""
+    """Draw the ground below everything else, on axes in meters; return the artist."""
     where: Any = {"extent": (0, size[0], 0, size[1]), "origin": "lower", "aspect": ax.get_aspect()}
     return ax.imshow(relief.colours(), zorder=0.4, interpolation="nearest", **where)

@@ -1,4 +1,4 @@
-"""Daily rhythms: a cosine of a known period, and its test against days that begin at random hours."""
+"""Daily rhythms: fits of a cosine with a known period, and a test against days that begin at random hours."""
 
 from dataclasses import dataclass
 
@@ -11,25 +11,25 @@ class Cosinor:
     − acrophase)."""
 
     mesor: float
-    amplitude: float  # half of the difference between highest and lowest value
+    amplitude: float  # half the difference between the highest and the lowest value
     acrophase: float  # [rad] in [0, 2π): 2π × time of the highest value / period
 
     @property
     def vector(self) -> np.ndarray:
-        """The coefficients of cosine and sine, f64[2]. Vectors of several runs can be averaged, acrophases
+        """The coefficients of cosine and sine, f64[2]. Vectors from several runs can be averaged; acrophases
         cannot."""
         return self.amplitude * np.array([np.cos(self.acrophase), np.sin(self.acrophase)])
 
 
 def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
-    """Fit a cosine of a known period by least squares.
+    """Fit a cosine with a known period by least squares.
 
     Parameters
     ----------
     times : array of float, shape (n,)
     values : array of float, shape (n,)
     period : float
-        In the unit of the times.
+        Period in the unit of the times.
 
     Returns
     -------
@@ -52,11 +52,11 @@ def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
 
 
 def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
-    """Return the probability that days f64[days, hours], each begun at a random hour, give a mean day with an
-    amplitude at least as large.
+    """Return the probability that the mean of days f64[days, hours] has at least the observed amplitude if
+    each day begins at a random hour.
 
-    Whole days are shifted circularly, which keeps the correlations within a day. A straight line through all
-    days is subtracted first, because a drift produces the same sawtooth in every day.
+    Whole days are shifted circularly, which preserves the correlations within a day. A straight line through
+    all days is subtracted first, because a trend produces the same sawtooth every day.
     """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
     time = np.arange(many * hours)

@@ -1,4 +1,4 @@
-"""Reading the per-tick series of a run, as arrays of shape (ticks, species)."""
+"""Reading a run's per-tick series as arrays of shape (ticks, species)."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,16 +20,16 @@ DIED = "died: "
 
 @dataclass(frozen=True)
 class Series:
-    """The series of one run, a value per tick and species.
+    """The series of one run, with a value per tick and species.
 
     Attributes
     ----------
     ticks : array of int64, shape (ticks,)
     species : tuple of str
     columns : dict of str to array of float64, shape (ticks, species)
-        "n", "births", "deaths", "energy" and more; "died: CAUSE" counts the deaths of a cause.
+        "n", "births", "deaths", "energy" and more; "died: CAUSE" counts the deaths from a cause.
     manifest : dict
-        Of the run folder; empty for a table.
+        Manifest of the run folder; empty for a table.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class Series:
 
     @property
     def length(self) -> int:
-        """Ticks from the beginning of the first to the end of the last."""
+        """Number of ticks, from the beginning of the first to the end of the last."""
         return int(self.ticks[-1] - self.ticks[0]) + 1 if len(self.ticks) else 0
 
     @property
@@ -70,7 +70,7 @@ class Series:
         return float(self.manifest.get("dt", 1.0))
 
     def index(self, species: str) -> int:
-        """Return the column of a species.
+        """Return the column index of a species.
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class Series:
         Raises
         ------
         KeyError
-            For an unknown species.
+            If the species is unknown.
         """
         if species not in self.species:
             near = get_close_matches(species, self.species, 1)
@@ -108,7 +108,7 @@ class Series:
         Raises
         ------
         KeyError
-            For an unknown species or column.
+            If the species or column is unknown.
 
         Examples
         --------
@@ -120,7 +120,7 @@ class Series:
 
     @cached_property
     def extinct(self) -> np.ndarray:
-        """Tick of each species' extinction, NaN if it lives at the end, (species,)."""
+        """Tick of each species' extinction, NaN if it is alive at the end, (species,)."""
         when = np.full(len(self.species), np.nan)
         for j, n in enumerate(self.n.T):
             if len(n) and n[-1] == 0:
@@ -130,40 +130,40 @@ class Series:
 
     @property
     def present(self) -> np.ndarray:
-        """True for each species that ever had a member, even one that died in the first tick, (species,) bool."""
+        """True for each species that ever had a member, even if it died in the first tick, (species,) bool."""
         died = self.columns.get("deaths", np.zeros_like(self.n))
         return np.asarray(((self.n > 0) | (died > 0)).any(axis=0))
 
     @property
     def there(self) -> list[str]:
-        """The species that are `present`."""
+        """Names of the species that are `present`."""
         return [s for s, here in zip(self.species, self.present, strict=True) if here]
 
     @property
     def persisted(self) -> bool:
-        """True if every species that was ever present lives at the end."""
+        """True if every species that was ever present is alive at the end."""
         return bool(np.isnan(self.extinct[self.present]).all())
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """Return the manifest of a run folder. The FileNotFoundError explains what a run folder is, the
-    RecordingError what is wrong with this one."""
+    """Return the manifest of a run folder. Raises a FileNotFoundError that explains what a run folder is, or
+    a RecordingError that explains what is wrong with this one."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
-    """Return the Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
+    """Return a run folder's Parquet files of one kind (series, births, deaths, snapshots), in order.
 
-    Raises RecordingError if there are fewer than the manifest lists, ForeignFile if one belongs to another
-    run.
+    Raises RecordingError if there are fewer files than the manifest lists, ForeignFile if a file belongs to
+    another run.
     """
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
 def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-    """Yield the parts of one kind, with these columns or all, with strings instead of dictionaries, which
-    differ between parts. Raises like `parts`, and RecordingError for a damaged part."""
+    """Yield the tables of one kind, with these columns or all; strings replace dictionaries, which differ
+    between files. Raises errors like `parts`, and RecordingError if a file is damaged."""
     sealed = seal.has_seals(Path(run))
     for file in parts(run, kind):
         table = read_part(file, columns, sealed)
@@ -181,9 +181,9 @@ def load_series(
     Parameters
     ----------
     run : str, Path, pyarrow.Table, SeriesTable, Mapping or Series
-        A run folder, a table such as `World.series` returns, or numbers by species.
+        A run folder, a table as returned by `World.series`, or numbers by species.
     species : sequence of str, optional
-        Species to choose, in this order, producers first; default: all.
+        Species to select, in this order, producers first; default: all.
 
     Returns
     -------
@@ -204,7 +204,7 @@ def load_series(
     >>> load_series(world.series(), ["deer", "wolf"]).n.shape
     (3, 2)
     """
-    run = getattr(run, "arrow", run)  # what world.series() returns holds one
+    run = getattr(run, "arrow", run)  # the table that world.series() returns wraps an Arrow table
     if isinstance(run, Series):
         series = run
     elif isinstance(run, Mapping):
@@ -216,7 +216,7 @@ def load_series(
         manifest, held = read_manifest(run), list(tables(run, "series"))
         if not held:
             raise FileNotFoundError(f"{run} contains no series: expected series/part-00000.parquet")
-        # parts before a cause's first death lack its column
+        # files written before a cause's first death lack its column
         series = _pivot(pa.concat_tables(held, promote_options="default"), manifest)
     if species is None or tuple(species) == series.species:
         return series

@@ -1,7 +1,8 @@
-"""Training seed × world seed: how much of an outcome depends on each, and how certain estimates over both
-are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing; y = mean + training seed
-+ world seed + rest, two crossed random effects, and the rest includes their interaction. A yes-or-no outcome
-counts as 0 or 1: the shares refer to that variance, which is smaller for rare outcomes."""
+"""Training seed × world seed: how much of an outcome's variance each explains, and how certain estimates over
+both are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing. The model is y =
+mean + training seed + world seed + rest, with two crossed random effects; the rest includes their
+interaction. A yes-or-no outcome counts as 0 or 1, and shares refer to that variance, which is smaller for
+rare outcomes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,20 +32,20 @@ EFFECTS = ("training seed", "world seed", "rest")
 class VarianceShares:
     """Variance components of a table and their shares, each in the order of EFFECTS."""
 
-    n: int  # cells with an outcome
+    n: int  # number of cells with an outcome
     mean: float
-    variance: tuple[float, float, float]  # as estimated; a negative value means no detectable effect
+    variance: tuple[float, float, float]  # unbiased estimates; a negative value means no detectable effect
     share: tuple[Interval, Interval, Interval]  # negative components count as 0; NaN if nothing varies
 
 
 def components(table: np.ndarray) -> np.ndarray:
-    """Return the variances by training seed, world seed and rest of tables (…, training, world), by the
-    method of moments: (3, …).
+    """Return the variance components of tables (…, training, world) by the method of moments: training seed,
+    world seed and rest, (3, …).
 
-    Sums of squares within rows, within columns and in total are set equal to their expectations (Henderson's
-    method I in the form of Gao and Owen 2017); for a table without gaps these are the estimates of the
-    two-way analysis of variance. The estimates are unbiased, so a component near 0 is sometimes negative. NaN
-    if a table has fewer than two rows or columns.
+    The sums of squares within rows, within columns and in total are equated to their expectations
+    (Henderson's method I in the form of Gao and Owen 2017); for a table without gaps, this gives the
+    estimates of a two-way analysis of variance. The estimates are unbiased, so a component near 0 is
+    sometimes negative; they are NaN if a table has fewer than two rows or columns.
     """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
@@ -53,7 +54,7 @@ def components(table: np.ndarray) -> np.ndarray:
     v = np.where(here, y, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = v.sum((-2, -1)) / n
-        # sums of squares of small numbers keep their digits
+        # centering keeps the sums of squares accurate
         v = np.where(here, y - mean[..., None, None], 0.0)
         squares = (v**2).sum((-2, -1))
         within_rows = squares - (v.sum(-1) ** 2 / np.maximum(row, 1)).sum(-1)
@@ -66,8 +67,8 @@ def components(table: np.ndarray) -> np.ndarray:
 
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
-    """Return tables of the two-way bootstrap: rows and columns drawn independently, with replacement,
-    (n_boot, rows, columns).
+    """Return resampled tables whose rows and columns are drawn independently with replacement, (n_boot, rows,
+    columns).
 
     This is the pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000);
     this one slightly overestimates the variance.
@@ -81,33 +82,33 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
 def variance_shares(
     table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0
 ) -> VarianceShares:
-    """Return the shares of the variance that training seeds, world seeds and the rest have.
+    """Return the shares of the variance due to training seeds, world seeds and the rest.
 
     Parameters
     ----------
     table : array of float, shape (training seeds, world seeds)
-        One outcome per run.
+        The outcome of each run.
     n_boot : int, default 999
-        Samples of the bootstrap.
+        Number of bootstrap samples.
     level : float, default 0.95
     seed : int, default 0
-        Fixes the bootstrap.
+        Seed of the bootstrap.
 
     Returns
     -------
     VarianceShares
-        With percentile intervals of the pigeonhole bootstrap.
+        The shares, with percentile intervals from the pigeonhole bootstrap.
 
     Raises
     ------
     ValueError
-        For a table with fewer than 2 training seeds or world seeds.
+        If the table has fewer than 2 training seeds or world seeds.
 
     Notes
     -----
-    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
-    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100%; they are
-    wide, because six seeds contain little information about a variance.
+    Rows and columns that are drawn twice shift variance from the rest to the seeds; the bootstrapped
+    components are corrected for this. On simulated designs of 6 × 5 seeds, the intervals cover 96 to 100%;
+    they are wide, because six seeds contain little information about a variance.
 
     Examples
     --------
@@ -135,8 +136,8 @@ def variance_shares(
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Return components of tables drawn by the pigeonhole bootstrap, corrected so that their means equal the
-    table's own components."""
+    """Return the components of tables from the pigeonhole bootstrap, corrected so that their means equal the
+    components of the original table."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
     training = drawn[0] * rows / (rows - 1) - rest / columns
     return np.stack([training, drawn[1] * columns / (columns - 1) - rest / rows, rest])
@@ -150,11 +151,11 @@ def _shares(variance: np.ndarray) -> np.ndarray:
 
 
 def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
-    """Return the standard error of the mean over a table without gaps, and its degrees of freedom.
+    """Return the standard error of the mean of a table without gaps, and its degrees of freedom.
 
-    With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
-    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A +
-    B. In a table of one row or column only the other factor counts.
+    With mean squares A for training seeds, B for world seeds and E for the rest, the variance of the mean is
+    (A + B − E) / n, but never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B.
+    In a table with a single row or column, only the other factor counts.
     """
     y = np.asarray(table, float)
     rows, columns = y.shape
@@ -169,8 +170,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
 
 
 def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Return the mean over a table without gaps, with Student's t on `spread_of_mean`; covers 90 to 99% on
-    simulated designs of 6 × 5."""
+    """Return the mean of a table without gaps, with an interval from Student's t and `spread_of_mean` that
+    covers 90 to 99% on simulated designs of 6 × 5 seeds."""
     from scipy.special import stdtrit
 
     y = np.asarray(table, float)
@@ -182,7 +183,8 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Return the same for a table with gaps, over means of training seeds, or world seeds of a single one."""
+    """Return `mean_interval` or, for a table with gaps, the interval over means of training seeds (or world
+    seeds, if there is one training seed)."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -191,8 +193,8 @@ def mean_of_seeds(values: np.ndarray) -> Interval | None:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Return the number of independent runs that are as informative about a share as this table of 0 and 1
-    (Korn and Graubard 1998).
+    """Return the number of independent runs that would be as informative about a share as this table of zeros
+    and ones (Korn and Graubard 1998).
 
     The variance of the share uses training seeds and world seeds as replicates; few degrees of freedom reduce
     the number by (z / t)². If all cells agree, there is no variance to estimate, and the number of training
@@ -210,7 +212,7 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Return the share of ones in a table of 0 and 1, with an interval that accounts for shared seeds.
+    """Return the share of ones in a table of zeros and ones, with an interval that accounts for shared seeds.
 
     Parameters
     ----------
@@ -220,12 +222,12 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     Returns
     -------
     Interval
-        Wilson's, on the effective number of runs (Korn and Graubard 1998).
+        The share, with Wilson's interval for the effective number of runs (Korn and Graubard 1998).
 
     Notes
     -----
-    On simulated designs of 6 × 5 it covers 96 to 99%, whichever seed matters; Wilson's interval on all 30 runs,
-    as if they were independent, as little as 66%.
+    On simulated designs of 6 × 5 seeds, the interval covers 96 to 99%, whichever seed matters; Wilson's
+    interval for 30 supposedly independent runs covers as little as 66%.
 
     Examples
     --------
@@ -240,9 +242,9 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) -> Interval:
-    """Return share 1 − share 2 of two tables of 0 and 1, with Newcombe's interval from both `share_interval`.
-
-    It never reaches beyond −1 or 1 (Newcombe 1998, method 10), which Student's t over seeds does.
+    """Return the difference between the shares of ones in two tables, with Newcombe's interval from both
+    `share_interval` results. Unlike Student's t over seeds, it never reaches beyond −1 or 1 (Newcombe 1998,
+    method 10).
     """
     return difference_of_intervals(share_interval(one, level), share_interval(other, level))
 
@@ -252,7 +254,7 @@ def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) ->
 
 @dataclass(frozen=True)
 class Grid:
-    """Runs arranged by seeds: `runs[i][j]` has the seeds `training[i]` and `worlds[j]`."""
+    """Runs arranged by seed: `runs[i][j]` has the seeds `training[i]` and `worlds[j]`."""
 
     training: tuple[int, ...]
     worlds: tuple[int, ...]
@@ -260,7 +262,7 @@ class Grid:
 
     @classmethod
     def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Self:
-        """Arrange runs by their seeds.
+        """Arrange runs by seed.
 
         Parameters
         ----------
@@ -277,7 +279,7 @@ class Grid:
         Raises
         ------
         ValueError
-            If a combination of seeds has no run, or two.
+            If a combination of seeds has no run or more than one.
         """
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):
@@ -292,21 +294,21 @@ class Grid:
 
     @property
     def length(self) -> float:
-        """Ticks of the longest run."""
+        """Length of the longest run [ticks]."""
         return float(max(run.length for row in self.runs for run in row))
 
     def lifetimes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ticks to the first extinction of every run, or its length, and whether it had one."""
+        """Return the ticks to each run's first extinction, or the run's length, and whether there was one."""
         died = self.table(lambda run: lifetime(run)[1])
         return self.table(lambda run: lifetime(run)[0]), died.astype(bool)
 
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
-        """Return a value of every run.
+        """Return a value for each run.
 
         Parameters
         ----------
         value : callable
-            `value(series)` returns a number.
+            Function that returns a number for a `Series`.
 
         Returns
         -------
@@ -316,11 +318,11 @@ class Grid:
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Return tables of outcomes: persisted, log of the time to the first extinction, period, mean log numbers
-    of each species.
+    """Return tables of outcomes: whether all species persisted, log time to the first extinction, log period,
+    and mean log number of each species.
 
-    `cycles` has the statistics of a run by its `id`. Times are censored at the end of the run. Numbers are
-    taken after the first tenth of the run and before the first extinction.
+    `cycles` contains the statistics of each run, by `id(run)`. Times are censored at the end of the run.
+    Numbers are averaged after the first tenth of the run and before the first extinction.
     """
     names = grid.runs[0][0].species
     tables = {
@@ -346,8 +348,7 @@ def _mean_log(run: Series, species: str) -> float:
 def survival_band(
     grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
-    lower and upper ends."""
+    """Return a pigeonhole-bootstrap band for the Kaplan–Meier curve of first extinctions: times, low, high."""
     lived, died = grid.lifetimes()
     time = kaplan_meier(lived.ravel(), died.ravel()).time
     cells = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int)
@@ -362,8 +363,7 @@ def survival_band(
 def crossed(
     grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0
 ) -> dict[str, Any]:
-    """Return a summary of a grid: the share that persisted, also by training seed, and the variance shares of
-    every outcome."""
+    """Summarize a grid: the share that persisted, in total and by training seed, and all variance shares."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}
@@ -394,8 +394,8 @@ def crossed(
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Draw the fraction of runs in which all species are alive (Kaplan–Meier). Thick: all runs, with a band.
-    Thin: each training seed."""
+    """Draw the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
+    all runs, a thin line for each training seed."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = grid.lifetimes()
     until = grid.length
@@ -404,7 +404,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     ax.fill_between(time, low, high, step="post", color=PALETTE[2], alpha=0.15, lw=0)
     for k, (t, d) in enumerate(zip(lived, died, strict=True)):
         curve = kaplan_meier(t, d)
-        shift = 0.006 * (k - (len(lived) - 1) / 2)  # separates seeds that agree
+        shift = 0.006 * (k - (len(lived) - 1) / 2)  # separates identical curves
         share = np.append(curve.survival, curve.survival[-1]) + shift
         style = {"color": AXIS, "lw": 0.8, "label": "one training seed" if k == 0 else None}
         ax.step(np.append(curve.time, until), share, where="post", **style)
@@ -421,8 +421,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Draw the time to the first extinction by training seed (rows) and world seed (columns); cells without
-    extinction are marked."""
+    """Draw the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived, _ = grid.lifetimes()

@@ -1,5 +1,5 @@
-"""The cycle that short series share: its period, and the phase and amplitude of each. Two periods are enough
-to measure a cycle but not to test it. Compare only series of similar length and sampling rate."""
+"""The cycle that short series share: its period, and the phase and amplitude of each series. Two periods are
+enough to measure a cycle but not to test it. Only compare series of similar length and sampling rate."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,12 @@ from ecs_eco.analysis.spectrum import detrend, thin
 from ecs_eco.config.measurements import FEWEST
 
 FINE = 16
-"""Number of frequencies per Fourier frequency that are tried."""
+"""Number of frequencies tried per Fourier frequency."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """The wave that explains most of the variance of simultaneous series, averaged over them."""
+    """The wave that explains the largest fraction of variance, averaged over simultaneous series."""
 
     period: float  # [samples]
     shares: np.ndarray  # fraction of each series' variance that the wave explains, f64[series]
@@ -23,25 +23,23 @@ class Cycle:
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest positive
-    number.
-    """
+    """Return the detrended log10 of numbers: f64[n]. Zeros count as half the smallest positive number."""
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
-        raise ValueError(f"a series of shape {x.shape}; expected at least {FEWEST} numbers in one row")
+        raise ValueError(f"a series of shape {x.shape}; expected one dimension and at least {FEWEST} numbers")
     if not np.isfinite(x).all() or (x < 0).any():
         at = int(np.flatnonzero(~np.isfinite(x) | (x < 0))[0])
         raise ValueError(f"sample {at} is {x[at]}; expected a number of organisms, 0 or more")
     if not x.any():
-        raise ValueError("all numbers are 0: there is no cycle to measure")
+        raise ValueError("all numbers are 0, so there is no cycle to measure")
     return detrend(np.log10(np.maximum(x, x[x > 0].min() / 2)))
 
 
 def cycle(*series: np.ndarray) -> Cycle:
     """Return the cycle that simultaneous series f[n] share.
 
-    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares with a
-    straight line: the Lomb-Scargle periodogram with a floating trend. ValueError as in `logarithms`.
+    Waves with periods between 3 samples and two thirds of the series are fitted by least squares, together
+    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises errors like `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
@@ -54,7 +52,7 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies [1/sample], and the fraction of the variance of a series f[n] that a wave of each
-    explains. `cycle` uses the highest one."""
+    frequency explains. `cycle` chooses the maximum."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 
@@ -67,8 +65,8 @@ def period_of(*series: np.ndarray) -> float:
 
 
 def _waves(series: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit waves to series f64[n] without a trend; return frequencies [1/sample], the fraction of variance
-    that each explains f64[series, frequency], and the waves, complex[series, frequency]."""
+    """Fit waves to detrended series f64[n]; return frequencies [1/sample], the fraction of the variance that
+    each explains, f64[series, frequency], and the fitted waves, complex[series, frequency]."""
     n = len(series[0])
     f = np.arange(int(np.ceil(1.5 * FINE)), n * FINE // 3 + 1) / (FINE * n)
     t = np.arange(n) - (n - 1) / 2

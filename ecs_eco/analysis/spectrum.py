@@ -1,13 +1,14 @@
-"""A test for cycles in a population series: a spectral peak against red noise.
+"""A test for cycles in a population series, based on spectral peaks above red noise.
 
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
 such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:
 
-- "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null of climate and population records;
-- "relaxation": two rates and a root of the moving average, ARMA(2, 1) with real roots, whose spectrum only
-  falls. It contains AR(1), sums of two AR(1), and a population that integrates a fluctuating birth rate and has
-  births and deaths as additional noise. AR(1) nearly always classifies such smooth series as periodic. Reported
-  p values refer to this null.
+- "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null for climate and population
+  records;
+- "relaxation": two rates and a moving-average root, ARMA(2, 1) with real roots, whose spectrum only falls. It
+  includes AR(1), sums of two AR(1) series, and a population that integrates a fluctuating birth rate with
+  added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
+  Reported p values refer to "relaxation".
 
 A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
 smoothed ones, because smoothing adds rates of relaxation.
@@ -19,23 +20,23 @@ from functools import lru_cache
 import numpy as np
 
 SAMPLES = 512
-"""Longest series tested, in samples: longer series are thinned by block means (`thin`)."""
+"""Maximum number of samples tested; longer series are thinned by block means (`thin`)."""
 SHORTEST = 96
-"""Fewest samples that are tested."""
+"""Minimum number of samples tested."""
 MIN_CYCLES = 4
-"""Fewest periods in the series for a peak to count."""
+"""Minimum number of periods in the series for a peak to count."""
 BAND = 1.6
 """The band around a period ranges from period / BAND to period × BAND."""
 RECURRENCES = 3
-"""Fewest times that a series must contain a period for it to be reported."""
+"""Minimum number of times that a series must contain a period for it to be reported."""
 TAPERS = 2
 GRID = {"ar1": 100, "relaxation": 24}
-"""Values tried for a root, from white noise to a memory of 1,000 samples."""
+"""Number of values tried for each root, from white noise to a memory of 1,000 samples."""
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
-    """Return means over blocks of `factor` ticks, the smallest factor that leaves at most `samples`; the
-    remainder at the start is dropped."""
+    """Return means over blocks of `factor` ticks, and `factor`, the smallest that leaves at most `samples`
+    blocks; the remainder at the start is dropped."""
     x = np.asarray(series, float)
     factor = max(1, -(-x.shape[-1] // samples))
     n = x.shape[-1] // factor
@@ -53,10 +54,10 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Return population numbers on a scale on which fluctuations have similar size.
+    """Return population numbers on a scale that makes fluctuations similar in size.
 
-    "log" is log(n + 1): births and deaths multiply, and cycles span orders of magnitude. "sqrt" equalizes the
-    demographic noise of a population that varies little. "none" changes nothing.
+    "log" is log(n + 1), because births and deaths are multiplicative and cycles span orders of magnitude.
+    "sqrt" equalizes the demographic noise of a population that varies little. "none" changes nothing.
     """
     x = np.asarray(numbers, float)
     if how == "log":
@@ -69,15 +70,15 @@ def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
 
 
 def detrend(x: np.ndarray) -> np.ndarray:
-    """Return the residuals of a straight line, along the last axis."""
+    """Return the residuals from a straight line, along the last axis."""
     t = (np.arange(x.shape[-1]) - (x.shape[-1] - 1) / 2).astype(x.dtype)
     centred = x - x.mean(-1, keepdims=True)
     return centred - (centred @ t)[..., None] / (t @ t) * t
 
 
 def spectrum(x: np.ndarray) -> np.ndarray:
-    """Return the multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995),
-    along the last axis."""
+    """Return the sine-multitaper spectrum (Riedel and Sidorenko 1995) of the detrended series, on the last
+    axis."""
     n = x.shape[-1]
     x = detrend(x)
     total = np.zeros((*x.shape[:-1], n // 2 + 1))
@@ -89,12 +90,12 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 
 class RedNoise:
-    """Red noise per tick, observed as block means over `factor` ticks, fitted to spectra by Whittle
+    """Red noise per tick that is observed as block means over `factor` ticks and fitted to spectra by Whittle
     likelihood (Whittle 1953).
 
-    Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root
-    ** (1 / factor) per tick). The shapes are those of block means, including aliasing: block means of AR(1)
-    are not AR(1), and treating them as AR(1) classifies 37% of them as periodic.
+    The parameters are two relaxation roots r ≥ s and a moving-average root m ≤ r, each per block (root ** (1
+    / factor) per tick). The spectra are those of block means and include aliasing: block means of AR(1) are
+    not AR(1), and treating them as AR(1) classifies 37% of them as periodic.
     """
 
     def __init__(self, n: int, factor: int, null: str):
@@ -108,12 +109,12 @@ class RedNoise:
             pairs = [(r, s) for i, r in enumerate(grid) for s in grid[i:]]
             self.roots = np.array([(r, s, m) for r, s in pairs for m in grid if m <= r])
         self._shape = self.shape(self.roots, n)
-        used = self._shape[:, 2:]  # detrending removed the lowest two frequencies
+        used = self._shape[:, 2:]  # detrending removes the lowest two frequencies
         self._inverse = (1 / used).astype(np.float32)
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Return the spectrum of unit innovations at the Fourier frequencies of n block means, by root."""
+        """Return spectra for unit innovations at the Fourier frequencies of n block means, by row of roots."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -127,22 +128,21 @@ class RedNoise:
         return total
 
     def fit(self, spectra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the roots of the best null of each spectrum, and the ratio of the spectrum to it."""
+        """Return the roots of each spectrum's best null, and the ratio of the spectrum to that null."""
         used = spectra[:, 2:].astype(np.float32)
         scale = used @ self._inverse.T / used.shape[1]
         best = (np.log(scale) + self._log).argmin(1)
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Return series of n samples cut from circular ones four times as long, from the Fourier transform of
-        white noise."""
+        """Turn Fourier transforms of white noise into series of n samples, cut from circular series of 4 n."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 
 
 @lru_cache(maxsize=4)
 def _white(n_boot: int, length: int, seed: int) -> np.ndarray:
-    """Return Fourier transforms of series of white noise, shared by all series tested with one seed."""
+    """Return Fourier transforms of white-noise series, which all tests with the same seed share."""
     return np.fft.rfft(np.random.default_rng(seed).standard_normal((n_boot, length), dtype=np.float32))
 
 
@@ -156,20 +156,20 @@ class Peak:
     """The strongest departure of a spectrum from red noise."""
 
     p: float  # probability of a ratio this high at any frequency under the null
-    period: float  # [samples of the series, i.e. ticks]
+    period: float  # [ticks]
     n_periods: float  # periods in the series
     ratio: float  # spectrum / null at the peak
-    held: float  # effective number of periods: n_periods, or less if only few are large
-    slower: float  # variance of the largest slower swing, divided by that in the band
+    held: float  # effective number of periods: n_periods, or fewer if only some are large
+    slower: float  # variance of the largest slower swing, divided by the variance in the band
     null: str
     frequency: np.ndarray  # [1/tick]
     power: np.ndarray
     expected: np.ndarray  # the fitted null
-    limit: np.ndarray  # a null's ratio exceeds this at one frequency in 20
+    limit: np.ndarray  # at each frequency, 1 in 20 ratios under the null exceeds this
 
     @property
     def recurs(self) -> bool:
-        """True if the period may be reported: the series contains it at least three times, and no slower
+        """True if the period can be reported: the series contains it at least three times, and no slower
         swing is larger.
 
         A boom and its crash, an initial transient that dies away, and bumps on a long swing do not recur,
@@ -188,13 +188,13 @@ def spectral_peak(
     min_cycles: float = MIN_CYCLES,
     seed: int = 0,
 ) -> Peak | None:
-    """Return the strongest spectral peak of a population series and its p against red noise by parametric
-    bootstrap.
+    """Return the strongest spectral peak of a population series, with its p against red noise from a
+    parametric bootstrap; None for short or constant series.
 
-    The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to
+    The statistic is the largest ratio of the spectrum to the fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
-    bootstrap series, so that both share the bias of the fit; correcting it changed no error rates. None for
-    short or constant series.
+    bootstrap series, so that the bias of the fit is the same for both; correcting this bias did not change
+    error rates.
     """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
@@ -224,13 +224,13 @@ def spectral_peak(
 
 
 def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
-    """Return the center of mass [cycles per series] of the spectrum within a factor of 1.4 of the peak."""
+    """Return the center of mass of the spectrum within a factor of 1.4 of the peak [cycles per series]."""
     near = np.arange(max(low, int(best / 1.4)), min(high, int(np.ceil(best * 1.4))) + 1)
     return float((near * power[near]).sum() / power[near].sum())
 
 
 def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
-    """Return `held` and `slower` of a peak at a period [samples of x].
+    """Return `held` and `slower` for a peak at a period [samples of x].
 
     `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
     band: 1 for a steady wave, 1/2 for noise in a narrow band, less for a short burst.
@@ -244,9 +244,9 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
 
 
 def waves(x: np.ndarray, period: float) -> np.ndarray:
-    """Return the detrended analytic signal in the band around `period` [samples], on the last axis."""
+    """Return the detrended analytic signal in the band around `period` [samples], along the last axis."""
     n = x.shape[-1]
-    cycles = np.arange(n) * period / n  # frequency in units of the peak's
+    cycles = np.arange(n) * period / n  # frequency relative to the peak's
     with np.errstate(divide="ignore"):
         octave = np.abs(np.log(cycles)) / np.log(BAND)
     gain = np.where(

@@ -1,4 +1,4 @@
-"""Shared style of all figures: colors, lines, empty axes, and writing to files."""
+"""Shared style of all figures: colors, lines, empty axes, and output to files."""
 
 import re
 import warnings
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     import matplotlib.figure
 
 P = ParamSpec("P")
-Figure: TypeAlias = "matplotlib.figure.Figure"  # matplotlib is loaded only when something is drawn
+Figure: TypeAlias = "matplotlib.figure.Figure"  # matplotlib is imported only for drawing
 Axes: TypeAlias = "matplotlib.axes.Axes"
 
 PALETTE = (*(SAFE[i][0] for i in (0, 1, 6, 2, 4, 3)), INK, SAFE[5][0])
-"""The colors of kinds on a light background, in the order of Okabe and Ito, and the ink of texts."""
-HUE = re.compile("#[0-9a-fA-F]{6}")  # the form that worlds allow; a manifest may contain anything
+"""Colors of species on a light background, in the order of Okabe and Ito, and the color of text."""
+HUE = re.compile("#[0-9a-fA-F]{6}")  # the format that worlds allow; a manifest can contain anything
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -49,22 +49,22 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "path.simplify_threshold": 0.5,
-    "text.parse_math": False,  # a $ in an author's name or cause is a $
+    "text.parse_math": False,  # a $ in a name or cause is not the start of a formula
 }
 
-RASTER = 110  # dots per inch of images: relief, and maps of colors
+RASTER = 110  # dots per inch of images: relief and color maps
 
-_bare = False  # whether matplotlib's settings are its defaults, set by `as_delivered`
+_bare = False  # whether `as_delivered` has set matplotlib's defaults
 
 
 def empty(width: float, height: float, **more: Any) -> Figure:
-    """Return a figure [inches] without axes, which notebooks display."""
+    """Return an empty figure of this size [inches], which notebooks can display."""
     import matplotlib.figure
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = matplotlib.figure.Figure(figsize=(width, height), **more)
     FigureCanvasAgg(figure)
-    figure._repr_png_ = partial(_png, figure)  # matplotlib's own method needs pyplot and its global state
+    figure._repr_png_ = partial(_png, figure)  # matplotlib's method needs pyplot and its global state
     return figure
 
 
@@ -76,7 +76,7 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """Return an empty figure [inches] with rows × columns of axes, which notebooks display."""
+    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display."""
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
@@ -84,7 +84,7 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
 def several(
     n: int, most: int, each: tuple[float, float], edge: tuple[float, float], **more: Any
 ) -> tuple[Figure, np.ndarray]:
-    """Return a figure with n axes of a size [inches] within an edge, at most `most` per row."""
+    """Return a figure with n axes of size `each` [inches] and a margin, with at most `most` per row."""
     columns = min(most, n)
     rows = -(-n // columns)
     figure, axes = panels(rows, columns, each[0] * columns + edge[0], each[1] * rows + edge[1], **more)
@@ -100,7 +100,7 @@ def grid_of_arms(
     edge: float,
     **more: Any,
 ) -> tuple[Figure, np.ndarray]:
-    """Return a figure with axes of a size [inches] for each arm (columns) and each label (rows)."""
+    """Return a figure with axes of size `each` [inches] for each arm (columns) and each label (rows)."""
     wide, high = each[0] * len(runs) + 1, each[1] * len(labels) + edge
     figure, axes = panels(len(labels), len(runs), wide, high, sharex=True, **more)
     for ax, (arm, members) in zip(axes[0], runs.items(), strict=True):
@@ -111,7 +111,7 @@ def grid_of_arms(
 
 
 def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue: str, **more: Any) -> None:
-    """Draw thin curves, one for each run [runs, x], and a thick curve that summarizes them."""
+    """Draw a thin curve for each run [runs, x], and a thick curve that summarizes them."""
     ax.plot(x, np.transpose(many), color=hue, lw=0.6, alpha=0.5)
     ax.plot(x, one, color=hue, **{"lw": 2, **more})
 
@@ -120,9 +120,9 @@ def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
     """Use matplotlib's defaults with our settings; restore the user's settings afterwards.
 
-    A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts
-    set by TeX. A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
-    Within `as_delivered({})` the defaults, which are slow to set, are not set again.
+    A `matplotlibrc` in the working folder, perhaps from a downloaded world, could otherwise make TeX set all
+    text. Characters missing from the font are drawn as boxes, without a warning. Within `as_delivered({})`,
+    the defaults are not set again, because that is slow.
     """
     global _bare
     import matplotlib
@@ -141,7 +141,7 @@ def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw in our style, whatever the user's settings are."""
+    """Draw in our style, regardless of the user's settings."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -161,16 +161,16 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def _power(x: float, _place: float = 0) -> str:
-    """Return a label of a log axis; matplotlib's own would require parsing of all texts."""
+    """Return a tick label for a log axis; matplotlib's labels would require text parsing."""
     power = round(float(np.log10(x)))
     return "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
-    """Write a PNG, completely or not at all."""
+    """Write a figure as PNG, completely or not at all."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    # some texts are only created here
+    # some texts are created only here
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
         _lay_out(figure, dpi)
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
@@ -178,19 +178,19 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
 
 
 def _lay_out(figure: Figure, dpi: int) -> None:
-    """Compute the layout, for which matplotlib would draw the whole figure twice."""
+    """Compute the layout without drawing the whole figure twice, as matplotlib would."""
     if (engine := figure.get_layout_engine()) is not None:
         figure.set_dpi(dpi)
-        axes: list[Any] = figure.axes  # the attribute belongs to matplotlib
+        axes: list[Any] = figure.axes  # Any, because `_autotitlepos` is private to matplotlib
         for ax in filter(_nothing_above, axes):
-            ax._autotitlepos = False  # to place titles, ticks would be created and measured again
+            ax._autotitlepos = False  # otherwise all ticks are created and measured again to place titles
         engine.execute(figure)
         figure.set_layout_engine(None)
 
 
 def _nothing_above(ax: Any) -> bool:
-    """Return whether no element above the axes can move their titles: tick labels, other axes, or a common
-    factor, which matplotlib writes for tiny, large or close numbers."""
+    """Return whether nothing above the axes can move their title: no tick labels, other axes, or the common
+    factor that matplotlib writes for tiny, large or similar numbers."""
     low, high = sorted(ax.get_ylim())
     plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
     alone = (
@@ -203,14 +203,14 @@ def _nothing_above(ax: Any) -> bool:
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
-    """Write an SVG for light and dark pages, completely or not at all; bytes depend only on the figure."""
+    """Write an SVG for light and dark pages, completely or not at all; its bytes depend only on the figure."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     files.write(Path(path), themed(svg_of(figure), Path(path).stem))
     return Path(path)
 
 
 def svg_of(figure: Figure) -> str:
-    """Return the SVG that matplotlib writes, with texts as texts; the same figure gives the same SVG."""
+    """Return matplotlib's SVG, with text kept as text; the same figure always gives the same SVG."""
     drawn, more = StringIO(), {"Date": None, "Creator": None}
     with as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         _lay_out(figure, 72)
@@ -219,14 +219,14 @@ def svg_of(figure: Figure) -> str:
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return a color for each species, as on the viewer's page: the palette color nearest to the world's own,
-    if it is given as #rrggbb."""
+    """Return a color for each species, as on the viewer's page: the palette color nearest to the color that
+    the world sets as #rrggbb, if any."""
     own = safe(own_colors(chosen))
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 
 def own_colors(chosen: object) -> dict[str, str]:
-    """Return the valid colors in a manifest, which may contain anything."""
+    """Return the valid colors in a manifest, which can contain anything."""
     pairs = chosen.items() if isinstance(chosen, Mapping) else ()
     return {s: hue for s, hue in pairs if isinstance(hue, str) and HUE.fullmatch(hue)}
 

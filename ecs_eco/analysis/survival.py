@@ -1,4 +1,4 @@
-"""Survival and persistence: curves, tests and intervals that treat extinction as a result."""
+"""Survival and persistence: curves, tests and intervals that treat extinction as an outcome."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """Kaplan–Meier estimate from time 0; `survival[i]` is valid from `time[i]` to the next time."""
+    """Kaplan–Meier estimate from time 0; `survival[i]` applies from `time[i]` to the next time."""
 
     time: np.ndarray
     at_risk: np.ndarray
@@ -38,17 +38,17 @@ class SurvivalCurve:
 
     @property
     def median(self) -> float:
-        """First time at which at most half survive; NaN if more than half outlived the observation."""
+        """First time at which at most half survive; NaN if more than half survive to the end of observation."""
         below = np.flatnonzero(self.survival <= 0.5 + 1e-12)
         return float(self.time[below[0]]) if len(below) else np.nan
 
     def mean(self, until: float) -> float:
-        """Return the restricted mean time lived: the area under the curve.
+        """Return the restricted mean survival time: the area under the curve up to `until`.
 
         Parameters
         ----------
         until : float
-            End of the area.
+            Time at which the area ends.
 
         Returns
         -------
@@ -64,11 +64,11 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
     Parameters
     ----------
     durations : sequence of float
-        Time until death or until the observation ended.
+        Time until death or the end of observation.
     died : sequence of bool
-        False where the observation ended first (censored).
+        False where observation ended before death (censored).
     level : float, default 0.95
-        Of the interval.
+        Confidence level.
 
     Returns
     -------
@@ -77,7 +77,8 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
     Notes
     -----
     The interval uses Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980). Where it is
-    undefined (survival 1 or 0) it is [1, 1] before the first death, and [0, last upper limit] after the last.
+    undefined (survival is 1 or 0), it is [1, 1] before the first death and [0, last upper limit] after the
+    last.
 
     Examples
     --------
@@ -91,7 +92,7 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
     time = np.unique(np.append(t[d], 0.0))
     survival = estimate.evaluate(time)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # no interval at 0 and 1: filled in below
+        warnings.simplefilter("ignore", RuntimeWarning)  # undefined at 0 and 1: filled in below
         interval = estimate.confidence_interval(level, method="log-log")
     low, high = interval.low.evaluate(time), interval.high.evaluate(time)
     low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
@@ -103,30 +104,30 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
 
 
 def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
-    """Return the Kaplan–Meier estimate as a function of time; raise ValueError for invalid durations."""
+    """Return the Kaplan–Meier estimate as a function of time; raise ValueError if durations are invalid."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         expected = "durations and died must be one-dimensional and equally long"
         raise ValueError(f"{expected}, got shapes {t.shape} and {d.shape}")
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
-    from scipy.stats import ecdf  # takes a second to load
+    from scipy.stats import ecdf  # takes a second to import
 
     return ecdf(_censored(t, d)).sf
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Return the log-rank test of two groups (Mantel 1966).
+    """Return the log-rank test between two groups (Mantel 1966).
 
     Parameters
     ----------
     one, other : tuple of (durations, died)
-        As for `kaplan_meier`.
+        The two groups, as in `kaplan_meier`.
 
     Returns
     -------
     chi2 : float
-        With one degree of freedom.
+        Statistic with one degree of freedom.
     p : float
 
     Examples
@@ -142,7 +143,7 @@ def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[
 
     with np.errstate(invalid="ignore"):
         test = logrank(_censored(*one), _censored(*other))
-    if np.isnan(test.statistic):  # no death while both groups were observed
+    if np.isnan(test.statistic):  # no deaths while both groups were observed
         return 0.0, 1.0
     return float(test.statistic**2), float(test.pvalue)
 
@@ -161,18 +162,18 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
     ----------
     successes : float
     n : float
-        An effective number need not be an integer.
+        Number of trials; an effective number need not be an integer.
     level : float, default 0.95
 
     Returns
     -------
     Interval
-        value, low, high; [0, 1] if n is 0.
+        The share and its interval, which is [0, 1] if n is 0.
 
     Raises
     ------
     ValueError
-        If successes are not between 0 and n.
+        If `successes` is not between 0 and n.
 
     Examples
     --------
@@ -218,8 +219,7 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
 
 
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
-    """Return a − b of two independent estimates from their intervals: squares of the distances to the ends
-    add (Zou and Donner 2008)."""
+    """Return a − b for independent estimates by adding squared distances to the ends (Zou and Donner 2008)."""
     gap, down = a.value - b.value, float(np.hypot(a.value - a.low, b.high - b.value))
     return Interval(gap, gap - down, gap + float(np.hypot(a.high - a.value, b.value - b.low)))
 
@@ -234,12 +234,12 @@ def bootstrap_difference(
     level: float = 0.95,
     seed: int = 0,
 ) -> Interval:
-    """Return statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b,
-    pair by pair.
+    """Return statistic(a) − statistic(b) with a bootstrap interval over seeds or, if `paired`, the statistic
+    of the pairwise differences a − b.
 
-    A percentile interval is too narrow for few seeds; this one is expanded by √(n/(n−1)) and Student's t over
-    normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN if a group has fewer than 2
-    members. `statistic` must take `axis`.
+    A percentile interval is too narrow if there are few seeds; this one is expanded by √(n/(n−1)) and by the
+    ratio of Student's t to normal quantiles, with Welch's degrees of freedom (Hesterberg 2015). Its ends are
+    NaN if a group has fewer than 2 members. `statistic` must accept `axis`.
     """
     from scipy.special import ndtri, stdtrit
 

@@ -1,6 +1,5 @@
-"""Conversion of matplotlib's output to SVG that follows the theme of its page: colors become attributes that
-CSS replaces on dark backgrounds; texts stay texts; ids are short and unique to a figure; thousands of dots
-become one path."""
+"""Converts matplotlib's SVG to SVG that follows the theme of its page: CSS replaces colors on dark
+backgrounds, text stays text, ids are short and unique to a figure, and thousands of dots become one path."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -12,9 +11,9 @@ from ecs_eco.analysis.palette import INK, ON_DARK
 
 FONT = "system-ui, sans-serif"
 DENSE = 400
-"""From this many equal marks on, they are drawn as one path of round dots."""
+"""Number of identical marks from which they are drawn as one path of round dots."""
 DIM = "over-ground"
-"""The gid of figures with images behind curves; the images are darker on dark pages."""
+"""The gid of figures with images behind curves; these images are darkened on dark pages."""
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
@@ -22,8 +21,8 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return the converted SVG of matplotlib. `name` distinguishes its ids from those of other figures;
-    `dark` maps colors on a light background to colors on a dark one."""
+    """Return matplotlib's SVG after conversion. `name` keeps its ids distinct from those of other figures;
+    `dark` maps light-background colors to dark-background colors."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
@@ -48,23 +47,23 @@ def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
 
 
 def legible(text: str) -> str:
-    r"""Return a text in which characters that XML and HTML cannot contain are written out, as \u0001."""
+    r"""Escape characters that XML and HTML cannot contain, for example as \u0001."""
     return _ILLEGAL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def embedded(text: str, caption: str) -> str:
-    """Return a converted SVG for embedding: on the page's background, with a caption for screen readers."""
+    """Return a converted SVG for embedding, with the page's background and a caption for screen readers."""
     wide = float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])  # type: ignore[index]
     alt = escape(caption, quote=True)
     text = text.strip().replace(' xmlns="http://www.w3.org/2000/svg"', "", 1)
     text = re.sub(r'<rect class="under"[^>]*/>', "", text, count=1)
-    # letters of 10 units remain 9 pixels high on a phone, where wide figures scroll
+    # text of 10 units stays 9 pixels high on a phone, where wide figures scroll
     style = f"min-width:{min(0.9 * wide, 900):.0f}px"
     return text.replace("<svg ", f'<svg role="img" aria-label="{alt}" style="{style}" ', 1)
 
 
 def _rules(inside: str, dark: Mapping[str, str]) -> str:
-    """Return the CSS rules for a dark background, for the colors in use."""
+    """Return the dark-background CSS rules for the colors in use."""
     used = {*re.findall(r' (fill|stroke)="(#[0-9a-f]{6})"', inside), ("fill", "#ffffff")}
     known = [(what, hue) for what, hue in sorted(used) if hue in dark]
     rules = "".join(f'.plot [{what}="{hue}"]{{{what}:{dark[hue]}}}' for what, hue in known)
@@ -84,7 +83,7 @@ def _plain_names(root: ET.Element) -> None:
 
 
 def _attributes(part: ET.Element) -> None:
-    """Turn styles into attributes, and round numbers in long paths to a tenth of a unit."""
+    """Convert styles to attributes, and shorten numbers."""
     for pair in part.attrib.pop("style", "").split(";"):
         key, _, value = pair.partition(":")
         key, value = key.strip(), value.strip()
@@ -103,7 +102,7 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """Return a path with numbers of two decimals; a long path of straight lines gets relative coordinates
+    """Round the numbers of a path to two decimals; a long path of straight lines gets relative coordinates
     with one decimal."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
@@ -129,7 +128,7 @@ def _tenth(x: int) -> str:
 
 
 def _rename(root: ET.Element, prefix: str) -> None:
-    """Keep only ids in use, under short names unique to this figure."""
+    """Keep only ids that are in use, with short names unique to this figure."""
     values = [value for part in root.iter() for value in part.attrib.values()]
     used = {part.get("href", "")[1:] for part in root.iter("use")}
     used |= {found for value in values for found in _REFERENCE.findall(value)}
@@ -147,7 +146,7 @@ def _rename(root: ET.Element, prefix: str) -> None:
 
 
 def _bare_marks(root: ET.Element) -> None:
-    """Move colors from a mark to its uses, because the page's rules do not apply inside uses."""
+    """Remove the colors of a mark, because the page's rules do not apply inside its uses."""
     used = {part.get("href", "")[1:] for part in root.iter("use")}
     for part in root.iter("path"):
         if part.get("id") in used:
@@ -156,7 +155,7 @@ def _bare_marks(root: ET.Element) -> None:
 
 
 def _dots(root: ET.Element) -> None:
-    """Draw many equal marks as one path of round dots."""
+    """Replace many identical marks with one path of round dots."""
     size = {part.get("id"): _extent(part.get("d", "")) for part in root.iter("path") if part.get("id")}
     for group in root.iter("g"):
         marks = list(_marks(group))
@@ -173,7 +172,7 @@ def _dots(root: ET.Element) -> None:
 
 
 def _marks(group: ET.Element) -> Iterator[ET.Element]:
-    """Yield the marks in a group, with or without a separate group for each."""
+    """Yield the marks in a group, whether or not each has its own group."""
     for part in group:
         if part.tag == "use":
             yield part
@@ -182,7 +181,7 @@ def _marks(group: ET.Element) -> Iterator[ET.Element]:
 
 
 def _steps(at: list[tuple[float, ...]]) -> Iterator[str]:
-    """Yield a path in tenths of a unit from dot to dot."""
+    """Yield the steps of a path from dot to dot, in tenths of a unit."""
     x = y = 0
     for v, u in at:
         a, b = round(10 * u), round(10 * v)

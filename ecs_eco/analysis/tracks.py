@@ -1,4 +1,4 @@
-"""Tracks of animals around their predators: their paths, speeds and reactions."""
+"""Tracks of animals near their predators: paths, speeds and reactions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ import numpy as np
 
 from ecs_eco.analysis.runs import Series
 
-Placed = tuple[np.ndarray, np.ndarray]  # ordered uids u64[n], and places f64[n, 3] [m]
+Placed = tuple[np.ndarray, np.ndarray]  # sorted uids u64[n], and positions f64[n, 3] [m]
 Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
 
 
 class Volume(Protocol):
-    """The geometry that tracks need: the size of the space [m], and whether it is a torus in the plane."""
+    """The geometry that tracks need: the size of the space [m], and whether it is a horizontal torus."""
 
     @property
     def size(self) -> Sequence[float]: ...
@@ -30,29 +30,28 @@ class Box(NamedTuple):
 
     @classmethod
     def of(cls, series: Series) -> Self:
-        """Return the space that the manifest describes, with height 0 for a plane."""
+        """Return the space from the manifest, with height 0 for a plane."""
         space = series.manifest["config"]["space"]
         return cls([*space["size"], 0.0][:3], space["edges"] == "torus")
 
 
 @dataclass
 class Tracks:
-    """Tracks of prey, f64[ticks, animals], NaN while an animal is not alive. The animals are all that ever
-    lived."""
+    """Tracks of all prey animals that ever lived, f64[ticks, animals], NaN while an animal is not alive."""
 
     uids: np.ndarray  # u64[animals]
-    depth: np.ndarray  # [m] at the end of the tick
+    depth: np.ndarray  # at the end of the tick [m]
     speed: np.ndarray  # [m/s] in the tick
-    distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf if none is near
+    distance: np.ndarray  # to the nearest predator at the beginning of the tick [m], inf if none is near
     away: np.ndarray  # cosine between the movement in the tick and the direction away from it
-    # the same with the level direction to the left of away; NaN if away is straight up or down
+    # the same for the horizontal direction to the left of away; NaN if away is straight up or down
     aside: np.ndarray
-    light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
+    light: np.ndarray  # at the surface at the beginning of the tick, f64[ticks]
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return the tracks from records of ticks, each (uids and places before, distance and offset to the
-    predator, uids and places after)."""
+    """Return tracks from one record per tick: (uids and positions before, distance to the nearest predator,
+    offset to it, uids and positions after)."""
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )
@@ -74,7 +73,7 @@ def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float
 
 
 def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
-    """Return displacements f64[n, 3] [m], the shortest ones on a torus."""
+    """Return displacements f64[n, 3] [m]; on a torus, the shortest ones."""
     if space.torus:
         size = np.array(space.size[:2])
         d[:, :2] -= size * np.round(d[:, :2] / size)
@@ -82,8 +81,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] at which a distance f64[ticks, animals] falls below `within`, after at
-    least `rest` ticks above it."""
+    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above
+    it."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):
@@ -97,10 +96,10 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick, animal):
+    """Return the mean course of a series f64[ticks, animals] around events (tick, animal) i64[k, 2]:
     f64[before + 1 + after].
 
-    Ticks in which an animal was not alive (NaN) or that are outside the record are left out.
+    Ticks outside the record and ticks in which an animal was not alive (NaN) are left out.
     """
     windows = np.full((len(events), before + 1 + after), np.nan)
     for i, (tick, animal) in enumerate(events):
@@ -111,11 +110,12 @@ def event_average(series: np.ndarray, events: np.ndarray, before: int, after: in
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
-    """Return (u, p) of the V-test for a preferred direction (Zar 2010, section 27.1), from the cosines with
-    it.
+    """Return (u, p) of the V-test for a preferred direction (Zar 2010, section 27.1), from the cosines of the
+    angles to it.
 
-    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for random directions in a plane. In
-    space cosines have a variance of 1/3 instead of 1/2, which makes the test conservative.
+    u is V = n r cos(mean − expected) divided by sqrt(n/2), which is standard normal for random directions in
+    a plane. In three dimensions, the cosines have a variance of 1/3 instead of 1/2, which makes the test
+    conservative.
     """
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)

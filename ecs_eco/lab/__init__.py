@@ -1,10 +1,9 @@
-"""Many runs: plans of jobs, each a world with values, a seed, a treatment and policies, and their execution.
-
-Comparisons, sweeps, searches, archipelagos and training, on processes of this machine, a Ray cluster or
-SLURM. `treatments` and `arm` define how runs differ, `plan` and `design` which runs there are; `runs` and
-`trained` execute one of them, `work` all of them, on an executor (`pool`, `ray_executor`); `slurm` takes
-whole sweeps. Single runs belong to `ecs_eco.runs`, statistics to `ecs_eco.analysis`, terminal output to
-`ecs_eco.cli`: this package prints nothing.
+"""Many runs, planned and executed as jobs: each is a world with values, a seed, a treatment and policies.
+Comparisons, sweeps, searches, archipelagos and training run on local processes, a Ray cluster or SLURM.
+`treatments` and `arm` define how runs differ, `plan` and `design` which runs there are; `runs` and `trained`
+execute one job, `work` all jobs, on an executor (`pool`, `ray_executor`); `slurm` submits whole sweeps. This
+package prints nothing; for single runs see `ecs_eco.runs`, for statistics `ecs_eco.analysis`, for terminal
+output `ecs_eco.cli`.
 """
 
 from typing import TYPE_CHECKING

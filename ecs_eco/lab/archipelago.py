@@ -1,4 +1,4 @@
-"""The run of an archipelago: all islands to the next barrier, then one manifest, and so on."""
+"""Running an archipelago: all islands run to the next barrier, the manifest is written, and so on."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -27,13 +27,13 @@ from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
-MOST_LOSSES = 100  # of an island's worker between two barriers, before the run gives up
+MOST_LOSSES = 100  # times that an island's worker can be lost between two barriers before the run stops
 
 
 class Archipelago:
-    """Islands that exchange migrants: one world each, in a folder.
+    """Islands that exchange migrants: a folder with one world per island.
 
-    `from_config` makes the folder; `Archipelago(folder)` opens one.
+    `from_config` creates such a folder; `Archipelago(folder)` opens one.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Archipelago:
     Attributes
     ----------
     islands : dict of str to Path
-        Run folders by name.
+        Run folder of each island.
     manifest : dict
 
     Examples
@@ -87,24 +87,24 @@ class Archipelago:
         command: str | None = None,
         trust: bool = False,
     ) -> Self:
-        """Make the folder of an archipelago, at tick 0.
+        """Create the folder of an archipelago at tick 0.
 
         Parameters
         ----------
         config : str, Path, Mapping or WorldConfig
-            A world with a section `archipelago`.
+            A world with an `archipelago` section.
         seed : int, optional
-            Default: `seed` of the world file. The seed of each island follows from it.
+            Seed from which the islands' seeds are derived; default: `seed` of the world file.
         ticks : int, optional
             Planned length; default: `ticks` of the world file.
         out : str or Path, default "archipelago"
-            The folder, which must be new or empty.
+            New or empty folder.
         policies : str or Mapping, default "trained"
-            As for `World.from_config`.
+            Initial policies, as in `World.from_config`.
         learn : bool or Mapping of str to bool, optional
-            Which species learn; default: as the world file states.
+            Which species learn; default: as set in the world file.
         snapshot_every, record, command, trust
-            As for `run_to_folder`.
+            As in `run_to_folder`.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Archipelago:
         Raises
         ------
         ConfigError
-            For a world without islands.
+            If the world has no islands.
         FileExistsError
             If `out` is not empty.
         """
@@ -153,24 +153,24 @@ class Archipelago:
 
     @property
     def tick(self) -> int:
-        """The tick that all islands have reached."""
+        """Tick that all islands have reached."""
         return int(self.manifest["tick"])
 
     @property
     def digest(self) -> str | None:
-        """The hash of all islands' digests at that tick; None before the first barrier."""
+        """Hash of all islands' digests at `tick`; None before the first barrier."""
         digest: str | None = self.manifest["digest"]
         return digest
 
     def world(self, name: str, trust: bool = False) -> Any:
-        """Return the world of one island at the present tick.
+        """Return the world of one island at the current tick.
 
         Parameters
         ----------
         name : str
             Name of the island.
         trust : bool, default False
-            Whether the code that the world lists may run in this process.
+            Whether code listed in the world file can run in this process.
 
         Returns
         -------
@@ -199,19 +199,19 @@ class Archipelago:
         until : int, optional
             Last tick; default: the planned end.
         workers : int, optional
-            Number of processes, default 1.
+            Number of processes; default: 1.
         on : str or Executor, default "local"
-            "local", "ray", or an executor whose workers see the folder under the same name.
+            "local", "ray", or an executor whose workers can access the folder under the same path.
         progress : callable, optional
-            `progress(done, total)`, which counts ticks of islands.
+            `progress(done, total)`, in ticks summed over islands.
         threads : int, default 1
-            Threads of each island.
+            Number of threads per island.
         report : bool, default True
             Whether to write reports at the end.
         trust : bool, default False
-            Whether the code that the world lists may run.
+            Whether code listed in the world file can run.
         claim : Claim, optional
-            The lock on the folder, if you hold it already.
+            Lock on the folder, if you already hold it.
 
         Returns
         -------
@@ -220,15 +220,15 @@ class Archipelago:
         Raises
         ------
         Stopped
-            A KeyboardInterrupt: after Ctrl-C; `run` continues from the last barrier.
+            On Ctrl-C (a subclass of KeyboardInterrupt); `run` then continues from the last barrier.
         RecordingError
-            If `until` lies before the present tick.
+            If `until` is before the current tick.
         """
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:
             raise RecordingError(
-                f"{self.folder}: is at tick {self.tick} already; until {until} is before that"
+                f"{self.folder}: is already at tick {self.tick}; until {until} is before that"
             )
         self.manifest |= {"ticks": until, "finished": self.tick >= until}
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
@@ -257,7 +257,7 @@ class Archipelago:
     def _stretch(
         self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
     ) -> None:
-        """Run all islands to the next barrier; record their state there."""
+        """Run all islands to the next barrier, and record their state there."""
         every = Plan.model_validate(self.manifest["config"]["archipelago"]).migration_interval
         start = self.tick
         goal = min(until, (start // every + 1) * every)

@@ -1,4 +1,4 @@
-"""Arms of a comparison: the unchanged world, and the world under each treatment; the policies of their
+"""Arms of a comparison: the unchanged world and the world under each treatment, with the policies of their
 runs."""
 
 import hashlib
@@ -13,38 +13,38 @@ from ecs_eco.engine.errors import ConfigError, Problem, nearest, refusal
 from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
 from ecs_eco.worlds.policies import POLICIES
 
-# bytes; file names in these folders come on top, and file systems allow 255 per name
+# bytes; file systems allow 255, and the names of some files contain this name
 LONGEST_NAME = 100
-UNTREATED = "world"  # the name of the first arm
+UNTREATED = "world"  # name of the first arm
 
 
 @dataclass(frozen=True)
 class Arm:
-    """One side of a comparison."""
+    """One arm of a comparison."""
 
     name: str
     config: WorldConfig
     policies: Policies = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as in the world file
-    controls: tuple[str, ...] = ()  # of ecs_eco.life.treatments
+    controls: tuple[str, ...] = ()  # names in ecs_eco.life.treatments
     treatment: Treatment | None = None  # None: the unchanged world
 
     @property
     def trained_species(self) -> list[str]:
-        """Species that run with trained policies: only these depend on the training seed."""
+        """Species with trained policies; only these depend on the training seed."""
         names = species_with_policy(self.config)
         chosen = self.policies if isinstance(self.policies, dict) else dict.fromkeys(names, self.policies)
         return [name for name in names if chosen.get(name, "trained") == "trained"]
 
     @property
     def learns(self) -> bool:
-        """Whether any policy learns in its runs."""
+        """Whether any policy learns during the runs."""
         if self.learn is not None:
             return self.learn
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
     def with_policies(self, folder: Path) -> Self:
-        """Return the arm with the trained policies of a folder, unless its treatment names others."""
+        """Return the arm with the trained policies in a folder, unless its treatment sets others."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self
         by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}
@@ -52,7 +52,7 @@ class Arm:
 
 
 def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
-    """Return the arms of the unchanged world and of each treatment, a name or KEY=VALUE."""
+    """Return the arms of the unchanged world and of each treatment (a name or KEY=VALUE)."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
@@ -65,7 +65,7 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
 def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
     """Return the arm of one treatment. Raises ConfigError if it does not apply to the world."""
     try:
-        if treatment.assignment:  # with the other changes, so that errors name the file and the line
+        if treatment.assignment:  # loaded with the other changes, so that errors name the file and the line
             config = load(world, [*changes, treatment.assignment])
         else:
             config = treatment.apply_to(config)
@@ -75,13 +75,13 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
 
 
 def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
-    """Return the arm of a treatment that has changed this configuration."""
+    """Return the arm of a treatment, given the configuration that it has changed."""
     controls = (treatment.name,) if treatment.at_build else ()
     return Arm(folder_name(treatment.name), config, treatment.policies, treatment.learn, controls, treatment)
 
 
 def folder_name(treatment: str) -> str:
-    """Return the folder of a treatment's runs: its letters, digits, dots and hyphens; a long name is cut."""
+    """Return the folder name of a treatment: its letters, digits, dots and hyphens, shortened if long."""
     name = re.sub(r"[^\w.-]+", "-", treatment.strip()).strip("-.")
     if len(name.encode()) <= LONGEST_NAME:
         return name
@@ -90,8 +90,7 @@ def folder_name(treatment: str) -> str:
 
 
 def problems_of_policies(policies: str, species: Sequence[str], base: Path = Path()) -> Iterator[Problem]:
-    """Yield the problems of policies that are neither a known word nor a folder, relative to `base`, with a
-    file for each of these species."""
+    """Yield problems if `policies` is neither a known word nor a folder with a file for each species."""
     allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
     if policies not in POLICIES and not (base / policies).is_dir():
         fault = "no such folder"
@@ -104,18 +103,18 @@ def problems_of_policies(policies: str, species: Sequence[str], base: Path = Pat
 
 
 def check_policies(policies: str, config: WorldConfig) -> None:
-    """Raise ConfigError for policies of the command line that do not exist."""
+    """Raise ConfigError if the policies named on the command line do not exist."""
     if problem := next(problems_of_policies(policies, species_with_policy(config)), None):
         raise ConfigError([problem.moved(key=(), source="--policies")])
 
 
 def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:
-    """Raise ConfigError if options for training contradict each other or have no effect."""
+    """Raise ConfigError if training options contradict each other or have no effect."""
     treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
             fault = "changes only learning, and nothing learns here"
-            raise refusal((), fault, treatment.name, "--retrain --training-seeds N with it", source=OPTION)
+            raise refusal((), fault, treatment.name, "--retrain --training-seeds N as well", source=OPTION)
     if retrain and training_seeds is None:
         raise refusal((), "nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
     if training_seeds is None:
@@ -132,4 +131,4 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
             fault = "changes only the training, but all arms run with the same policies"
-            raise refusal((), fault, treatment.name, "--retrain with it", source=OPTION)
+            raise refusal((), fault, treatment.name, "--retrain as well", source=OPTION)

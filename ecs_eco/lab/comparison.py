@@ -1,5 +1,5 @@
-"""A comparison: a world unchanged and under treatments, each run with the same seeds, in one folder. In
-Python, `compare` does all of it on any executor; `ecs-eco compare` adds a progress bar and a table."""
+"""A comparison: a world, unchanged and under treatments, run with the same seeds into one folder. In Python,
+`compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -37,7 +37,7 @@ class PlannedArm(Section):
 
 
 class Planned(Container):
-    """The manifest of a comparison. It omits the numbers of seeds, so that you can add seeds and arms."""
+    """The manifest of a comparison, without the number of seeds, so that seeds and arms can be added."""
 
     FILE: ClassVar = "plan.json"
     KIND: ClassVar = "comparison"
@@ -55,7 +55,7 @@ class Planned(Container):
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a comparison, those of each arm separately."""
+        """Return the settings of a comparison, with a separate entry for each arm."""
         return super().settings(content) | {f"the arm {name}": arm for name, arm in content["arms"].items()}
 
 
@@ -81,7 +81,7 @@ class Run(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is done. Raises ForeignFile if another run is in its folder."""
+        """Whether the run is done. Raises ForeignFile if its folder contains another run."""
         return has_run(self.folder, self.ticks, self.arm, self.seed)
 
 
@@ -94,7 +94,7 @@ class Training(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is done. Raises ForeignFile if another training is in its folder."""
+        """Whether the training is done. Raises ForeignFile if its folder contains another training."""
         return is_trained(*self)
 
 
@@ -103,14 +103,14 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Arms, the first of which is the unchanged world, and the seeds with which all are run, in a folder."""
+    """Arms, beginning with the unchanged world, the seeds with which each arm runs, and their folder."""
 
     folder: Path
     arms: Sequence[Arm]
     ticks: int
     world_seeds: Sequence[int]
     training_seeds: Sequence[int] | None = None  # None: no training
-    retrain: bool = False  # whether arms with another configuration have policies that were trained in it
+    retrain: bool = False  # whether arms with changed values train their own policies
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -133,16 +133,16 @@ class Comparison:
         }
 
     def begin(self) -> None:
-        """Write the settings into the folder, together with earlier arms.
+        """Write the settings to the folder, keeping the arms already there.
 
-        Raises ForeignFile if the folder contains another comparison, or one of the other mode.
+        Raises ForeignFile if the folder contains another comparison, or one from the other mode.
         """
         there = container.begin(self.folder, Planned, self.plan)
         if self.plan["arms"].keys() - there["arms"].keys():
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
 
     def result(self) -> dict[str, Any]:
-        """Compare the arms, write compare.json, compare.html and figures; return the first."""
+        """Compare the arms; write compare.json, compare.html and figures; return the content of compare.json."""
         return differences(
             self.folders(),
             self.folder,
@@ -151,7 +151,7 @@ class Comparison:
         )
 
     def trains(self, arm: Arm) -> bool:
-        """Return whether an arm runs with policies that are trained for the comparison."""
+        """Return whether an arm uses policies trained for this comparison."""
         return self.training_seeds is not None and bool(arm.trained_species)
 
     def has_own_policies(self, arm: Arm) -> bool:
@@ -159,7 +159,7 @@ class Comparison:
         return self.retrain and arm.config.config_hash != self.arms[0].config.config_hash
 
     def policies_folder(self, arm: Arm) -> Path:
-        """Return the folder of an arm's policies, by training seed."""
+        """Return the folder of an arm's policies, which has a subfolder per training seed."""
         owner = arm if self.has_own_policies(arm) else self.arms[0]
         return self.folder / "policies" / owner.name
 
@@ -175,7 +175,7 @@ class Comparison:
 
     @cached_property
     def runs(self) -> dict[Key, Run]:
-        """Return all runs, in the order of arms, training seeds and world seeds."""
+        """Return all runs, ordered by arm, training seed and world seed."""
         jobs = {}
         for arm in self.arms:
             for k in (self.training_seeds or ()) if self.trains(arm) else (None,):
@@ -197,7 +197,7 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seeds of runs, by arm that has some; None if nothing is trained."""
+        """Return the training seeds of runs, for arms with trained policies; None if nothing is trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}
@@ -207,7 +207,7 @@ class Comparison:
         return seeds
 
     def policies_in_words(self) -> dict[str, str]:
-        """Describe the policies with which each arm runs."""
+        """Describe the policies of each arm."""
         if self.training_seeds is None:
             return {arm.name: self._bundled(arm) for arm in self.arms if species_with_policy(arm.config)}
         return {arm.name: self._trained(arm) for arm in self.arms}
@@ -222,22 +222,22 @@ class Comparison:
 
     def _trained(self, arm: Arm) -> str:
         if not arm.trained_species:
-            return "untrained policies: it has no training seed"
+            return "untrained policies and has no training seed"
         own, n = self.has_own_policies(arm), len(self.training_seeds or ())
-        how = "trained again under its own values" if own else "trained in the unchanged world"
+        how = "trained again with its own values" if own else "trained in the unchanged world"
         same = "" if own or arm is self.arms[0] else ", the same as the first arm"
         return f"policies{_of_some(arm)} {how}{same}, from {n} training seed{'s' * (n != 1)}"
 
 
 def _of_some(arm: Arm) -> str:
-    """Describe which species run with trained policies, if others of the arm do not."""
+    """Describe which species use trained policies, if not all do."""
     trained = arm.trained_species
     return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
 
 
 def missing(jobs: Jobs) -> Jobs:
-    """Return the jobs that are not done, in an order whose every beginning is as even over arms and seeds
-    as possible. Raises ForeignFile if the folder of one contains something else."""
+    """Return the unfinished jobs, ordered so that arms and seeds advance as evenly as possible. Raises
+    ForeignFile if the folder of a job contains something else."""
     arms: dict[str, list[Key]] = {}
     for key, job in jobs.items():
         if not job.done:
@@ -259,29 +259,29 @@ def compare(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a world as it is and under treatments with the same seeds, and compare the outcomes.
+    """Run a world, unchanged and under treatments, with the same seeds, and compare the outcomes.
 
     Parameters
     ----------
     world : str
-        Name of a shipped world, or path of a TOML file.
+        Name of a shipped world, or path to a world file.
     treatments : sequence of str, default ("random-policy",)
-        Names of treatments, or texts such as "species.deer.metabolism.basal=0.008".
+        Names of treatments, or changes such as "species.deer.metabolism.basal=0.008".
     out : str or Path
-        Folder for all runs. A comparison that is there already continues.
+        Folder for all runs. If it already contains this comparison, the comparison is resumed.
     changes : sequence of str
-        Values that all arms have, such as "species.deer.count=300".
+        Changes to the values of all arms, such as "species.deer.count=300".
     seeds : int, default 8
-        Number of world seeds, from 1 on.
+        Number of world seeds, counted from 1.
     ticks : int, optional
         Length of a run; default: `ticks` of the world file.
     training_seeds : int, optional
-        Number of trainings, each with all world seeds; default: the policies of the world file.
+        Number of trainings, each run with all world seeds; default: use the policies of the world file.
     retrain : bool, default False
-        Whether arms with other values train policies of their own.
+        Whether arms with changed values train their own policies.
     executor : str or Executor, default "local"
-        "local" (`workers` processes), "ray", or an executor whose workers see the folder under its absolute
-        path.
+        "local" (`workers` processes), "ray", or an executor whose workers can access the folder under its
+        absolute path.
     workers : int, optional
         Number of processes.
     progress : callable, optional
@@ -290,12 +290,12 @@ def compare(
     Returns
     -------
     dict
-        Content of compare.json: for each arm persistence, cycles and differences with intervals.
+        Content of compare.json: persistence, cycles and differences of each arm, with intervals.
 
     Raises
     ------
     ConfigError
-        For an invalid world or treatment.
+        If the world or a treatment is invalid.
     ForeignFile
         If the folder contains another comparison.
 

@@ -1,4 +1,4 @@
-"""The design of a sweep: its plan checked in full, every world loaded once, and its jobs and trainings."""
+"""The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and trainings."""
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ from ecs_eco.worlds.policies import POLICIES
 Place = tuple[str | int, ...]
 
 
-NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # of a training: its world and its seed
+NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # name of a training: its world and its seed
 
 
 class Settings(Section):
-    """The settings of a plan that are read; the others only distinguish plans."""
+    """The settings of a plan that are read back; all others only distinguish plans."""
 
     model_config = ConfigDict(extra="allow", strict=True)
 
@@ -39,11 +39,11 @@ class Settings(Section):
 
 @dataclass(frozen=True)
 class Training:
-    """Policies that are trained once: in the world with these values, under this treatment."""
+    """Policies to train once, in the world with these values and this treatment."""
 
     __pydantic_config__: ClassVar[ConfigDict] = Section.model_config
 
-    name: Annotated[str, Field(pattern=NAME)]  # its folder in the sweep's policies/
+    name: Annotated[str, Field(pattern=NAME)]  # folder in the sweep's policies/
     seed: Seed
     values: dict[str, Any]
     treatment: str
@@ -62,7 +62,7 @@ class Job:
     treatment: str  # "": the unchanged world
     training_seed: Seed | None
     world_seed: Seed
-    training: str | None  # its name
+    training: str | None  # name of the training
     config_hash: Sha
 
     def __str__(self) -> str:
@@ -74,7 +74,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Design:
-    """A checked plan: the world before values vary, jobs, and the trainings that they need."""
+    """A checked plan: the world before values vary, the jobs, and the trainings that they need."""
 
     file: PlanFile
     base: WorldConfig
@@ -84,7 +84,7 @@ class Design:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings that affect results, as JSON; the same for the same plan, wherever its files are."""
+        """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
         plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
         if (given := plan_folder(self.file)) is not None:
@@ -97,8 +97,8 @@ class Design:
 
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
-    """Return the design of a plan; `trust` allows the code that its world lists to run in this process.
-    Raises ConfigError with all problems, each with its line."""
+    """Return the design of a plan; `trust` allows code listed in its world file to run in this process.
+    Raises a ConfigError that lists all problems with their lines."""
     plan = file.plan
     base = _base(file, trust)
     if (
@@ -119,7 +119,7 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
 
 
 def _base(file: PlanFile, trust: bool) -> WorldConfig:
-    """Return the world of a plan with the values and reporters that all runs share."""
+    """Return the world of a plan, with the values and reporters shared by all runs."""
     plan = file.plan
     world = plan.world if named(plan.world) is not None else str(file.folder / plan.world)
     document = read_document(_there(file, world))
@@ -137,7 +137,7 @@ def _base(file: PlanFile, trust: bool) -> WorldConfig:
 
 
 def _there(file: PlanFile, world: str) -> str:
-    """Return the name or file of a world, if it exists."""
+    """Return the name or file of a world after checking that it exists."""
     try:
         read_document(world)
     except ConfigError as error:
@@ -152,7 +152,7 @@ def _there(file: PlanFile, world: str) -> str:
 
 
 def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """Return the error of a world with a plan's values, whose problems get their lines in the plan."""
+    """Return the error of a world with a plan's values, with each problem at its line in the plan."""
     problems = []
     for problem in error.problems:
         if problem.source != file.document.source:
@@ -166,15 +166,15 @@ def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) 
 
 
 def _known_part(key: Place, known: Container[Place]) -> Place | None:
-    """Return the longest known beginning of a key."""
+    """Return the longest known prefix of a key."""
     return next((key[:n] for n in range(len(key), 0, -1) if key[:n] in known), None)
 
 
 def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of a plan's policies and training."""
+    """Yield problems with a plan's policies and training."""
     plan, known = file.plan, species_with_policy(base)
     if plan.retrain and plan.training_seeds is None:
-        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N with it")
+        yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N as well")
     if plan.training_seeds is not None and not known:
         yield Problem(
             ("training_seeds",),
@@ -195,7 +195,7 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
 def _arms(
     file: PlanFile, base: WorldConfig, arms: list[tuple[dict[str, Any], str, Arm]]
 ) -> Iterator[Problem]:
-    """Load the worlds of all points and treatments into `arms`, in their order; yield the problems."""
+    """Load the worlds of all points and treatments into `arms`, in order, and yield their problems."""
     for point in points_of(file.plan, base):
         values = {name: entry.value for name, entry in point.items()}
         try:
@@ -217,7 +217,7 @@ def _arms(
 
 
 def treated(config: WorldConfig, treatment: str) -> Arm:
-    """Return the arm of a treatment, "" for the unchanged world. Raises NotApplicable, ConfigError."""
+    """Return the arm of a treatment ("" is the unchanged world). Raises NotApplicable, ConfigError."""
     if not treatment:
         return Arm("world", config)
     what = find(treatment, config)
@@ -225,7 +225,7 @@ def treated(config: WorldConfig, treatment: str) -> Arm:
 
 
 def _at_value(problem: Problem, point: Point) -> Problem:
-    """Return the problem of a world, at the value of the point that causes it."""
+    """Return a problem of a world, located at the value of the point that causes it."""
     names = {key_of(name): name for name in point}
     if (key := _known_part(problem.key, names)) is not None:
         own = names[key]
@@ -244,14 +244,14 @@ def _at_value(problem: Problem, point: Point) -> Problem:
 
 
 def _vain(file: PlanFile, point: Point) -> Problem | None:
-    """Return the problem of a value of [training] if no policies are trained under a point's values."""
+    """Return a problem if a point changes [training] although no policies are trained with its values."""
     for name, entry in point.items():
         if key_of(name)[0] == "training" and not file.plan.retrain:
             return Problem(
                 entry.place,
                 "changes only the training, but all jobs run with the same policies",
                 entry.value,
-                "retrain = true with it",
+                "retrain = true as well",
             )
     return None
 
@@ -259,7 +259,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
 def _jobs(
     file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
 ) -> tuple[list[Job], dict[str, Training]]:
-    """Return all jobs, by points, treatments and seeds, and the trainings that they need."""
+    """Return all jobs, ordered by point, treatment and seeds, and the trainings that they need."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):
@@ -289,5 +289,5 @@ def _jobs(
 
 
 def plan_folder(file: PlanFile) -> Path | None:
-    """Return the folder of policies that a plan names, if any."""
+    """Return the folder of policies named in a plan, if any."""
     return None if file.plan.policies in POLICIES else file.folder / file.plan.policies

@@ -1,6 +1,6 @@
-"""Engines that carry out calls, each an executor of `concurrent.futures`: `local` uses processes of this
-machine, `ray` a Ray cluster. Any other, such as Dask's or mpi4py's, must use processes, since a world
-belongs to one thread."""
+"""Engines that run calls as `concurrent.futures` executors: `local` uses processes on this machine, `ray` a
+Ray cluster. Other executors, such as those of Dask and mpi4py, must use processes, because a world is bound
+to one thread."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 LOCAL, RAY, SLURM = "local", "ray", "slurm"
 ENGINES = (LOCAL, RAY, SLURM)
-WORKERS = 2  # local processes, by default
-TICKS = 40  # of a run that compiles the kernels of a world, including the first update of most policies
+WORKERS = 2  # default number of local processes
+TICKS = 40  # length of a run that compiles a world's kernels, including the first update of most policies
 
 
 def check_engine(on: str) -> None:
@@ -27,37 +27,38 @@ def check_engine(on: str) -> None:
 
 
 def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
-    """Return an executor on an engine, to be used in a `with` statement.
+    """Return an engine's executor for use in a `with` statement.
 
-    By default, `local` has two `workers`, and `ray` all CPUs of its cluster. Raises ConfigError: no such
-    engine; Ray is not installed, or its cluster does not answer; `slurm`, which takes whole sweeps only.
+    By default, `local` has two `workers`, and `ray` uses all CPUs of its cluster. Raises ConfigError if
+    the engine is unknown, if Ray is not installed or its cluster does not answer, and for `slurm`, which runs
+    only whole sweeps.
     """
     check_engine(on)
     if on == SLURM:
         allowed = (
-            "local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN --on slurm`, and any command with "
-            "--on local inside your own job"
+            "local or ray; SLURM runs sweeps (`ecs-eco sweep PLAN --on slurm`) and, inside your own job, "
+            "any command with --on local"
         )
-        raise refusal((), "takes whole sweeps only", on, allowed, source="--on")
+        raise refusal((), "runs only whole sweeps", on, allowed, source="--on")
     if on == RAY:
         from ecs_eco.lab.ray_executor import RayExecutor
 
         return RayExecutor(workers)
-    from ecs_eco.lab.pool import Pool  # processes, which single runs do not need
+    from ecs_eco.lab.pool import Pool  # imports multiprocessing, which single runs do not need
 
     return Pool(workers or WORKERS)
 
 
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
-    """Return a context of an executor: one created for its block, or the given one, which keeps running.
+    """Return a context manager for an executor: a new one, or the one that is passed, which keeps running.
 
-    If an exception leaves the block, an executor created for it ends at once.
+    If an exception leaves the block, a new executor ends at once.
     """
     return nullcontext(on) if isinstance(on, Executor) else executor(on, workers)
 
 
 def workers_of(pool: Executor) -> int:
-    """Return how many calls an executor carries out at a time, by default `WORKERS`."""
+    """Return how many calls an executor runs at a time, or `WORKERS` if this is unknown."""
     for name in ("workers", "_max_workers", "num_workers"):  # ours, the standard library's, mpi4py's
         if isinstance(number := getattr(pool, name, None), int):
             return max(1, number)
@@ -65,16 +66,15 @@ def workers_of(pool: Executor) -> int:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """Before many calls on a cluster, check that each machine has the folder, and compile the kernels there.
-
-    Raises ConfigError naming the machines that do not have it. Other executors need no preparation.
+    """Before many calls on a cluster, check that each machine can access the folder, and compile the kernels
+    there. Raises a ConfigError that names the machines that cannot. Other executors need no preparation.
     """
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)
 
 
 def compile_kernels(config: WorldConfig) -> None:
-    """Run a world for some ticks, which leaves its kernels in this machine's cache."""
+    """Run a world for some ticks to put its kernels in this machine's cache."""
     from ecs_eco.ecosystem import World
 
     config._code.pass_on()

@@ -1,5 +1,5 @@
 """The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It contains
-everything that a job needs, so you can move it, or put it on a shared disk."""
+everything that jobs need, so you can move it or put it on a shared disk."""
 
 import os
 import shutil
@@ -24,8 +24,8 @@ from ecs_eco.record.container import Container, inside
 from ecs_eco.record.manifest import Config, Tick
 
 SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"
-RUN = "run"  # the run's folder within that of its job
-GIVEN = "given"  # folder of the policies that a plan names
+RUN = "run"  # folder of the run, in the folder of its job
+GIVEN = "given"  # folder for the policies named in a plan
 
 
 class Manifest(Container):
@@ -55,18 +55,18 @@ class Manifest(Container):
         known = {None, *(training.name for training in self.trainings)}
         for number, job in enumerate(self.jobs):
             if job.number != number or job.training not in known:
-                raise ValueError(f"jobs.{number}: has another number, or a training that is not listed")
+                raise ValueError(f"jobs.{number}: has a wrong number or an unlisted training")
         return self
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a plan by their keys, and its worlds."""
+        """Return the settings of a plan by key, and its worlds."""
         return {**content["plan"], "worlds": sorted({job["config_hash"] for job in content["jobs"]})}
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep as read from its folder."""
+    """A sweep, read from its folder."""
 
     folder: Path
     content: dict[str, Any]
@@ -82,7 +82,7 @@ class Sweep:
         return int(self.content["ticks"])
 
     def may_continue(self) -> None:
-        """Raise ForeignFile if the sweep was begun in another mode, or has a link out of its folder."""
+        """Raise ForeignFile if the sweep began in another mode, or a link leaves its folder."""
         container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
@@ -96,14 +96,14 @@ class Sweep:
         return {one["name"]: Training(**one) for one in self.content["trainings"]}
 
     def job_folder(self, number: int) -> Path:
-        """Return the folder of a job. Raises ConfigError for an unknown number."""
+        """Return the folder of a job. Raises ConfigError if the number is unknown."""
         if not 0 <= number < len(self.content["jobs"]):
             allowed = f"a number from 0 to {len(self.content['jobs']) - 1}"
             raise refusal((), "no such job", number, allowed, source="NUMBER")
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
-        """Return the folder of policies that a training writes."""
+        """Return the folder to which a training writes its policies."""
         return inside(self.folder, self.folder / "policies" / training)
 
     def training(self, name: str) -> tuple[Path, WorldConfig, int]:
@@ -112,7 +112,7 @@ class Sweep:
         return self.policies_folder(name), self.world(one.values, one.treatment).config, one.seed
 
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
-        """Return the world with these values under a treatment. Raises ConfigError, ForeignFile."""
+        """Return the world with these values and this treatment. Raises ConfigError, ForeignFile."""
         try:
             return treated(load(self.base, values), treatment)
         except NotApplicable as error:
@@ -121,12 +121,12 @@ class Sweep:
             ) from None
 
     def arm(self, job: Job) -> Arm:
-        """Return the arm of a job with its policies. Raises ForeignFile if its world has changed."""
+        """Return the arm of a job, with its policies. Raises ForeignFile if its world has changed."""
         arm = self.world(job.values, job.treatment)
         if arm.config.config_hash != job.config_hash:
             raise ForeignFile(
-                f"{self.folder / SWEEP}: {job} has another configuration than when the sweep began: the "
-                "version of ecs-eco or its code has changed"
+                f"{self.folder / SWEEP}: {job} has a different configuration than when the sweep began, "
+                "because the version of ecs-eco or the world's code has changed"
             )
         if job.training is not None:
             return arm.with_policies(self.policies_folder(job.training))
@@ -149,17 +149,17 @@ def read_sweep(folder: str | Path) -> Sweep:
     Parameters
     ----------
     folder : str or Path
-        The folder of a sweep, finished or not.
+        Folder of a finished or unfinished sweep.
 
     Returns
     -------
     Sweep
-        Its plan and its jobs.
+        The sweep's plan and jobs.
 
     Raises
     ------
     RecordingError
-        If there is none, or if it is damaged.
+        If there is no sweep or it is damaged.
     """
     path = Path(os.path.abspath(folder))
     try:
@@ -176,7 +176,7 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
 
 
 def begin(folder: Path, design: Design) -> Sweep:
-    """Write the sweep of a design into a folder, or find it there; return it.
+    """Write the sweep of a design to a folder unless it is already there, and return it.
 
     Raises ForeignFile if the folder contains the sweep of another plan.
     """
@@ -206,7 +206,7 @@ def begin(folder: Path, design: Design) -> Sweep:
 
 
 def check_plan(folder: Path, design: Design) -> None:
-    """Raise ForeignFile if a sweep belongs to another plan or mode."""
+    """Raise ForeignFile if a sweep has another plan or mode."""
     container.check(folder, Manifest, _planned(design))
 
 
@@ -215,12 +215,12 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies that the world and the plan name; return the copy of the world's folder."""
+    """Copy the policies of the world and the plan; return the path that stands for the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]
     ups = max([Path(os.path.normpath(file)).parts.count("..") for file in inside], default=0)
-    home = Path("world", *["below"] * ups)  # so deep that files above the world's folder are copied too
+    home = Path("world", *["below"] * ups)  # deep enough for files above the world's folder
     for file in inside:
         if config.file(file).is_file():
             copy = folder / os.path.normpath(home / file)

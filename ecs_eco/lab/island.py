@@ -1,4 +1,4 @@
-"""One island from one barrier to the next: work that can be repeated on any machine with the same result."""
+"""One island from one barrier to the next, as work that can be repeated on any machine with the same result."""
 
 import threading
 import time
@@ -29,8 +29,8 @@ OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np
 
 
 def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
-    """Write the migrants that leave an island before its next tick into its run folder, with the hash of
-    their archipelago; return their numbers: species → island → number."""
+    """Write the migrants that leave an island before its next tick to its run folder, with the hash of the
+    archipelago; return their numbers: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
@@ -58,9 +58,9 @@ def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict
 def arrivals(
     root: Path, archipelago: str, world: World, tick: int
 ) -> Iterator[tuple[int, dict[str, Migrants]]]:
-    """Yield the migrants that each other island sent here at a barrier, in the order of the islands'
-    numbers. Raises CheckpointError for a missing or damaged file, ForeignFile for another archipelago,
-    island or barrier."""
+    """Yield the migrants that other islands sent here at a barrier, in order of island number. Raises
+    CheckpointError if a file is missing or damaged, ForeignFile if it is from another archipelago, island or
+    barrier."""
     islands = world.config.archipelago
     for number, targets in enumerate(islands.neighbours()):
         if islands.number in targets:
@@ -80,24 +80,24 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
     """Read the migrants that an island sent at a barrier, by species."""
     meta, arrays = checkpoint.read(file)
     if different := [key for key, value in wanted.items() if meta.get(key) != value]:
-        raise ForeignFile(f"{file}: has migrants of another {', '.join(different)}")
+        raise ForeignFile(f"{file}: contains migrants from another {', '.join(different)}")
     groups: dict[str, dict[str, np.ndarray]] = {}
     for key, array in arrays.items():
         species, _, name = key.partition("/")
         if species not in wander or array.ndim < 1 or array.dtype != OWN.get(name, array.dtype):
-            raise CheckpointError(f"{file}: {key}: is not a file of migrants")
+            raise CheckpointError(f"{file}: {key}: is not a migrants file")
         groups.setdefault(species, {})[name.removeprefix("columns/")] = array
     out = {}
     for species, group in groups.items():
         if not OWN.keys() <= group.keys() or len(set(map(len, group.values()))) > 1:
-            raise CheckpointError(f"{file}: {species}: columns are missing, or differ in length")
+            raise CheckpointError(f"{file}: {species}: columns are missing or differ in length")
         uid, born, to = (group.pop(name) for name in OWN)
         out[species] = Migrants(uid, born, to, group)
     return out
 
 
-KEEP = 3  # checkpoints at barriers, of each island
-PATIENCE = 60.0  # [s] for a worker that is ending to release the folder of an island
+KEEP = 3  # number of checkpoints kept per island
+PATIENCE = 60.0  # [s] to wait until a worker that is ending releases the folder of an island
 
 Progress = Callable[[int, int], None]
 
@@ -123,9 +123,9 @@ def advance(
     trust: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Run one island of the archipelago in a folder from tick `start` to `until`; return its state there.
-    At a barrier migrants leave and arrive first; those that leave at `until` go to its own `exports`.
-    Files of later ticks are overwritten with the same content."""
+    """Run one island of an archipelago from tick `start` to `until`, and return its final state. At a
+    barrier, migrants leave and arrive first; migrants that leave at `until` are written to the island's
+    `exports`. Files from later ticks are overwritten with the same content."""
     root = Path(archipelago)
     plan, path = read(root), inside(root, root / ISLANDS / name)
     container.may_continue(root, plan, Manifest)
@@ -156,7 +156,7 @@ def advance(
 
 
 def forget(archipelago: str | Path) -> None:
-    """Drop the islands of an archipelago that this process keeps in memory."""
+    """Drop the islands of an archipelago from this process's memory."""
     for path in [path for path in _live if path.parent.parent == Path(archipelago)]:
         del _live[path]
 
@@ -171,7 +171,7 @@ def _claim(path: Path) -> Claim:
 
 
 def _taken(path: Path, start: int, claim: Claim) -> Live | None:
-    """Return the island that this process and thread has run up to this tick, if it has."""
+    """Return the island if this process and thread has run it up to this tick, otherwise None."""
     live = _live.pop(path, None)
     if (
         live is None
@@ -185,11 +185,11 @@ def _taken(path: Path, start: int, claim: Claim) -> Live | None:
 
 
 def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, threads: int, trust: bool) -> Live:
-    """Return an island at a tick: from its checkpoint, or from the beginning."""
+    """Return an island at a tick, from its checkpoint or, at tick 0, newly built."""
     path = claim.path
     if not (path / "manifest.json").is_file():
         if start:
-            raise CheckpointError(f"{path}: has no manifest.json, and the archipelago is at tick {start}")
+            raise CheckpointError(f"{path}: has no manifest.json, but the archipelago is at tick {start}")
         return _begun(claim, plan, name, threads, trust)
     manifest = read_manifest(path)
     check_island(path, manifest, plan["hash"], name)
@@ -201,13 +201,13 @@ def _opened(claim: Claim, plan: Mapping[str, Any], name: str, start: int, thread
     world, folder = restored(file, claim, manifest, threads, trust)
     if start and world.digest() != plan["islands"].get(name, {}).get("digest"):
         raise ForeignFile(
-            f"{file}: has another digest than {FILE} records for the island {name} at tick {start}"
+            f"{file}: has a different digest than {FILE} records for the island {name} at tick {start}"
         )
     return Live(world, folder, manifest, threading.get_ident())
 
 
 def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust: bool) -> Live:
-    """Build an island and begin its run, with a checkpoint at tick 0."""
+    """Build an island and begin its run with a checkpoint at tick 0."""
     config = config_of(claim.path.parent.parent, plan, trust, name)
     policies, learn = plan["policies"], plan["learn"]
     world = built(config, None, policies, threads, learn, ())
@@ -233,7 +233,7 @@ def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> Wo
 
 
 def _forget_others(path: Path, start: int) -> None:
-    """Remove checkpoints of an island after a tick, which will be written again, and old ones before it."""
+    """Remove an island's checkpoints after a tick, to be written again, and old ones before it."""
     files = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     before = [file for file in files if checkpoint.tick_of(file) <= start]
     for file in [file for file in files if file not in before] + before[:-KEEP]:

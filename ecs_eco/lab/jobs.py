@@ -1,4 +1,4 @@
-"""One job of a sweep, which any engine may call repeatedly: it is finished, continued or begun."""
+"""One job of a sweep. Any engine can call it repeatedly: it starts, resumes, or returns its result."""
 
 import json
 import os
@@ -31,16 +31,16 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
-PATIENCE = 150.0  # [s] a job waits for another process that has it; leases of shared disks end before
-PACE = 1.0  # [s] between two records of a job's progress
-BOOTSTRAPS = 99  # for the p of a period: cycles of single runs are reported at p ≤ 0.05
+PATIENCE = 150.0  # [s] to wait for another process that runs the job; longer than leases of shared disks
+PACE = 1.0  # [s] between records of a job's progress
+BOOTSTRAPS = 99  # for the p of a period; cycles in single runs are reported at p ≤ 0.05
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Do one job of a sweep, and return the content of its done.json.
+    """Run one job of a sweep and return the content of its done.json.
 
-    A job that was stopped continues from its last checkpoint, and first trains the policies that it needs.
+    A stopped job resumes from its last checkpoint. Policies that the job needs are trained first.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     number : int
         Number of the job.
     allowed : collection of str
-        Hashes of code that may run.
+        Hashes of code that is allowed to run.
 
     Returns
     -------
@@ -58,9 +58,9 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     Raises
     ------
     FolderInUse
-        If another process does the job.
+        If another process is running the job.
     Exception
-        Any error of the run, which failed.json then describes.
+        Any error of the run; failed.json then describes it.
     """
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))
@@ -86,9 +86,9 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of a sweep's training, unless they exist; return their folder.
+    """Train the policies of one of a sweep's trainings unless they exist, and return their folder.
 
-    Only one process at a time trains the same policies; the others wait for it.
+    Only one process trains the same policies at a time; others wait for it.
     """
     sweep = _opened(folder, allowed)
     place, config, seed = sweep.training(name)
@@ -102,7 +102,7 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
 
 
 class Numbers(Section):
-    """The record of one species in a run."""
+    """Results for one species in a run."""
 
     model_config = ConfigDict(extra="allow", strict=True)
     __pydantic_extra__: dict[str, float | None]
@@ -111,7 +111,7 @@ class Numbers(Section):
 
 
 class Summary(Section):
-    """The record of a run, as `summary_of` returns it."""
+    """Results of a run, as returned by `summary_of`."""
 
     persisted: bool
     lived: float
@@ -143,9 +143,9 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the done.json of a job, None if it is not done.
+    """Return the content of a job's done.json; None if the job is not done.
 
-    Raises ForeignFile for the file of another job, RecordingError for a damaged one.
+    Raises ForeignFile if the file belongs to another job, RecordingError if it is damaged.
     """
     path = sweep.job_folder(number) / DONE
     if not path.exists():
@@ -153,16 +153,18 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     try:
         done = read_sealed(path.parent, DONE, Done)
     except RecordingError as error:
-        raise RecordingError(f"{error}; remove this file, and the job will find its run") from None
+        raise RecordingError(f"{error}; remove this file; the job will then find its run") from None
     job = sweep.jobs[number]
     wanted = _identity(sweep, job)
     if different := [key for key, value in wanted.items() if done[key] != value]:
-        raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
+        raise ForeignFile(
+            f"{path}: is from another job ({', '.join(different)}) than {job}; remove its folder"
+        )
     return done
 
 
 def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
-    """Return the identity of a job."""
+    """Return the entries of done.json that identify a job."""
     return {
         "number": job.number,
         "sweep": sweep.hash,
@@ -200,7 +202,7 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 
 def summary_of(run: Path) -> dict[str, Any]:
-    """Return the summary of a run folder, as JSON: numbers over the run and at its end, times in ticks."""
+    """Summarize a run folder as JSON: numbers over the run and at its end, with times in ticks."""
     series = load_series(run)
     cycles = cycle_statistics(series, n_boot=BOOTSTRAPS)
     cycling = cycles.cycling() if cycles.enough else ()
@@ -237,7 +239,7 @@ def summary_of(run: Path) -> dict[str, Any]:
 
 
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
-    """Return a sweep that is to be continued, whose code with these hashes may run."""
+    """Return a sweep to continue, after allowing code with these hashes to run."""
     if allowed:
         allow(allowed)
     sweep = read_sweep(folder)
@@ -246,7 +248,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that records the tick and the start of the ticks in a file at intervals."""
+    """Return a progress function that writes the current tick, and when ticks began, to a file at intervals."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 
@@ -255,7 +257,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
         now = time.monotonic()
         if now - last < PACE and last:
             return
-        if last:  # ticks run now; the time before, training and compiling, does not affect their rate
+        if last:  # ticks are running; earlier training and compiling does not affect their rate
             begin.setdefault("from", done)
             begin.setdefault("began", time.time())
         last = now
@@ -270,7 +272,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
 
 
 def _tick_of(run: Path) -> int:
-    """Return the tick of the last checkpoint of a run, 0 without one."""
+    """Return the tick of a run's last checkpoint; 0 if there is none."""
     from ecs_eco.record.checkpoint import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)

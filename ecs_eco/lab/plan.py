@@ -1,4 +1,4 @@
-"""plan.toml: a world, the values to vary, seeds and treatments, as written and before worlds are built."""
+"""plan.toml: a world, the values to vary, seeds and treatments, as written, before worlds are built."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,43 +32,43 @@ MOST_JOBS = 100_000
 
 
 class Hypercube(Section):
-    """Points that are spread evenly over ranges of numbers, whatever the number of ranges."""
+    """Points spread evenly over any number of ranges."""
 
     points: int = quantity("points", "1", ge=1, le=MOST_JOBS)
     seed: Seed = about("seed of the points", 0)
-    ranges: dict[str, Range] = about("[low, high] of each number, by its dotted key")
+    ranges: dict[str, Range] = about("[low, high] for each number, by dotted key")
 
 
 class Plan(Section):
-    """The whole plan file; the values of grid, latin_hypercube and list are all crossed."""
+    """A whole plan file; the values of grid, latin_hypercube and list are fully crossed."""
 
-    world: str = about("a world file, relative to the plan, or the name of a shipped world")
-    title: str = about("a title for the report", "")
-    ticks: Ticks | None = quantity("length of a run; absent: the world's own", "ticks", None)
-    world_seeds: Seeds = about("number of world seeds, from 1, or a list of them", 1)
+    world: str = about("path to a world file, relative to the plan, or name of a shipped world")
+    title: str = about("title of the report", "")
+    ticks: Ticks | None = quantity("length of a run; default: the world's `ticks`", "ticks", None)
+    world_seeds: Seeds = about("number of world seeds, counted from 1, or a list of seeds", 1)
     training_seeds: Seeds | None = about(
-        "number of training seeds, from 1, or a list of them; absent: no training", None
+        "number of training seeds, counted from 1, or a list of seeds; default: no training", None
     )
     retrain: bool = about(
-        "whether policies are trained again under each set of values and each treatment that changes "
-        "values; otherwise in the unchanged world",
+        "whether policies are trained separately for each set of values and each treatment that changes "
+        "values, instead of once in the unchanged world",
         False,
     )
     policies: str = about(
-        "initial policies of runs, if there is no training: trained, random, untrained, or a folder, "
-        "relative to the plan",
+        "initial policies of runs without training: trained, random, untrained, or a folder relative to "
+        "the plan",
         "trained",
     )
     treatments: Names = about(
         "treatments in addition to the unchanged world, as for `ecs-eco compare --treatment`", []
     )
-    reporters: dict[str, Any] = about("reporters in addition to the world's own, as in a world file", {})
+    reporters: dict[str, Any] = about("reporters in addition to the world's, in the same format", {})
     set: dict[str, Any] = about("values for all runs, by dotted key", {})
-    grid: dict[str, Values] | None = about("the values of each key; all are combined", None)
+    grid: dict[str, Values] | None = about("values of each key, in all combinations", None)
     latin_hypercube: Hypercube | None = about("numbers drawn from ranges", None)
-    list: Points | None = about("sets of values that belong together", None)
+    list: Points | None = about("sets of values that vary together", None)
     checkpoint_every: Ticks | None = quantity(
-        "ticks between the checkpoints of a run; absent: 20 in a run, at least 2,000 apart", "ticks", None
+        "ticks between a run's checkpoints; default: 20 per run, at least 2,000 ticks apart", "ticks", None
     )
 
     def seeds(self, kind: str) -> Sequence[int]:
@@ -79,7 +79,7 @@ class Plan(Section):
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan that was read; its sections of values are by dotted key, however the file nests them."""
+    """A plan that was read; its values have dotted keys, however the file nests them."""
 
     plan: Plan
     document: Document
@@ -91,14 +91,14 @@ class PlanFile:
         return self.document.folder
 
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
-        """Return the error for these problems, each with its line."""
+        """Return an error that lists these problems with their lines."""
         return _refused(self.document, self.written, problems)
 
 
 def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
-    """Read a plan, a file or a dict, whose relative paths start from the working folder.
+    """Read a plan from a file, or from a dict whose paths are relative to the working folder.
 
-    Raises ConfigError for a plan that is not valid TOML, or has unknown keys or values of a wrong type.
+    Raises ConfigError if the plan is not valid TOML, or has unknown keys or values of the wrong type.
     """
     if isinstance(plan, Mapping):
         document = Document(dict(plan), "plan", Path())
@@ -122,7 +122,7 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
 
 
 def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]:
-    """Return the plan with dotted keys in its sections of values, and the key of each value in the file."""
+    """Return the plan with dotted keys in its sections of values, and each value's key in the file."""
     flat, written = dict(data), dict[Key, Key]()
 
     def dotted(table: Mapping[str, Any], at: Key) -> dict[str, Any]:
@@ -150,7 +150,7 @@ def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]
 
 
 def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
-    """Yield values with their keys; a quoted key with dots is a single key."""
+    """Yield values with their keys; a quoted key that contains dots is a single key."""
     for part, value in table.items():
         whole = not key and "." in part
         if isinstance(value, dict) and value and not whole and "search" not in value:
@@ -160,7 +160,7 @@ def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
 
 
 def _refused(document: Document, written: Mapping[Key, Key], problems: Iterable[Problem]) -> ConfigError:
-    """Return the error for problems of a plan, each with its key in the file."""
+    """Return the error for problems of a plan, each located at its key in the file."""
     moved = []
     for problem in problems:
         known = next((n for n in range(len(problem.key), 0, -1) if problem.key[:n] in written), 0)
@@ -183,7 +183,7 @@ def _of_seeds(plan: Plan) -> Iterator[Problem]:
 
 
 def _of_values(plan: Plan) -> Iterator[Problem]:
-    """Yield the problems of sections of values: empty sections, and keys that are in two of them."""
+    """Yield problems with sections of values: empty sections, and keys that occur in two sections."""
     if plan.grid is not None and not plan.grid:
         yield Problem(("grid",), "is empty", allowed='values by key: "species.deer.count" = [20, 40]')
     if plan.list is not None and not plan.list:
@@ -199,8 +199,8 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
                 yield Problem(("grid", name, i), "occurs twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            fault = f"differs in keys from the first: {', '.join(sorted(missing))}"
-            yield Problem(("list", i), fault, entry, "the same keys in all tables of [[list]]")
+            fault = f"has different keys than the first: {', '.join(sorted(missing))}"
+            yield Problem(("list", i), fault, entry, "the same keys in all [[list]] tables")
     yield from _twice(plan)
 
 
@@ -225,12 +225,12 @@ def _twice(plan: Plan) -> Iterator[Problem]:
 ELSEWHERE = {"seed": "world_seeds = N, or a list of seeds", "ticks": "ticks = N, at the top of the plan"}
 
 
-DIGITS = 4  # significant digits of drawn numbers
+DIGITS = 4  # number of significant digits of drawn numbers
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One value, and its place in the plan."""
+    """One value, and its key in the plan."""
 
     value: Any
     place: Key
@@ -240,7 +240,7 @@ Point = dict[str, Entry]
 
 
 def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
-    """Yield every point of a plan: lists, hypercube and grid crossed, the last key of the grid fastest."""
+    """Yield every point of a plan: lists × hypercube × grid, whose last key varies fastest."""
     factors: list[Sequence[Point]] = []
     if plan.list:
         factors.append(
@@ -277,18 +277,18 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
         elif value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             yield Problem(
                 place,
-                f"is a range, but its key is not a number: {value!r}",
+                f"is a range, but the value of its key is not a number: {value!r}",
                 span.search,
                 "the key of a number",
             )
         elif not low < high:
             yield Problem(place, "is not a range", span.search, "[low, high] with low < high")
         elif span.scale == "log" and low <= 0:
-            yield Problem(place, "cannot be taken on a log scale", span.search, "low > 0")
+            yield Problem(place, "is impossible on a log scale", span.search, "low > 0")
 
 
 def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
-    """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979), in the order of drawing."""
+    """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979)."""
     from scipy.stats import qmc
 
     shares = qmc.LatinHypercube(len(cube.ranges), rng=cube.seed).random(cube.points)
@@ -303,7 +303,7 @@ def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
 
 
 def _number(span: Range, share: float, whole: bool) -> float:
-    """Return the number at a share of a range; integers are equally likely, ends included."""
+    """Return the number at a fraction of a range; all integers, including the ends, are equally likely."""
     low, high = span.search
     if whole and span.scale == "linear":
         return low + int(share * (high - low + 1))

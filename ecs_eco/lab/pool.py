@@ -1,4 +1,4 @@
-"""The worker processes of comparisons, searches and studies."""
+"""Worker processes for comparisons, searches and studies."""
 
 import multiprocessing
 import os
@@ -22,7 +22,7 @@ ENDED = 130  # exit code of a worker that was asked to end
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Give processes that start in this context one thread, and no imports from their folder."""
+    """Start processes in this context with one thread and without imports from their folder."""
     before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:
@@ -36,16 +36,16 @@ def one_thread_each() -> Iterator[None]:
 
 
 def begin_worker() -> None:
-    """Leave Ctrl-C to the parent process, and end with it; call this as a worker starts."""
+    """Leave Ctrl-C to the parent process, and end when it ends; call this when a worker starts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 
 
 def end_with_parent() -> None:
-    """Send this process SIGTERM when its parent ends; call this as a worker starts.
+    """Send SIGTERM to this process when its parent ends; call this when a worker starts.
 
-    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed, they would
-    continue with everything that is queued.
+    A pool's workers hold both ends of the pipe on which they wait: if their parent were killed, they would
+    continue with all queued calls.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -59,7 +59,7 @@ def end_with_parent() -> None:
 
 
 def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -> Result:
-    """Call a function, again while another process has the folder, for at most `patience` [s]."""
+    """Call a function, retrying while another process holds the folder, for at most `patience` [s]."""
     until = time.monotonic() + patience
     while True:
         try:
@@ -72,11 +72,11 @@ def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -
 
 @contextmanager
 def finishing() -> Iterator[None]:
-    """Raise KeyboardInterrupt within this context when the worker is asked to end, so that the work can save
-    its state.
+    """Raise KeyboardInterrupt within this context when the worker is asked to end, so that it can save its
+    state.
 
-    Outside workers nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and a thread other than the main
-    one, in which Dask's workers run their calls, receives no signals.
+    Outside workers, nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and threads other than the main
+    thread, in which Dask workers run their calls, receive no signals.
     """
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
@@ -101,29 +101,29 @@ def finishing() -> Iterator[None]:
     except KeyboardInterrupt:
         os._exit(ENDED)
     finally:
-        if told:  # and the exception was lost, as in a destructor
+        if told:  # the exception was lost, for example in a destructor
             os._exit(ENDED)
         signal.signal(signal.SIGTERM, before)
 
 
 class Pool(Executor):
-    """An executor: workers of one thread each that end with this process; a single worker is this process.
-    Only this process receives Ctrl-C: leaving `with` by an exception ends all workers. If a worker is
-    killed from outside, unfinished futures raise BrokenProcessPool."""
+    """An executor with single-threaded workers that end with this process; a single worker is this process
+    itself. Only this process receives Ctrl-C; an exception that leaves the `with` block ends all workers. If
+    a worker is killed from outside, unfinished futures raise BrokenProcessPool."""
 
     def __init__(self, workers: int) -> None:
         if workers < 1:
             raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
-        self.at_once = workers + 1  # calls to submit: no worker waits for its next, and few are lost with one
+        self.at_once = workers + 1  # calls submitted: workers need not wait, and few calls can be lost
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
-        """Submit a call; with one worker it is done when this returns."""
+        """Submit a call; with one worker, it is done when this method returns."""
         if self.workers == 1:
             return _done_here(fn, args, kwargs)
         try:
-            with one_thread_each():  # a process is started if none is idle; first a tracker of locks
+            with one_thread_each():  # starts a process if none is idle, and initially a lock tracker
                 if self._processes is None:
                     spawn = multiprocessing.get_context("spawn")
                     self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
@@ -134,13 +134,13 @@ class Pool(Executor):
             return broken
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers once they have finished all submitted calls, or the current ones."""
+        """End the workers after all submitted calls, or after the current calls if `cancel_futures` is true."""
         if self._processes is not None:
             self._processes.shutdown(wait=wait, cancel_futures=cancel_futures)
         self._processes = None
 
     def terminate(self) -> None:
-        """End all workers at once; recordings keep what they have. `submit` starts others."""
+        """End all workers at once; recordings keep what was written. `submit` then starts new ones."""
         if self._processes is not None:
             for process in list((self._processes._processes or {}).values()):
                 process.terminate()
@@ -156,7 +156,7 @@ class Pool(Executor):
 
 
 def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
-    """Do the work in this process; Ctrl-C ends it like anything here."""
+    """Run a call in this process, where Ctrl-C ends it."""
     future: Future[Result] = Future()
     try:
         future.set_result(fn(*args, **kwargs))

@@ -1,5 +1,5 @@
-"""Pre-training: policies learn from random weights while respawn keeps numbers constant; and their
-evaluation."""
+"""Pre-training and its evaluation: policies learn from random weights while respawning keeps numbers
+constant."""
 
 import time
 from collections.abc import Callable
@@ -35,33 +35,33 @@ def pretrain(
     points: int = 30,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Train the policies of all species of a world that have one.
+    """Train the policies of all species in a world that have one.
 
     Parameters
     ----------
     config : str, Path, Mapping or WorldConfig
-        The world; its section `training` plans the training.
+        A world; its `training` section configures the training.
     seed : int, optional
-        Default: `seed` of the world file.
+        Seed; default: `seed` of the world file.
     ticks : int, optional
-        Ticks of each training world; default: `training.ticks`.
+        Length of each training world; default: `training.ticks`.
     out : str or Path, optional
         Folder for `<species>.safetensors` and training.json.
     progress : callable, optional
         `progress(done, ticks)`.
     threads : int, default 1
-        Threads of kernels. They affect speed, never results.
+        Number of threads, which affects speed, never results.
     points : int, default 30
-        Points of each curve.
+        Number of points per curve.
     trust : bool, default False
-        Whether the code that the world lists may run in this process.
+        Whether code listed in the world file can run in this process.
 
     Returns
     -------
     dict
-        "policies": weights by species; "curves": by species and point, intake per animal and second, deaths per
-        animal and second, and mean happiness, over all training worlds; "learning": each update; "actions": how
-        often each action is taken.
+        "policies": weights by species; "curves": by species and point, intake and deaths per animal and
+        second and mean happiness, over all training worlds; "learning": each update; "actions": how often
+        each action was taken.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def pretrain(
 
 
 def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
-    """Return updates, and the frequencies of actions, by species, as lists; None if undefined."""
+    """Return each species' updates and frequencies of actions as lists; undefined values are None."""
     updates, actions = training_worlds.history()
     learning = {
         s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
@@ -127,7 +127,7 @@ def _plain(values: np.ndarray) -> list[float | None]:
 
 
 def ramp(world: World, config: WorldConfig, share: float) -> None:
-    """Set the ramped values of a training world, after this share of the training."""
+    """Set a training world's ramped values for this fraction of the training."""
     wanted = {r.key: r.at(share) for r in config.training.ramp}
     data = world.config.model_dump() if wanted else {}
     if any(real_key(data, key_of(key))[1] != value for key, value in wanted.items()):
@@ -135,7 +135,7 @@ def ramp(world: World, config: WorldConfig, share: float) -> None:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and all else with their hashes as a sealed training.json."""
+    """Write policies as sealed safetensors, and everything else with their hashes in training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -148,7 +148,7 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the mean of a network's states, steadier than the last (Polyak & Juditsky 1992)."""
+    """Return the mean of a network's states, which varies less than the last state (Polyak & Juditsky 1992)."""
     return {
         k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
         for k in states[0]
@@ -156,15 +156,15 @@ def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 SEEDS = 3
-TICKS = 300  # of each run, at most
+TICKS = 300  # maximum length of each run
 
 
 def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
-    """Run trained and random policies, both without learning, in `seeds` worlds of the training. Return
-    species → measure → {"trained": [mean, low, high], "random": …, "difference": …} (95%, Student's t over
-    seeds, which arms share)."""
+    """Run trained and random policies, both without learning, in the training world with `seeds` seeds.
+    Return species → measure → {"trained": [mean, low, high], "random": …, "difference": …} with 95% intervals
+    (Student's t over seeds, which both arms share)."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))
@@ -182,7 +182,7 @@ def against_random(
 def train_and_evaluate(
     config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
 ) -> dict[str, Any]:
-    """Train policies into a folder; return the result of `pretrain`, with "against_random"."""
+    """Train policies into a folder; return the result of `pretrain` with the additional key "against_random"."""
     config._code.pass_on()
     result = pretrain(config, seed, ticks, out, progress)
     result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))

@@ -1,5 +1,5 @@
-"""Ray as an executor: each call is a task of one CPU and one thread, repeated if its worker was lost. It
-continues from the checkpoint in its folder, which all machines must see."""
+"""Ray as an executor: each call is a task with one CPU and one thread, and is repeated if its worker is lost.
+It resumes from the checkpoint in its folder, which all machines must share."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ecs_eco.engine.errors import listed, refusal
 from ecs_eco.engine.processes import SAFE
 from ecs_eco.lab.pool import ENDED, PINS, once_free
 
-RETRIES = 20  # calls of a task whose worker or machine is lost, in addition to the first
+RETRIES = 20  # how often a task is repeated if its worker or machine is lost
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
-ANSWER = 10.0  # [s] in which a cluster must answer
+ANSWER = 10.0  # [s] to wait for a cluster's answer
 GRACE = 30.0  # [s] for calls to write their checkpoint after a request to stop
-# prefixes of variables that may affect results
+# prefixes of environment variables that may affect results
 SETTINGS = ("ECS_ECO_", "NUMBA_", "NPY_DISABLE_", "MKL_", "ONEDNN_MAX_", "OPENBLAS_CORETYPE", "ATEN_CPU_")
 LOCAL = "local"
 OF_A_MACHINE = ("ECS_ECO_CACHE", "NUMBA_CACHE_DIR")
@@ -30,12 +30,12 @@ Result = TypeVar("Result")
 
 
 class WorkerLost(RuntimeError):
-    """A call whose workers were lost repeatedly."""
+    """The workers of a call were lost repeatedly."""
 
 
 class Imported(list[str]):
-    """Folders in which Ray's workers look for modules: of those that Ray adds, only the ones of this
-    process. Ray always adds the current folder, whose modules would hide all others."""
+    """Module folders for Ray's workers: of the folders that Ray adds, only those used by this process. Ray
+    always adds the current folder, whose modules would shadow all others."""
 
     def extend(self, folders: Iterable[str]) -> None:
         """Add folders."""
@@ -44,16 +44,16 @@ class Imported(list[str]):
 
 
 class Call(Future[Any]):
-    """The future of a task. It can also be cancelled while it runs: it is asked to stop, as by Ctrl-C."""
+    """The future of a task. Canceling it while it runs asks the task to stop, as Ctrl-C would."""
 
     def __init__(self, executor: RayExecutor, reference: Any) -> None:
         super().__init__()
         self._executor, self.reference = executor, reference
-        executor.calls.add(self)  # until the task has ended
+        executor.calls.add(self)  # removed when the task has ended
         reference.future().add_done_callback(self._take)
 
     def cancel(self) -> bool:
-        """Cancel the call, whether it runs or not; return False if it is done."""
+        """Cancel the call, whether or not it is running; return False if it is done."""
         before, cancelled = self.cancelled(), super().cancel()
         if cancelled and not before:
             self._executor.ray.cancel(self.reference)
@@ -72,8 +72,8 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one that runs on this machine, or one that is
-    started here for the duration, with `workers` CPUs.
+    """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or
+    one started here for the duration with `workers` CPUs.
 
     Raises ConfigError if Ray is missing or no cluster answers.
     """
@@ -83,7 +83,7 @@ class RayExecutor(Executor):
         self._connected = not self.ray.is_initialized()
         if self._connected:
             _connect(self.ray, workers, os.environ.get("RAY_ADDRESS"))
-        self.at_once = workers  # None: as many as fit the cluster
+        self.at_once = workers  # None: as many as the cluster can run
         self._options = {"num_cpus": 1, "max_retries": RETRIES, "runtime_env": {"env_vars": settings()}}
         self._task = self.ray.remote(**self._options)(_call)
         self.calls = set[Call]()
@@ -91,7 +91,7 @@ class RayExecutor(Executor):
 
     @property
     def workers(self) -> int:
-        """The number of calls that run at a time."""
+        """Number of calls that run at a time."""
         return self.at_once or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
@@ -101,8 +101,8 @@ class RayExecutor(Executor):
         return Call(self, self._task.remote(fn, args, kwargs))
 
     def on_each_machine(self, folder: Path, fn: Callable[..., Any], /, *args: Any) -> None:
-        """Call a function once on each machine of the cluster, in parallel, and wait for them; raise its
-        exceptions, and ConfigError naming the machines that do not have a folder."""
+        """Call a function once on each machine of the cluster, in parallel, and wait. Raises the function's
+        exceptions, and a ConfigError that names the machines that do not have the folder."""
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy as At
 
         machines = {
@@ -119,7 +119,7 @@ class RayExecutor(Executor):
             without = sorted({name for name in self.ray.get(asked) if name})
         except BaseException as error:
             _, rest = self.ray.wait(asked, num_returns=len(asked), timeout=0, fetch_local=False)
-            for reference in rest:  # cancelling a task that has just ended can end this process (Ray 2.60)
+            for reference in rest:  # canceling a task that has just ended can end this process (Ray 2.60)
                 self.ray.cancel(reference)
             raise _plain(error) from None
         if without:
@@ -128,7 +128,7 @@ class RayExecutor(Executor):
             raise refusal((), fault, str(folder), allowed, source="--out")
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster once all calls are done, and end it if it was started here."""
+        """Disconnect from the cluster once all calls are done, and stop it if it was started here."""
         self._open = False
         calls = tuple(self.calls)
         for call in calls if cancel_futures else ():
@@ -139,7 +139,7 @@ class RayExecutor(Executor):
             Thread(target=self._leave, args=(calls,), daemon=True).start()
 
     def terminate(self) -> None:
-        """Ask all calls to stop: recordings get a last checkpoint. `submit` may be called again."""
+        """Ask all calls to stop after a last checkpoint. `submit` can be called again afterwards."""
         stopped = [call.reference for call in tuple(self.calls) if call.cancel()]
         if stopped:
             _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)
@@ -154,7 +154,7 @@ class RayExecutor(Executor):
         self.shutdown()
 
     def _leave(self, calls: Sequence[Call]) -> None:
-        """Wait for calls; then end what was started here."""
+        """Wait for calls, then end the connection and any cluster started here."""
         wait_for(calls)
         if self._connected and self.ray.is_initialized():
             self.ray.shutdown()
@@ -162,7 +162,7 @@ class RayExecutor(Executor):
 
 
 def settings() -> dict[str, str]:
-    """Return the environment of tasks: one thread, no modules of their folder, and settings from here."""
+    """Return the environment of tasks: one thread, no modules from their folder, this process's settings."""
     here = {
         name: value
         for name, value in os.environ.items()
@@ -172,7 +172,7 @@ def settings() -> dict[str, str]:
 
 
 def _ray() -> Any:
-    """Return the module. Raises ConfigError if it is not installed."""
+    """Return the ray module. Raises ConfigError if it is not installed."""
     try:
         import ray
     except ImportError:
@@ -182,14 +182,14 @@ def _ray() -> Any:
 
 
 def _connect(ray: Any, workers: int | None, address: str | None) -> None:
-    """Connect to a cluster; start one on this machine if none is named and none runs."""
+    """Connect to a cluster; start one on this machine if none is named and none is running."""
     job = ray.job_config.JobConfig()
     job._py_driver_sys_path = Imported()
     quiet = {"log_to_driver": False, "logging_level": "ERROR", "job_config": job}
     if address is not None and address.startswith("ray://"):
-        allowed = "HOST:PORT from a machine of the cluster, or `ray job submit` from elsewhere"
+        allowed = "HOST:PORT on a machine of the cluster, or `ray job submit` elsewhere"
         raise refusal(
-            (), "is Ray's client, which ends with its connection", address, allowed, source="RAY_ADDRESS"
+            (), "is for Ray's client, which ends with the connection", address, allowed, source="RAY_ADDRESS"
         )
     try:
         if address != LOCAL:
@@ -199,7 +199,7 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
     except (OSError, RuntimeError, ValueError) as error:
         if address is not None:
             why = getattr(error, "strerror", None) or str(error).splitlines()[0]
-            allowed = "the address that `ray start --head` printed, or none for this machine's own"
+            allowed = "the address printed by `ray start --head`, or none for a cluster on this machine"
             raise refusal(
                 (), f"no Ray cluster answers there: {why}", address, allowed, source="RAY_ADDRESS"
             ) from None
@@ -207,20 +207,20 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
 
 
 def _knock(address: str | None) -> None:
-    """Raise OSError if no server listens at HOST:PORT; Ray itself would try for minutes."""
+    """Raise OSError if no server listens at HOST:PORT, because Ray would try for minutes."""
     host, _, port = (address or "").rpartition(":")
     if host and port.isdigit():
         socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
 
 
 def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
-    """On a worker: carry out a call, once its folder is free."""
+    """Run a call on a worker, once its folder is free."""
     try:
         return once_free(lambda: fn(*args, **kwargs), PATIENCE)
     except KeyboardInterrupt:
         if _is_cancelled():
             raise
-        os._exit(ENDED)  # this worker is asked to end, not the call: it is called again elsewhere
+        os._exit(ENDED)  # only this worker is asked to end; the call is repeated elsewhere
 
 
 def _is_cancelled() -> bool:
@@ -230,7 +230,7 @@ def _is_cancelled() -> bool:
 
 
 def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
-    """On a machine: call a function; return the machine's name instead if it does not have a folder."""
+    """Call a function on a machine; if the machine does not have the folder, return its name instead."""
     if not os.path.isdir(folder):
         return socket.gethostname()
     fn(*args)
@@ -238,14 +238,14 @@ def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
 
 
 def _plain(error: BaseException) -> BaseException:
-    """Return the exception of a call, without Ray's wrapping."""
+    """Return the original exception of a call, without Ray's wrapper."""
     from ray import exceptions
 
     if isinstance(error, exceptions.RayTaskError):
         cause = error.cause
         return cause if isinstance(cause, BaseException) else RuntimeError(str(error))
     if isinstance(error, exceptions.TaskCancelledError):
-        return WorkerLost("was cancelled in the cluster")
+        return WorkerLost("was canceled in the cluster")
     lost = (
         exceptions.WorkerCrashedError,
         exceptions.NodeDiedError,

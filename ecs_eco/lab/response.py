@@ -1,4 +1,4 @@
-"""Responses of outcomes to the values that a sweep varied, with 95% intervals over seeds."""
+"""Responses of outcomes to the values varied in a sweep, with 95% intervals over seeds."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,17 +18,17 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Outcome:
-    """A column of the table that figures and page show."""
+    """A column of the runs table that is shown in figures and on the page."""
 
     column: str
     label: str
-    of: str = ""  # the species, "" for the world
-    share: bool = False  # whether it is 0 or 1 in each run
+    of: str = ""  # its species, "" for the world
+    share: bool = False  # whether its value in each run is 0 or 1
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An outcome at one value: its mean over seeds, the interval of the mean, and each run's own."""
+    """An outcome at one value: its mean over seeds, the interval of the mean, and the value in each run."""
 
     value: Any
     mean: Interval
@@ -36,8 +36,8 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return the outcomes in a table of runs: persistence, numbers, periods of cycles, and reporters."""
-    found = [Outcome("persisted", "share in which all persist", share=True)]
+    """Return the outcomes in a table of runs: persistence, numbers, cycle periods, and reporters."""
+    found = [Outcome("persisted", "fraction in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
         Outcome(f"{name}.period", f"period of {name} [ticks]", name)
@@ -55,13 +55,13 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
 
 
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
-    """Return the values of a key, numbers in order, others in order of appearance."""
+    """Return the values of a key: numbers sorted, other values in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())
     return sorted(values) if _are_numbers(values) else values
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: over seeds, of the means over everything else."""
+    """Return an outcome at each value of a key: its mean over everything else, averaged over seeds."""
     return [
         Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
@@ -70,16 +70,15 @@ def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each point, in the order of a key's values."""
+    """Return an outcome at each point, sorted by the value of a key."""
     parts = group(rows, lambda row: row["point"]).values()
     found = [Answer(part[0][key], interval(part, outcome), _numbers(part, outcome)) for part in parts]
     return sorted(found, key=lambda answer: answer.value)
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds, NaN if no run has a number, with its 95% interval.
-
-    Training seeds and world seeds are both replicates; for runs without training seeds, only world seeds.
+    """Return the mean of an outcome over seeds with its 95% interval; NaN if no run has a number. Training
+    seeds and world seeds are both replicates.
     """
     table = _table(rows, outcome.column)
     if not np.isfinite(table).all():
@@ -110,20 +109,20 @@ def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
 
 
 def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]:
-    """Return rows grouped by the result of a function, in their order."""
+    """Group rows by the result of a function, keeping their order."""
     parts: dict[Any, list[Row]] = {}
     for row in rows:
         parts.setdefault(of(row), []).append(row)
     return parts
 
 
-FEW = 12  # values of a key that get a point each; with more, each point of the hypercube gets one
-CELLS = 9 * 9  # of a heat map whose cells can show a number
-LABELS = 48  # characters under a panel before they are rotated
+FEW = 12  # maximum number of values drawn as one point each; with more, each point of the hypercube is drawn
+CELLS = 9 * 9  # maximum number of heat-map cells that show numbers
+LABELS = 48  # maximum number of characters under a panel before labels are rotated
 
 
 def short(key: str) -> str:
-    """Return a key without the part that all keys of species begin with."""
+    """Return a key without the prefix "species."."""
     return key.removeprefix("species.")
 
 
@@ -131,8 +130,8 @@ def short(key: str) -> str:
 def responses(
     rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
 ) -> Figure:
-    """Draw a panel for each outcome (rows) and key (columns): mean and 95% interval at each value, runs as
-    dots; a line for each treatment."""
+    """Draw a panel for each outcome (rows) and key (columns), with a line for each treatment: the mean and
+    95% interval at each value, and runs as dots."""
     figure, axes = panels(
         len(outcomes),
         len(keys),
@@ -173,7 +172,7 @@ def _response(
     of: int,
     label: str,
 ) -> None:
-    """Draw the responses of one treatment, next to those of the others."""
+    """Draw the responses of one treatment, offset from those of the others."""
     each = len(values) <= FEW
     found = [
         a
@@ -182,7 +181,7 @@ def _response(
     ]
     x = _places(values, [answer.value for answer in found])
     apart = np.diff(np.unique(_places(values, values)))
-    gap = float(apart.min()) if apart.size else 1.0  # the smallest distance between values
+    gap = float(apart.min()) if apart.size else 1.0  # smallest distance between values
     x = x + (number - (of - 1) / 2) * 0.06 * gap
     middle, low, high = (
         np.array([getattr(a.mean, end) for a in found], float) for end in ("value", "low", "high")
@@ -222,7 +221,7 @@ def _response(
 
 
 def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
-    """Return the positions of values on an axis: numbers at their value, others side by side."""
+    """Return the positions of values on an axis: numbers at their value, other values side by side."""
     if _are_numbers(values):
         return np.array(wanted, float)
     return np.array([values.index(value) for value in wanted], float)
@@ -258,14 +257,14 @@ def _written(value: Any) -> str:
 
 
 def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tuple[str, str]]:
-    """Return the pairs of keys that both have numbers, or few values."""
+    """Return the pairs of keys whose values are both numbers or few."""
     useful = [key for key in keys if _are_numbers(values := values_of(rows, key)) or len(values) <= FEW]
     return list(combinations(useful, 2))[:most]
 
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Draw means of outcomes (panels) over two keys: cells of a grid, or dots of a hypercube."""
+    """Draw the means of outcomes (panels) against two keys, as grid cells or as hypercube dots."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)
@@ -297,7 +296,7 @@ def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tup
 def _cells(
     ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
-    """Draw the cells of a grid, with their numbers if they fit."""
+    """Draw the cells of a grid, with numbers if they fit."""
     across, up = (values_of(rows, key) for key in pair)
     means = np.full((len(up), len(across)), np.nan)
     for i, b in enumerate(up):

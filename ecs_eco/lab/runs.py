@@ -1,4 +1,4 @@
-"""One run of an arm: reused if it is done, resumed if it was stopped, otherwise begun."""
+"""One run of an arm: reused if it is done, resumed if it was stopped, otherwise started."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.seal import read_manifest
 from ecs_eco.worlds.policies import weights_files
 
-EVERY = 2_000  # least ticks between the checkpoints of a run
+EVERY = 2_000  # minimum number of ticks between the checkpoints of a run
 
 
 def run_arm(
@@ -23,10 +23,10 @@ def run_arm(
     every: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
+    """Run an arm with a seed into a folder, with a checkpoint every `every` ticks; return its manifest.
 
-    A stopped run continues from its checkpoint, or restarts if it has none; nothing is removed. Raises
-    FolderInUse, ForeignFile if the folder contains files of another run, and RecordingError or
+    A stopped run resumes from its checkpoint, or restarts if it has none; nothing is removed. Raises
+    FolderInUse, ForeignFile if the folder contains files from another run, and a RecordingError or
     CheckpointError that names a damaged file.
     """
     from ecs_eco.runs.run import resume, run_to_folder
@@ -54,9 +54,8 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of this many ticks is in a folder.
-
-    Raises ForeignFile for another arm, seed or mode, RecordingError if its manifest is damaged.
+    """Return whether a folder contains a run of this length. Raises ForeignFile if the run is of another arm,
+    seed or mode, RecordingError if its manifest is damaged.
     """
     try:
         manifest = read_manifest(folder)
@@ -87,7 +86,7 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
         shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
         raise ForeignFile(
             f"{folder / 'manifest.json'}: belongs to another run ({shown}) than {arm.name}, seed {seed}; "
-            "remove the folder, or name another with --out"
+            "remove the folder, or choose another with --out"
         )
     if why := portable.other_mode(manifest):
         raise ForeignFile(f"{folder / 'manifest.json'}: {why}")

@@ -1,4 +1,4 @@
-"""SLURM (sbatch, squeue, scontrol): the jobs of a sweep as arrays that checkpoint and are requeued."""
+"""SLURM (sbatch, squeue, scontrol): jobs of a sweep as arrays that write checkpoints and are requeued."""
 
 import os
 import re
@@ -22,9 +22,9 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
 
-FOLDER = "slurm"  # of a sweep: scripts, logs, and the submitted arrays
+FOLDER = "slurm"  # folder in a sweep for scripts, logs and the list of submitted arrays
 SUBMITTED = "submitted.json"
-ARRAY_SIZE = 1001  # SLURM's own MaxArraySize by default: indices are below it
+ARRAY_SIZE = 1001  # SLURM's default MaxArraySize; indices are below it
 SCRIPT = """\
 #!/bin/bash
 {options}
@@ -46,16 +46,17 @@ class Options:
     """The options of a submission."""
 
     limit: int = 100  # jobs at a time
-    notice: int = 120  # [s] between the signal to write a checkpoint and the end of a job's time
-    more: tuple[str, ...] = ()  # options of sbatch as they are: "--time=2:00:00", "--mem=4G"
+    notice: int = 120  # [s] from the signal to write a checkpoint to the job's time limit
+    more: tuple[str, ...] = ()  # further options for sbatch: "--time=2:00:00", "--mem=4G"
 
 
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as arrays, one after another if they are too many for one; return the arrays'
-    ids.
+    """Submit jobs of a sweep as an array, or as several consecutive arrays if there are too many; return the
+    ids of the arrays.
 
-    Each job is one task of one CPU. Before its time is over it writes a checkpoint and is queued again, as it
-    is when SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or refuses.
+    Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, which
+    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or refuses the
+    jobs.
     """
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
@@ -76,14 +77,14 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
 def resume(
     folder: str | Path, numbers: Sequence[int], options: Options = Options()
 ) -> tuple[list[str], list[int]]:
-    """Submit the jobs that are not in the queue; return the arrays' ids, and the jobs that are."""
+    """Submit the jobs that are not queued; return the arrays' ids, and the jobs that were already queued."""
     waiting = queued(folder)
     ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
     return ids, [n for n in numbers if n in waiting]
 
 
 def queued(folder: str | Path) -> set[int]:
-    """Return the numbers of the jobs that SLURM has queued or runs. Raises ConfigError without SLURM."""
+    """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
     offsets = {array["id"]: array["offset"] for array in _arrays(sweep.folder / FOLDER)}
     if not offsets:
@@ -101,9 +102,9 @@ def queued(folder: str | Path) -> set[int]:
 
 
 def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array: index + offset is the number of a job; `after` is the array
-    that ends before it begins. Raises ConfigError if a line of it would contain a line break."""
-    logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM replaces what follows a %
+    """Return the batch script of an array, in which the number of a job is index + offset; the array starts
+    after the array `after` has ended. Raises ConfigError if an option contains a line break."""
+    logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {
         "job-name": name_of(sweep),
         "array": f"{compressed(indices)}%{options.limit}",
@@ -136,12 +137,12 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
 
 
 def name_of(sweep: Sweep) -> str:
-    """Return the name of a sweep's arrays in the queue."""
+    """Return the name of a sweep's arrays in the SLURM queue."""
     return f"ecs-eco-{sweep.hash[:8]}"
 
 
 def chunks(numbers: Sequence[int], size: int) -> list[tuple[int, list[int]]]:
-    """Return (offset, indices below `size`) for each array that the jobs take."""
+    """Return (offset, indices below `size`) for each array that the jobs need."""
     parts: dict[int, list[int]] = {}
     for number in sorted(set(numbers)):
         parts.setdefault(number // size * size, []).append(number % size)
@@ -149,7 +150,7 @@ def chunks(numbers: Sequence[int], size: int) -> list[tuple[int, list[int]]]:
 
 
 def compressed(indices: Sequence[int]) -> str:
-    """Return sorted numbers in SLURM's form: 0-5,7,9-12."""
+    """Return sorted numbers in SLURM's format: 0-5,7,9-12."""
     runs: list[list[int]] = []
     for i in indices:
         if runs and runs[-1][1] == i - 1:
@@ -160,13 +161,13 @@ def compressed(indices: Sequence[int]) -> str:
 
 
 def array_size() -> int:
-    """Return the maximum number of indices of an array on this cluster."""
+    """Return the maximum array size on this cluster."""
     told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
     return int(told[1]) if told else ARRAY_SIZE
 
 
 def _arrays(place: Path) -> list[dict[str, Any]]:
-    """Return the arrays submitted before. Raises RecordingError if their record is damaged."""
+    """Return previously submitted arrays. Raises RecordingError if their record is damaged."""
     if not (place / SUBMITTED).exists():
         return []
     return list(read_sealed(place, SUBMITTED, _Submitted)["arrays"])
@@ -183,7 +184,7 @@ class _Submitted(Section):
 
 
 def _slurm(*command: str) -> str:
-    """Return the output of a SLURM command."""
+    """Run a SLURM command and return its output."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     except FileNotFoundError:

@@ -15,36 +15,36 @@ from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.record.claim import owner_of
 
-ENOUGH = 5.0  # [s] of ticks after which the rate of a job counts
-SILENCE = 600.0  # [s] without a record after which a job on another machine counts as lost
+ENOUGH = 5.0  # [s] that a job must have run before its rate counts
+SILENCE = 600.0  # [s] without a progress record after which a job on another machine counts as lost
 
 
 @dataclass
 class Status:
-    """The state of a sweep: jobs by number, ticks and their rate."""
+    """The state of a sweep: job numbers by state, ticks and their rate."""
 
     done: list[int] = field(default_factory=list)
     running: list[int] = field(default_factory=list)
     waiting: list[int] = field(default_factory=list)
     failed: dict[int, str] = field(default_factory=dict)
     jobs: int = 0
-    ticks: int = 0  # of all runs so far
+    ticks: int = 0  # completed ticks of all runs
     ticks_in_all: int = 0
-    rates: list[float] = field(default_factory=list)  # [ticks/s] of the runs that have one by now
-    seconds: float = 0.0  # [s], total of the finished runs
+    rates: list[float] = field(default_factory=list)  # rates of running jobs, if known [ticks/s]
+    seconds: float = 0.0  # total time of finished runs [s]
 
     @property
     def rate(self) -> float:
-        """Return the ticks per second of all running jobs, from the known rates; 0 if none is known."""
+        """Return the total ticks per second of running jobs, from the known rates; 0 if none are known."""
         return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
 
     @property
     def remaining(self) -> float | None:
-        """Return the seconds to the end at the present rate; None if it is unknown."""
+        """Return the remaining seconds at the current rate; None if the rate is unknown."""
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
 
     def errors(self) -> list[tuple[str, list[int]]]:
-        """Return the errors, the most frequent first, with the jobs that had them."""
+        """Return the errors, most frequent first, with the jobs that had them."""
         return [
             (text, [number for number, own in self.failed.items() if own == text])
             for text, _ in Counter(self.failed.values()).most_common()
@@ -52,7 +52,7 @@ class Status:
 
 
 class Survey:
-    """Surveys a sweep repeatedly; finished jobs are read once."""
+    """Surveys a sweep repeatedly, reading finished jobs only once."""
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
@@ -69,7 +69,7 @@ class Survey:
             else:
                 _look_at(status, job.number, sweep.job_folder(job.number))
         status.seconds = sum(self._done.values())
-        if not status.rates and status.seconds:  # running jobs that have just begun
+        if not status.rates and status.seconds:  # all running jobs have just begun
             status.rates.append(sweep.ticks * len(status.done) / status.seconds)
         return status
 
@@ -84,7 +84,7 @@ class Survey:
 
 
 def _look_at(status: Status, number: int, place: Path) -> None:
-    """Add a job that is not done."""
+    """Add an unfinished job to the status."""
     note, owner = _numbers(place / PROGRESS), owner_of(place)
     ticks = int(note.get("done", 0))
     status.ticks += ticks
@@ -101,7 +101,7 @@ def _look_at(status: Status, number: int, place: Path) -> None:
 
 
 def _numbers(path: Path) -> dict[str, float]:
-    """Return the numbers of a record; anything else is left out."""
+    """Return the numbers in a record, ignoring everything else."""
     return {
         key: value
         for key, value in _read(path).items()

@@ -1,4 +1,4 @@
-"""A whole sweep on an executor: trainings before the jobs that need them; lost jobs are repeated."""
+"""A whole sweep on an executor: trainings run before the jobs that need them, and lost jobs are repeated."""
 
 from bisect import insort
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.trained import is_trained
 from ecs_eco.lab.work import Work, interleaved
 
-Task = int | str  # the number of a job, or the name of a training
+Task = int | str  # number of a job, or name of a training
 
 
 @dataclass
@@ -25,11 +25,11 @@ class Outcome:
 
     done: list[int] = field(default_factory=list)
     failed: dict[int, str] = field(default_factory=dict)
-    retried: int = 0  # calls whose worker was lost
+    retried: int = 0  # calls that were repeated because their worker was lost
 
     @property
     def whole(self) -> bool:
-        """Whether all are done."""
+        """True if no job failed."""
         return not self.failed
 
 
@@ -42,32 +42,32 @@ def run_sweep(
     progress: Callable[[Outcome], None] | None = None,
     trust: bool = False,
 ) -> Outcome:
-    """Do all jobs of a plan into a folder, or continue them there.
+    """Run all jobs of a plan into a folder, or resume them there.
 
     Parameters
     ----------
     plan : str, Path or Mapping
-        A TOML file or its content; see docs/how-to/clusters.md.
+        A plan file or its content; see docs/how-to/clusters.md.
     folder : str or Path
     executor : str or Executor, default "local"
-        "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` of processes that see the
-        folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`.
+        "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` whose processes can access
+        the folder, such as Dask's `client.get_executor()` or mpi4py's `MPIPoolExecutor()`.
     workers : int, optional
         Number of processes.
     progress : callable, optional
-        Called with the outcome after each job.
+        Function called with the outcome after each job.
     trust : bool, default False
-        Whether the code that the world lists may run.
+        Whether code listed in the world file can run.
 
     Returns
     -------
     Outcome
-        Which jobs are done and which failed: a job that fails stops no other.
+        The jobs that are done and those that failed; a failed job does not stop the others.
 
     Raises
     ------
     ConfigError
-        For an invalid plan.
+        If the plan is invalid.
     ForeignFile
         If the folder contains another sweep.
 
@@ -91,7 +91,7 @@ def run_sweep(
 
 
 def unfinished(sweep: Sweep) -> list[int]:
-    """Return the numbers of the jobs that are not done."""
+    """Return the numbers of unfinished jobs."""
     return [job.number for job in sweep.jobs if read_done(sweep, job.number) is None]
 
 
@@ -102,9 +102,9 @@ def do_jobs(
     *,
     progress: Callable[[Outcome], None] | None = None,
 ) -> Outcome:
-    """Do the jobs with these numbers, or all unfinished ones; return their outcome.
+    """Run the jobs with these numbers (default: all unfinished jobs), and return the outcome.
 
-    On the project's own Pool a job whose worker was killed is repeated; other executors do so themselves.
+    On a `Pool`, jobs whose worker was killed are repeated here; other executors repeat them themselves.
     """
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
@@ -136,7 +136,7 @@ def do_jobs(
 
 
 def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
-    """Return jobs in an order whose every beginning is even over points, treatments and seeds."""
+    """Return jobs ordered so that points, treatments and seeds advance evenly."""
     points: dict[int, dict[str, list[int]]] = {}
     for number in numbers:
         job = sweep.jobs[number]
@@ -145,7 +145,7 @@ def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return the numbers of jobs by the training for which they wait, "" if they need none, or have it."""
+    """Return the numbers of jobs by the training that they wait for; "" if they need none, or it is done."""
     missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
     for number in numbers:
         name = sweep.jobs[number].training or ""
@@ -156,7 +156,7 @@ def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
 
 
 def _failure(future: Future[Any], lost: int) -> str | None:
-    """Return why a call failed, None if it did not; `lost` is how often its worker was killed."""
+    """Return why a call failed, or None if it succeeded; `lost` is the number of times its worker was killed."""
     try:
         future.result()
     except BrokenExecutor as error:

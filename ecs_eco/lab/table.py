@@ -1,4 +1,4 @@
-"""The results of a sweep: its table, a row for each finished run, its figures and page."""
+"""The results of a sweep: a table with a row for each finished run, figures and a page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
-UNTREATED = "world"  # the unchanged world, among treatments
+UNTREATED = "world"  # name of the unchanged world in the treatment column
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Collected:
 
     table: Path
     page: Path
-    missing: int  # jobs that are not done
-    lines: tuple[str, ...]  # the result in words
+    missing: int  # number of unfinished jobs
+    lines: tuple[str, ...]  # summary sentences
 
 
 def collect(sweep: Sweep) -> Collected:
@@ -39,12 +39,12 @@ def collect(sweep: Sweep) -> Collected:
     Parameters
     ----------
     sweep : Sweep
-        From `read_sweep`.
+        A sweep from `read_sweep`.
 
     Returns
     -------
     Collected
-        The files, the number of jobs that are not finished, and a summary.
+        The files, the number of unfinished jobs, and a summary.
 
     Raises
     ------
@@ -53,14 +53,14 @@ def collect(sweep: Sweep) -> Collected:
     """
     rows = rows_of(sweep)
     if not rows:
-        raise RecordingError(f"{sweep.folder}: no job is done yet: ecs-eco sweep resume {sweep.folder}")
+        raise RecordingError(f"{sweep.folder}: no job is done yet; run: ecs-eco sweep resume {sweep.folder}")
     table = write_table(rows, sweep.folder / RUNS)
     page = write_page(sweep, rows, Survey(sweep).look().failed)
     return Collected(table, page, len(sweep.jobs) - len(rows), lines_of(sweep, rows))
 
 
 def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
-    """Return a row for each finished job, in their order; all rows have the same keys."""
+    """Return a row for each finished job, in order; all rows have the same keys."""
     rows = [
         row_of(job.point, done) for job in sweep.jobs if (done := read_done(sweep, job.number)) is not None
     ]
@@ -71,8 +71,8 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
     """Return the row of a finished job: its identity, values and results.
 
-    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period"
-    exists if the species cycles, "deer.died.starved" counts deaths.
+    Times are in ticks; "deer.mean" and "deer.final" are the numbers over the run and at its end;
+    "deer.period" has a value if the species cycles; "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
     row = {
@@ -103,7 +103,7 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
 
 
 def _place(rows: list[dict[str, Any]]) -> Any:
-    """Return a key that sorts columns in the order of the rows."""
+    """Return a sort key that keeps columns in the order of the rows."""
     places: dict[str, tuple[int, str]] = {}
     for row in rows:
         at = 0
@@ -114,7 +114,7 @@ def _place(rows: list[dict[str, Any]]) -> Any:
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
-    """Write rows as a Parquet file; values of one key with several types become texts."""
+    """Write rows as a Parquet file; columns with values of different types become text."""
     import pyarrow as pa
 
     from ecs_eco.record.parquet import write_part
@@ -134,18 +134,18 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
 
 
 PAGE = "sweep.html"
-MOST_PANELS = 6  # outcomes of a figure
-MOST_ROWS = 400  # of the table of points
+MOST_PANELS = 6  # maximum number of outcomes per figure
+MOST_ROWS = 400  # maximum length of the table of points
 _RESPONSE = (
-    "Means at each value with 95% intervals over seeds; dots are single runs. If several values "
-    "vary, each seed's mean over the other values is taken first."
+    "Means at each value with 95% intervals over seeds; dots are single runs. If several values vary, each "
+    "seed's mean over the other values is computed first."
 )
-_POINTS = "Each point of the hypercube: its mean with the 95% interval over seeds."
-_HEAT = "Means over seeds and over all other varied values; empty if no run has a number."
+_POINTS = "For a hypercube, each point is shown: its mean with the 95% interval over seeds."
+_HEAT = "Means over seeds and all other varied values; cells are empty if no run has a number."
 
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
-    """Write sweep.html and figures/ from the rows of the table; return the page."""
+    """Write sweep.html and figures/ from the rows of the table; return the path of the page."""
     folder = inside(sweep.folder, sweep.folder / "figures")
     species = list(sweep.content["config"]["species"])
     species = [name for name in species if f"{name}.mean" in rows[0]]
@@ -162,7 +162,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
 
 
 def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the result in words: in how many runs all species persist, by treatment."""
+    """Return a sentence for each treatment: in how many runs all species persist."""
     out = []
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)
@@ -180,7 +180,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
         verdict(lines_of(sweep, rows), lost),
-        "<p class='under'>Seeds are the replicates. Intervals are 95%.</p>",
+        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
         why = f", {len(failed)} of them because they failed" if failed else ""
@@ -191,7 +191,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
 def _responses(
     rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
 ) -> list[str]:
-    """Return pictures of the responses of outcomes to the values."""
+    """Return the section with figures of responses to the values."""
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
@@ -240,7 +240,7 @@ def _cell(x: Interval) -> str:
 
 
 def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
-    """Return the origin of the numbers."""
+    """Return the section on how the numbers were produced."""
     commits = sorted({str(row["git_commit"])[:12] for row in rows})
     seeds: dict[str, Any] = {kind: sweep.content["plan"][f"{kind}_seeds"] for kind in ("world", "training")}
     words = "; ".join(f"{kind} seeds {', '.join(map(str, own))}" for kind, own in seeds.items() if own)
@@ -248,7 +248,7 @@ def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
     return [
         "<h2>How it was made</h2>",
         f"<p>Plan {escape(sweep.content['source'])} ({sweep.hash[:16]}), {escape(words)}; "
-        f"commit {escape(', '.join(commits))}; {number(hours)} hours of one core, "
-        f"machines: {len({row['host'] for row in rows})}. Each run has its folder in jobs/; every run is a "
-        "row of runs.parquet.</p>",
+        f"commit {escape(', '.join(commits))}; {number(hours)} core hours, "
+        f"machines: {len({row['host'] for row in rows})}. Each run has a folder in jobs/ and a row in "
+        "runs.parquet.</p>",
     ]

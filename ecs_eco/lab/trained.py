@@ -1,4 +1,4 @@
-"""Policies of a configuration and a training seed: reused if they were trained before, otherwise trained."""
+"""Policies for a configuration and a training seed: reused if they exist, otherwise trained."""
 
 import os
 from pathlib import Path
@@ -18,12 +18,13 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, with <species>.safetensors and training.json: complete, or absent.
+    """Return the folder, which contains <species>.safetensors and training.json, after training if necessary.
 
-    Several processes may train the same policies at once: the first result is kept, the others are identical.
-    Without `verify` any training in the folder is accepted, since the folder's name identifies it. Raises
-    ForeignFile if it contains another training, RecordingError if it is damaged or contains other files; only
-    leftovers of a killed training are removed.
+    The folder appears only when it is complete. Several processes can train the same policies at once: the
+    first result is kept, and the others are identical. Without `verify`, any training in the folder is
+    accepted, because the folder's name identifies it. Raises ForeignFile if the folder contains another
+    training, RecordingError if it is damaged or contains other files; only leftovers of a killed training are
+    removed.
     """
     from ecs_eco.lab.pretraining import pretrain
 
@@ -37,8 +38,8 @@ def train_or_find(
             if not is_trained(folder, config, seed, ticks, verify=verify):
                 if not remove(folder, WRITTEN):
                     raise RecordingError(
-                        f"{folder}: has no {FILE}, and holds other files than a training "
-                        "writes; move them away, or name another folder"
+                        f"{folder}: has no {FILE}, but contains files that no training writes; move them "
+                        "away, or choose another folder"
                     )
                 _keep(part, folder)
         finally:
@@ -49,7 +50,8 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether a training is in a folder. Raises ForeignFile for another, RecordingError if damaged."""
+    """Return whether a folder contains this training. Raises ForeignFile if it contains another training,
+    RecordingError if it is damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()
@@ -67,12 +69,12 @@ def is_trained(
         if not file.is_file():
             raise RecordingError(f"{file}: is missing; remove its folder to train again")
         if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
-            raise ForeignFile(f"{file}: is not the policy that this training wrote")
+            raise ForeignFile(f"{file}: is not the policy written by this training")
     return True
 
 
 def _keep(part: Path, folder: Path) -> None:
-    """Move a new training to its place, unless another process was first."""
+    """Move a new training to its folder, unless another process was faster."""
     try:
         part.rename(folder)
     except OSError:
@@ -81,7 +83,7 @@ def _keep(part: Path, folder: Path) -> None:
 
 
 def forget_trained(folder: Path) -> None:
-    """Remove trainings, each in its own folder, and nothing else."""
+    """Remove all trainings in a folder, and the folder if nothing else is left."""
     for place in folder.glob("training-*"):
         remove(place, WRITTEN)
     remove(folder, ())

@@ -1,4 +1,4 @@
-"""The worlds of pre-training: one, or several in parallel with their own values, that train the same
+"""The worlds of pre-training: one world, or several parallel worlds with different values that train the same
 networks."""
 
 from collections.abc import Mapping, Sequence
@@ -10,27 +10,27 @@ from ecs_eco.config import WorldConfig, for_training
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
 
-# statistics of species, and their columns in a series
+# statistics of species → their columns in a series
 COUNTS = {"n": "n", "taken_in": "taken_in", "deaths": "deaths", "happiness": "happiness_mean"}
 
 
 class TrainingWorlds:
-    """`training.worlds` worlds, run side by side, that share the learners of the first. Each has its own
-    values of `training.vary`; after `training.renew` ticks they restart with others, and a species may act
-    by an earlier policy (`training.pool`), which does not learn."""
+    """`training.worlds` worlds that run in parallel and share the learners of the first. Each has its own
+    values of `training.vary`. After `training.renew` ticks, they restart with new values, and a species may
+    then use an earlier policy (`training.pool`), which does not learn."""
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
         self.tick, self.stage = 0, 0
         self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
-        self.series: list[dict[str, np.ndarray]] = []  # of former worlds, per species name and count
-        self.recorded: list[tuple[int, Any, Any]] = []  # of former worlds: first tick, updates, actions
-        self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
+        self.series: list[dict[str, np.ndarray]] = []  # statistics of former worlds
+        self.recorded: list[tuple[int, Any, Any]] = []  # former worlds: first tick, updates, actions
+        self.learners: dict[str, Any] = {}  # species → Learner or SharedLearner
         self.worlds: list[World] = []
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Run each world, for at most `renew` ticks of its life and one to learn from the last rollout."""
+        """Run each world; it lives for `renew` ticks, and one more to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -45,7 +45,7 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the ticks that one world runs before the next: at most a rollout."""
+        """Return the number of ticks that one world runs before the next one does: at most a rollout."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -62,7 +62,7 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update; empty if there was none, None if undefined."""
+        """Return the statistics of each species' last update, if any; undefined values are None."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
@@ -91,14 +91,14 @@ class TrainingWorlds:
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return the counts of all worlds together, and mean happiness: f64[ticks, species] each."""
+        """Return the counts summed over worlds, and mean happiness: f64[ticks, species] each."""
         parts = [counts_of(world) for world in self.worlds]
         return {
             k: (np.mean if k == "happiness" else np.sum)([part[k] for part in parts], axis=0) for k in COUNTS
         }
 
     def history(self) -> tuple[Any, Any]:
-        """Return all updates, and the actions in all worlds, as tables with the ticks of the training."""
+        """Return tables of all updates and of the actions in all worlds, with the ticks of the training."""
         import pyarrow as pa
 
         plain = [[], []]  # type: list[list[Any]]
@@ -127,7 +127,7 @@ class TrainingWorlds:
         self._begin()
 
     def _begin(self) -> None:
-        """Create the worlds of a stage, and give them the networks that learn."""
+        """Create the worlds of a stage and give them the learning networks."""
         k, first = self.plan.worlds, not self.worlds
         values = drawn(self.plan.vary, k, random.tick_key(self.seed, self.stage))
         self.worlds = []
@@ -147,7 +147,7 @@ class TrainingWorlds:
                 self._hand(world.tables[name].species.nerves, name, learner, i)
 
     def _share(self) -> None:
-        """Create one learner for each species: that of the first world, shared if there are several."""
+        """Create one shared learner for each species from the learner of the first world."""
         from ecs_eco.learning.shared import SharedLearner  # loads torch
 
         for name, table in self.worlds[0].tables.items():
@@ -156,7 +156,7 @@ class TrainingWorlds:
                 self.learners[name] = SharedLearner(learner, self.plan.worlds)
 
     def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
-        """Give a species of world i the network that learns, or an earlier one of the pool."""
+        """Give a species in world i the learning network, or an earlier one from the pool."""
         share, pool = together.shares[i], self.pool.get(name, [])
         key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
         u = random.draw_many(
@@ -178,11 +178,11 @@ def counts_of(world: World) -> dict[str, np.ndarray]:
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
-    """Return a value of every key for each world: one from each of `worlds` equal parts of the range, in a
-    separate order.
+    """Return a value for each key and world: each of `worlds` equal parts of a range is used once, in an
+    order that differs between keys.
 
-    That is a Latin hypercube (McKay, Beckman & Conover 1979). Steps are equal factors if both ends are
-    positive, otherwise equal differences; integers if both ends are ints.
+    This is a Latin hypercube (McKay, Beckman & Conover 1979). Parts are equal on a log scale if both ends are
+    positive, otherwise on a linear scale; values are integers if both ends are.
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):

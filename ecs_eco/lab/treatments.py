@@ -1,7 +1,6 @@
-"""Treatments: the changes of a world in an arm of a comparison. One table holds all named ones.
-
-A treatment may change values of the configuration, by dotted key, the initial policies, whether they learn,
-or the species as a world is built (`ecs_eco.life.treatments`). `--treatment` names them.
+"""Treatments: the changes to a world in an arm of a comparison. A treatment, selected with `--treatment`, can
+change values of the configuration (by dotted key), the initial policies, whether they learn, or the species
+when a world is built (`ecs_eco.life.treatments`).
 """
 
 import re
@@ -14,12 +13,12 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
 from ecs_eco.engine.errors import nearest, refusal
 
-LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
-ANOSMIC = 1e30  # half-saturation at which a nose reads 0
+LIGHT_WEIGHT = 0.3  # weight of light in the happiness of `energy-and-light`
+ANOSMIC = 1e30  # half-saturation that makes a nose read 0
 
 
 class NotApplicable(ValueError):
-    """A treatment does not apply to this world: `what` is missing, and what is `allowed`."""
+    """A treatment does not apply to this world; `what` is the reason, and `allowed` what is expected."""
 
     def __init__(self, fault: str, allowed: str) -> None:
         self.what, self.allowed = fault, allowed
@@ -40,16 +39,16 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
-    """Replace happiness that depends on light by energy alone."""
+    """Replace happiness formulas that depend on light with energy alone."""
     formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
-        raise NotApplicable("no species has a happiness that depends on light", allowed)
+        raise NotApplicable("no species has a happiness.formula that depends on light", allowed)
     return {f"species.{name}.happiness.formula": energy for name, energy in formulas.items() if energy}
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
-    """Make species that sense light dislike it: subtract 0.3 times light from a formula without light."""
+    """Make species that sense light dislike it: subtract 0.3 × light from formulas without light."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
         light = _light(config, name)
@@ -59,12 +58,12 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
                 f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
             )
     if not values:
-        raise NotApplicable("no species senses light and has a happiness.formula without it", "energy-only")
+        raise NotApplicable("no species that senses light has a happiness.formula without it", "energy-only")
     return values
 
 
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
-    """Remove a species, in life and in training."""
+    """Remove a species from runs and from training."""
     if species not in config.species:
         raise NotApplicable(f"no species named {species}", ", ".join(config.species))
     key = f"species.{species}.count"
@@ -77,7 +76,7 @@ def without(config: WorldConfig, species: str) -> dict[str, Any]:
 
 
 def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
-    """Set light to the mean of the day at all times, or shift sunrise by half a day."""
+    """Set light to its daily mean at all times, or shift sunrise by half a day."""
     if config.sun is None:
         raise NotApplicable("there is no sun", "a world with [sun]")
     if config.sun.kind == kind:
@@ -98,23 +97,23 @@ def _energy(config: WorldConfig, name: str) -> str | None:
 
 
 def _formula(config: WorldConfig, name: str) -> str:
-    """Return the formula of a species' happiness, in brackets unless it is a single name."""
+    """Return a species' happiness formula, in parentheses unless it is a single name."""
     happiness = config.species[name].happiness
     text = "" if happiness is None else str(happiness.formula)
     return text if text.isidentifier() else f"({text})"
 
 
 def _depends_on_light(config: WorldConfig, name: str) -> bool:
-    """Return whether the formula of a species' happiness names its channel of light."""
+    """Return whether a species' happiness formula contains its light channel."""
     happiness, light = config.species[name].happiness, _light(config, name)
     if not (light and happiness and happiness.formula):
         return False
     return bool(re.search(rf"\b{re.escape(light)}\b", happiness.formula))
 
 
-Policies: TypeAlias = str | dict[str, str]  # a word or folder for all species, or by species
-OPTION = "--treatment"  # where treatments are named, for error messages
-ABSENT = "no-"  # followed by the name of a species: without that species
+Policies: TypeAlias = str | dict[str, str]  # a word or folder, for all species or by species
+OPTION = "--treatment"  # the option that sets treatments, for error messages
+ABSENT = "no-"  # prefix of a species' name: without that species
 
 
 def needs_policy(config: WorldConfig) -> None:
@@ -130,32 +129,32 @@ def needs_reflex(config: WorldConfig) -> None:
 
 
 def needs_genome(config: WorldConfig) -> None:
-    """Raise NotApplicable if nothing is inherited: neither a genome nor learned weights."""
+    """Raise NotApplicable if neither genomes nor learned weights are inherited."""
     if all(s.genome is None and s.policy.inherit != "learned" for s in config.species.values()):
         raise NotApplicable("no species has a genome", "a treatment that removes something")
 
 
 @dataclass(frozen=True)
 class Treatment:
-    """The changes of one arm of a comparison."""
+    """The changes in one arm of a comparison."""
 
-    name: str  # as --treatment takes it
+    name: str  # as passed to --treatment
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
-    assignment: str = ""  # KEY=VALUE, if it changes nothing else
-    policies: Policies = "trained"  # or a word for all species, or a dict: species → word
-    learn: bool | None = None  # whether policies learn in the run; None: as in the world file
-    at_build: bool = False  # whether it is one of `ecs_eco.life.treatments`
-    needs_learning: bool = False  # whether a run without learning is the same with and without it
+    assignment: str = ""  # KEY=VALUE, if this is the only change
+    policies: Policies = "trained"  # a word for all species, or a dict: species → word
+    learn: bool | None = None  # whether policies learn during runs; None: as in the world file
+    at_build: bool = False  # whether it is in `ecs_eco.life.treatments`
+    needs_learning: bool = False  # whether it has no effect on runs without learning
     check: Callable[[WorldConfig], None] | None = None  # raises NotApplicable
 
     @property
     def changes_config(self) -> bool:
-        """Whether it changes the configuration, in which policies can be trained."""
+        """Whether it changes the configuration, so that policies can be trained under it."""
         return self.changes is not None or bool(self.assignment)
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
-        """Return the configuration under this treatment. Raises NotApplicable, ConfigError."""
+        """Return the configuration with this treatment. Raises NotApplicable, ConfigError."""
         if self.check is not None:
             self.check(config)
         if self.assignment:
@@ -166,20 +165,20 @@ class Treatment:
 _TREATMENTS = (
     Treatment("random-policy", "actions are drawn at random", policies="random", check=needs_policy),
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
-    Treatment("learning", "policies keep learning in the run", learn=True),
-    Treatment("frozen-learning", "policies stay as they were trained", learn=False),
-    Treatment("no-reflexes", "there are no reflexes", at_build=True, check=needs_reflex),
+    Treatment("learning", "policies keep learning during the run", learn=True),
+    Treatment("frozen-learning", "policies do not learn during the run", learn=False),
+    Treatment("no-reflexes", "reflexes are removed", at_build=True, check=needs_reflex),
     Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, check=needs_genome),
     Treatment("shuffled-genome", "genes come from random living members", at_build=True, check=needs_genome),
-    Treatment("no-mutation", "there are no mutations", at_build=True, check=needs_genome),
-    Treatment("constant-light", "light is the mean of the day", partial(_sun, kind="constant")),
-    Treatment("inverted-light", "the day is dark", partial(_sun, kind="inverted")),
+    Treatment("no-mutation", "mutation is turned off", at_build=True, check=needs_genome),
+    Treatment("constant-light", "light is constant at its daily mean", partial(_sun, kind="constant")),
+    Treatment("inverted-light", "day and night are swapped", partial(_sun, kind="inverted")),
     Treatment("no-smell", "no animal smells anything", no_smell),
-    Treatment("energy-only", "happiness is energy alone", energy_only, needs_learning=True),
+    Treatment("energy-only", "happiness depends on energy alone", energy_only, needs_learning=True),
     Treatment("energy-and-light", "light lowers happiness", energy_and_light, needs_learning=True),
 )
 TREATMENTS: dict[str, Treatment] = {treatment.name: treatment for treatment in _TREATMENTS}
-FOR_ONE_SPECIES = ("random-policy", "untrained-policy")  # as random-policy:deer
+FOR_ONE_SPECIES = ("random-policy", "untrained-policy")  # such as random-policy:deer
 
 
 def names(config: WorldConfig) -> list[str]:
@@ -188,7 +187,7 @@ def names(config: WorldConfig) -> list[str]:
 
 
 def find(name: str, config: WorldConfig) -> Treatment:
-    """Return the treatment of this name, or KEY=VALUE. Raises ConfigError with the nearest name."""
+    """Return the treatment for a name or KEY=VALUE. Raises a ConfigError that suggests the closest name."""
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):
@@ -207,8 +206,8 @@ def find(name: str, config: WorldConfig) -> Treatment:
         allowed = ", ".join(known) or "none"
         raise refusal((), "no such species with a policy", species, allowed, nearest(species, known), OPTION)
     allowed = (
-        f"{', '.join(names(config))}, one of the first two for a single species (random-policy:NAME), "
-        "or a value: key=value"
+        f"{', '.join(names(config))}, one of the first two for a single species (random-policy:NAME), or a "
+        "changed value: key=value"
     )
     raise refusal((), "no such treatment", name, allowed, nearest(name, names(config)), OPTION)
 

@@ -1,4 +1,4 @@
-"""Calls on any executor, by key: submitted as capacity permits, and repeated if their worker was killed."""
+"""Calls on any executor, by key: submitted as capacity permits, and repeated if their worker is killed."""
 
 import math
 from collections import Counter, deque
@@ -8,14 +8,14 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 from ecs_eco.lab.pool import Pool
 
-RETRIES = 5  # how often a call whose worker was killed is repeated
+RETRIES = 5  # how often a call is repeated if its worker is killed
 Key = TypeVar("Key", bound=Hashable)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 class Call(NamedTuple):
-    """A function to be called with arguments, by its key."""
+    """A function call, with its key."""
 
     key: Any
     fn: Callable[..., Any]
@@ -23,10 +23,10 @@ class Call(NamedTuple):
 
 
 class Work(Generic[Key]):
-    """Waiting and running calls of an executor; a context manager.
+    """The waiting and running calls of an executor, as a context manager.
 
-    Calls of the project's own Pool are repeated if their worker was killed, `retries` times at most (by
-    default RETRIES); other executors do so themselves. Leaving `with` by an exception cancels all calls that
+    Calls on a `Pool` are repeated if their worker is killed, at most `retries` times (default: RETRIES);
+    other executors repeat calls themselves. An exception that leaves the `with` block cancels all calls that
     have not begun.
     """
 
@@ -35,11 +35,11 @@ class Work(Generic[Key]):
         self.retries = RETRIES if retries is None else retries
         self.waiting: deque[Call] = deque()
         self.running: dict[Future[Any], Call] = {}
-        self.lost: Counter[Key] = Counter()  # how often the worker of a call was killed
-        self.repeated = 0  # calls that were repeated
+        self.lost: Counter[Key] = Counter()  # times that a call's worker was killed
+        self.repeated = 0  # number of repeated calls
 
     def __len__(self) -> int:
-        """Return how many calls wait or run."""
+        """Return the number of waiting and running calls."""
         return len(self.waiting) + len(self.running)
 
     def add(self, key: Key, fn: Callable[..., Any], *arguments: object) -> None:
@@ -47,17 +47,17 @@ class Work(Generic[Key]):
         self.waiting.append(Call(key, fn, arguments))
 
     def arrived(self, timeout: float | None = None) -> list[tuple[Key, Future[Any]]]:
-        """Return the calls that finish within a time [s], or, if that is None, wait for the first."""
+        """Return the calls that finish within `timeout` [s]; if it is None, wait for the first."""
         self._submit()
         done, _ = wait(self.running, timeout, FIRST_COMPLETED)
         if isinstance(self.pool, Pool) and any(map(_lost_its_worker, done)):
-            done, _ = wait(self.running)  # a pool that lost one worker loses all
+            done, _ = wait(self.running)  # a pool that loses one worker loses all
             self.pool.terminate()
         arrived = [(future, self.running.pop(future)) for future in done]
         return [(call.key, future) for future, call in arrived if not self._again(call, future)]
 
     def stop(self) -> None:
-        """End all calls; an executor that cannot end the running ones finishes them."""
+        """End all calls; an executor that cannot end running calls finishes them."""
         self.waiting.clear()
         for future in self.running:
             future.cancel()
@@ -66,7 +66,7 @@ class Work(Generic[Key]):
             self.pool.terminate()
 
     def _submit(self) -> None:
-        """Submit calls up to the capacity, or all if an executor has no limit."""
+        """Submit calls up to the executor's capacity, or all if it has no limit."""
         room = getattr(self.pool, "at_once", None) or len(self)
         while self.waiting and len(self.running) < room:
             call = self.waiting.popleft()
@@ -76,7 +76,7 @@ class Work(Generic[Key]):
                 return
 
     def _again(self, call: Call, future: Future[Any]) -> bool:
-        """Repeat a call whose worker was killed, unless that happened too often."""
+        """Repeat a call whose worker was killed, unless too often; return whether it is repeated."""
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
         self.lost[call.key] += 1
@@ -87,7 +87,7 @@ class Work(Generic[Key]):
         return True
 
     def __iter__(self) -> Iterator[tuple[Key, Future[Any]]]:
-        """Yield keys with their futures as these are done, until none is left."""
+        """Yield keys with their futures as they complete, until no call is left."""
         while len(self):
             yield from self.arrived()
 
@@ -103,9 +103,8 @@ class Work(Generic[Key]):
 def completed(
     pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]], retries: int | None = None
 ) -> Iterator[tuple[Key, Future[Any]]]:
-    """Call `fn` with the arguments of each job; yield keys with their futures as these are done.
-
-    A single job of a Pool is done in this process.
+    """Call `fn` with the arguments of each job; yield keys with their futures as they complete. On a Pool, a
+    single job runs in this process.
     """
     with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool, retries) as work:
         for key, arguments in jobs.items():
@@ -123,8 +122,9 @@ def run_jobs(
 ) -> dict[Key, Result]:
     """Call `fn` with the arguments of each job; return the results of those that succeeded.
 
-    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
-    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
+    `progress` is called with the number of successes and the number of jobs, `failed` with a job and its
+    exception. If a worker is killed from outside, `failed` is called once with a BrokenExecutor, and no
+    further job is started.
     """
     results: dict[Key, Result] = {}
     if not jobs:
@@ -142,10 +142,10 @@ def run_jobs(
 
 
 def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
-    """Return the items of groups in an order whose every beginning is as even over groups, and over
-    positions in them, as possible: with groups of equal size neither differs by more than one."""
+    """Return the items of groups, ordered so that at every point, groups and positions within groups have
+    advanced as evenly as possible; for groups of equal size, neither differs by more than one."""
     n, most = len(groups), max(map(len, groups), default=0)
-    again = math.lcm(n, most)  # from here on, positions would meet the same groups
+    again = math.lcm(n, most)  # from here on, positions would coincide with the same groups
     at = ((k % n, (k + k // again) % most) for k in range(n * most))
     return [groups[i][j] for i, j in at if j < len(groups[i])]
 

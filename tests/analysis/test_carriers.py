@@ -66,7 +66,7 @@ def test_carriers_of_genes_without_a_place_are_found_by_promoters_once_for_each_
     size = finches.frequencies("finch", "size", 1)  # TA within the first is no promoter
     assert dict(zip(size.values, size.count[0].tolist(), strict=True)) == {"AC": 1, "TA": 1}
     assert red.n.tolist() == [4]
-    with pytest.raises(ValueError, match="genes have no fixed place"):
+    with pytest.raises(ValueError, match="genes have no fixed position"):
         finches.frequencies("finch", (0, 2), 1)
 
 

@@ -54,7 +54,7 @@ def test_a_report_opens_with_who_persisted(lost: Series) -> None:
     assert opening(alive) == ["All 2 species persisted to tick 4."]
     assert lifetime(alive) == (4.0, False)
     nobody = run([1, 0], [1, 0], [0, 1], [0, 0], [0, 0])
-    assert opening(nobody)[0] == "All 2 species died out; at the end, tick 2, no organism is alive."
+    assert opening(nobody)[0] == "All 2 species died out; no organism is alive at the end (tick 2)."
 
 
 def test_an_end_that_was_to_be_expected_is_called_so() -> None:

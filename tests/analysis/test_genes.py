@@ -83,7 +83,7 @@ def test_a_gene_is_found_by_its_trait_and_others_have_no_value():
 def test_misuse_of_values_is_refused():
     with pytest.raises(KeyError, match='did you mean "song"'):
         family().values("sung")
-    with pytest.raises(ValueError, match="does not define its codons"):
+    with pytest.raises(ValueError, match="does not define what its codons"):
         family().values("beak")
     weights = {
         "finch": GENES["finch"]
@@ -91,7 +91,7 @@ def test_misuse_of_values_is_refused():
     }
     with pytest.raises(ValueError, match="codes for 9 weights"):
         family(genomes=weights).values("brain")
-    with pytest.raises(ValueError, match="finch, robin have a gene of that name; choose one"):
+    with pytest.raises(ValueError, match="finch, robin have a gene with that name; choose one"):
         family(genomes=GENES | {"robin": GENES["finch"]}).values("red")
 
 

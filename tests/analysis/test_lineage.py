@@ -47,7 +47,7 @@ def test_the_most_recent_common_ancestor_is_along_mothers():
     assert lineage.most_recent_common_ancestor([8, 5]) == 5
     assert lineage.most_recent_common_ancestor([8, 7]) == 0  # 7 is a father
     assert lineage.most_recent_common_ancestor([6]) == 6
-    with pytest.raises(ValueError, match="of no organism"):
+    with pytest.raises(ValueError, match="no uids to find"):
         lineage.most_recent_common_ancestor([])
 
 
@@ -101,11 +101,14 @@ def test_one_species_is_a_lineage_of_its_own():
     [
         (
             (10, 10, 0, 9, ALIVE, "A"),
-            "the organism 10 has the parent 10; expected 0 or the uid of an earlier organism: no loops",
+            "the organism 10 has the parent 10; expected 0 or the uid of an earlier organism",
         ),
-        ((10, 1, 12, 9, ALIVE, "A"), "the organism 10 has the parent 12; expected .* no loops"),
+        (
+            (10, 1, 12, 9, ALIVE, "A"),
+            "the organism 10 has the parent 12; expected 0 or the uid of an earlier",
+        ),
         ((19, 0, 11, 9, ALIVE, "A"), "the organism 19 has the parent 11, whose birth is not recorded"),
-        ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is duplicate or out of order"),
+        ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is a duplicate or out of order"),
     ],
 )
 def test_loops_unknown_parents_and_twins_are_refused(row, message):

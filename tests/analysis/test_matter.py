@@ -56,7 +56,7 @@ def test_a_ledger_that_closes_says_what_came_and_where_it_is():
     assert first == (
         "nitrogen: 10 mol at the start, 12 mol at the end (brought in +2); most of it, 83%, is in soil."
     )
-    assert "The ledger of matter closes" in last
+    assert "The matter ledger closes" in last
 
 
 def test_a_gap_is_found_where_it_is():

@@ -92,7 +92,7 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
         content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"] == [1, 2]
     )
     assert "crossed" not in content["random-policy"]
-    assert "dt-0.5 runs with policies trained again under its own values, from 2 training seeds" in output
+    assert "dt-0.5 runs with policies trained again with its own values, from 2 training seeds" in output
     assert "world: All species persisted in " in output
 
 

@@ -32,18 +32,18 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _exports(mine: Path, other: Path) -> str:
     shutil.copy(other / "islands/east/exports" / BARRIER, mine / "islands/east/exports" / BARRIER)
-    return rf"{BARRIER}: has migrants of another archipelago"
+    return rf"{BARRIER}: contains migrants from another archipelago"
 
 
 def _neighbour(mine: Path, other: Path) -> str:
     shutil.copy(mine / "islands/east/exports" / BARRIER, mine / "islands/south/exports" / BARRIER)
-    return rf"{BARRIER}: has migrants of another island"
+    return rf"{BARRIER}: contains migrants from another island"
 
 
 def _island(mine: Path, other: Path) -> str:
     shutil.rmtree(mine / "islands/east")
     shutil.copytree(other / "islands/east", mine / "islands/east")
-    return rf"east/exports/{BARRIER}: has migrants of another archipelago"
+    return rf"east/exports/{BARRIER}: contains migrants from another archipelago"
 
 
 def _manifest(mine: Path, other: Path) -> str:
@@ -61,7 +61,7 @@ def _digest(mine: Path, other: Path) -> str:
     whole = container.read(mine, Manifest)
     whole["islands"]["east"]["digest"] = "0" * 64
     container.write(mine, Manifest, whole)
-    return rf"{BARRIER}: has another digest than archipelago\.json records for the island east"
+    return rf"{BARRIER}: has a different digest than archipelago\.json records for the island east"
 
 
 @pytest.mark.parametrize("put", [_exports, _neighbour, _island, _manifest, _link, _digest])

@@ -67,7 +67,7 @@ def test_policies_are_said_in_words(arms) -> None:
     words = list(comparison(arms, [1, 2]).policies_in_words().values())
     assert words[:3] == [
         "policies trained in the unchanged world, from 2 training seeds",
-        "untrained policies: it has no training seed",
+        "untrained policies and has no training seed",
         "policies of wolf trained in the unchanged world, the same as the first arm, from 2 training seeds",
     ]
 

@@ -26,7 +26,7 @@ def test_without_a_name_it_is_two_processes_of_this_machine() -> None:
     ("name", "words"),
     [
         ("rai", 'no such engine; expected: local, ray, slurm; did you mean "ray"?'),
-        ("slurm", "takes whole sweeps only; expected: local, ray; SLURM runs sweeps, `ecs-eco sweep PLAN"),
+        ("slurm", "runs only whole sweeps; expected: local or ray; SLURM runs sweeps (`ecs-eco sweep PLAN"),
     ],
 )
 def test_engines_that_cannot_be_had_are_refused_with_what_can(name: str, words: str) -> None:

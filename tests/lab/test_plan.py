@@ -57,7 +57,7 @@ def test_seeds_are_a_number_of_them_or_a_list() -> None:
             ["line 5", "is in [set] too"],
         ),
         ('world = "x"\n[grid]\nseed = [1, 2]\n', ["line 3", "world_seeds"]),
-        ('world = "x"\n[[list]]\ndt = 1.0\n[[list]]\nticks = 2\n', ["line 4", "differs in keys"]),
+        ('world = "x"\n[[list]]\ndt = 1.0\n[[list]]\nticks = 2\n', ["line 4", "has different keys"]),
         (
             'world = "x"\n[latin_hypercube]\npoints = 3\n[latin_hypercube.ranges]\ndt = [1.0]\n',
             ["line 5", "at least 2 entries"],

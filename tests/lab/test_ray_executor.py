@@ -117,7 +117,10 @@ def test_a_cluster_that_is_gone_is_refused_at_once(tmp_path: Path) -> None:
         cwd=tmp_path,
         RAY_ADDRESS="127.0.0.1:9",
     )
-    assert "no Ray cluster answers there: Connection refused; expected: the address that `ray" in done.stderr
+    assert (
+        "no Ray cluster answers there: Connection refused; expected: the address printed by `ray"
+        in done.stderr
+    )
 
 
 def test_the_client_of_ray_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,7 +45,7 @@ def test_another_training_is_refused(config, tmp_path: Path) -> None:
         train_or_find(folder, config, 1, ticks=4)
     assert is_trained(folder, config, 2, verify=False)
     (folder / "deer.safetensors").write_bytes(b"another policy")
-    with pytest.raises(ForeignFile, match=r"deer\.safetensors: is not the policy that this training wrote"):
+    with pytest.raises(ForeignFile, match=r"deer\.safetensors: is not the policy written by this training"):
         is_trained(folder, config, 1)
 
 
@@ -60,7 +60,9 @@ def test_nothing_but_the_rest_of_a_training_is_removed(config, tmp_path: Path) -
     folder = tmp_path / "seed-1"
     folder.mkdir()
     (folder / "thesis.txt").write_text("mine")
-    with pytest.raises(RecordingError, match=r"seed-1: has no training\.json, and holds other files"):
+    with pytest.raises(
+        RecordingError, match=r"seed-1: has no training\.json, but contains files that no training writes"
+    ):
         train_or_find(folder, config, 1)
     assert (folder / "thesis.txt").read_text() == "mine"
 

@@ -91,7 +91,7 @@ def compare(*words: str) -> str:
         (["diel-migration", "--treatment", "no-krlil"], 'did you mean "no-krill"'),
         (
             ["diel-migration", "--treatment", "energy-only"],
-            "no species has a happiness that depends on light",
+            "no species has a happiness.formula that depends on light",
         ),
         (["diel-migration", "--treatment", "energy-and-light"], "changes only learning"),
         (["predator-prey", "--treatment", "inverted-light"], "there is no sun"),
@@ -111,7 +111,7 @@ def test_which_policies_a_world_with_other_values_runs_with():
         Comparison(Path("out"), arms, 10, [1], [1, 2], retrain).policies_in_words()
         for retrain in (True, False)
     )
-    assert anew["no-krill"] == "policies trained again under its own values, from 2 training seeds"
+    assert anew["no-krill"] == "policies trained again with its own values, from 2 training seeds"
     assert same["no-krill"].endswith("the same as the first arm, from 2 training seeds")
     bundled = Comparison(Path("out"), arms, 10, [1]).policies_in_words()
     assert bundled["no-krill"] == "the world's own policies, the same as the first arm"

@@ -1,4 +1,4 @@
-"""The part of a report that compares the run with an outside series."""
+"""The report section that compares the run with an outside series."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
 
 
 def of_run(run: Path, series: Series) -> Outside | None:
-    """Return the outside series in a run's folder; None without one."""
+    """Return the outside series stored in a run folder; None if there is none."""
     data = (series.manifest.get("config") or {}).get("data")
     if not data or not (run / KEPT).is_file():
         return None
@@ -25,7 +25,7 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return table and figure (written below `place`) of both series; empty without an outside series."""
+    """Return the section with tables and a figure (written below `place`); empty without an outside series."""
     if outside is None:
         return []
     both, rows = compare(series, outside), []
@@ -55,19 +55,19 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
 
 
 _NOTE = (
-    "<p>Both series are described by the same rule: the wave that explains most of the variance of log numbers "
-    "without their trend. This is a description, not a test; for a test of the run, see Cycles.</p>"
+    "<p>Both series are described by the wave that explains most of the variance of their detrended log "
+    "numbers. This is a description, not a test; for a test of the run, see Cycles.</p>"
 )
 _CAPTION = (
-    "Top: numbers over time, on the same scale. Bottom: the fraction of the variance that a wave of each period "
-    "explains. Time and periods are in units of the first column's period on each side. Left: this run. Right: "
-    "the outside series."
+    "Numbers over time on the same scale (top), and the fraction of the variance that a wave of each period "
+    "explains (bottom), for this run (left) and the outside series (right). On each side, the unit of time "
+    "is the period of the first column."
 )
 
 
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
-    """Draw numbers over time and spectra, the run on the left, the outside series on the right."""
+    """Draw numbers over time and spectra, with the run on the left and the outside series on the right."""
     hue = colors_of(series)
     hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
     chart, axes = panels(2, 2, 9, 5.2, sharey="row")
@@ -78,9 +78,7 @@ def figure(series: Series, outside: Outside, both: Both) -> Figure:
         described = (both.run, both.outside)[k]
         period = described[first].period / (outside.step if k else 1.0)
         for name, x in held.items():
-            least = (
-                np.min(x[x > 0], initial=np.inf) / 2
-            )  # zeros count as half of the smallest positive number
+            least = np.min(x[x > 0], initial=np.inf) / 2  # zeros count as half the smallest positive number
             logs = np.log10(np.maximum(x, least))
             time = np.arange(len(x)) / period
             shown = time <= end if k == 0 else np.ones(len(x), bool)

@@ -1,4 +1,4 @@
-"""The whole report: its order, tables and figures, the run's settings, and the command that repeats it."""
+"""The whole report: its sections in order, the run's settings, and the command that repeats the run."""
 
 import json
 import shlex
@@ -28,11 +28,11 @@ from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
 
 FEW_PERIODS = 5
-"""If a run has fewer periods, the report recommends a longer one."""
+"""If a run contains fewer periods, the report recommends a longer run."""
 
 
 def interventions(series: Series) -> str:
-    """Return a table of interventions, with one row for a repeated one; "" without any."""
+    """Return a table of interventions, in which repeated ones share a row; "" if there are none."""
     ticks: dict[str, list[int]] = {}
     for tick, text in figures.interventions(series):
         ticks.setdefault(text, []).append(tick)
@@ -42,16 +42,15 @@ def interventions(series: Series) -> str:
 
 
 def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
-    """Return a row per species: its numbers, births, deaths and lifetimes; `ages` holds deaths and mean age
-    at death."""
+    """Return a table of numbers, births, deaths and lifetimes, with a row per species; `ages` contains the
+    number of deaths and the mean age at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
-    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "refused", "deaths"]
+    head = ["species", "first tick", "mean", "minimum", "maximum", "last tick", "births", "refused", "deaths"]
     head += ["mean age at death [s]", "life expectancy [s]"]
     note = (
-        "“Refused” counts births prevented by max_count. Life expectancy is the total time lived "
-        "divided by the number of deaths; unlike the age at death, it includes organisms that are "
-        "still alive."
+        "“Refused” counts births prevented by max_count. Life expectancy is the total time lived divided by "
+        "the number of deaths; unlike the age at death, it includes organisms that are still alive."
     )
     rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
     return f"{table(head, rows)}<p class='under'>{note}</p>"
@@ -73,20 +72,19 @@ def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -
 
 
 def cycles(series: Series, statistics: CycleStatistics) -> str:
-    """Return which species cycle, their periods, and the lags between species."""
+    """Return the section on cycles: which species cycle, their periods, and the lags between species."""
     if not statistics.enough:
         return (
-            f"<p>The run is too short to look for cycles: {statistics.ticks:,} ticks remain after the "
-            "first tenth and before the first extinction. At least ten periods are needed, usually "
-            "thousands of ticks.</p>"
+            f"<p>The run is too short to look for cycles: {statistics.ticks:,} ticks remain after the first "
+            "tenth and before the first extinction. A run needs at least ten periods, usually thousands of "
+            "ticks.</p>"
         )
     cycling = statistics.cycling()
     items = bullets(_cycle(s, statistics.peaks[s], s in cycling) for s in statistics.species)
     method = (
-        "<p class='under'>p is the probability of a spectral peak this high, at any of the periods "
-        f"tested, in a population that drifts and relaxes without cycling ({statistics.ticks:,} "
-        "ticks, without the first tenth). One run is one replicate: <code>ecs-eco compare</code> "
-        "pools seeds.</p>"
+        "<p class='under'>p is the probability of a spectral peak this high, at any of the periods tested, "
+        f"in a population that drifts and relaxes without cycling ({statistics.ticks:,} ticks, excluding the "
+        "first tenth). One run is one replicate; <code>ecs-eco compare</code> pools seeds.</p>"
     )
     if not cycling or not statistics.period:
         return items + method
@@ -97,16 +95,16 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
 
 def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
     if peak is None:
-        return f"{species}: its number does not change."
+        return f"{species}: its number is constant."
     p = f"p ≤ {peak.p:.3f}" if peak.p <= 0.002 else f"p = {peak.p:.2g}"
     if not cycles and peak.p <= 0.05:
-        why = f"the series contains it only {peak.held:,.1f} times"
+        why = f"the series contains this period only {peak.held:,.1f} times"
         if peak.slower > 1:
             why = f"slower swings have {peak.slower:,.1f} times its variance"
         return f"{species}: no cycle. Its spectrum has a bump at {peak.period:,.0f} ticks ({p}), but {why}."
     if not cycles:
         return f"{species}: no cycle beyond red noise ({p})."
-    few = f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be certain."
+    few = f" With fewer than {FEW_PERIODS} periods, this is uncertain; use a longer run."
     more = few * (peak.n_periods < FEW_PERIODS)
     return f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, {p}.{more}"
 
@@ -120,7 +118,7 @@ def _lag(pair: str, lag: Lag, period: float) -> str:
 
 
 def deaths(series: Series) -> str:
-    """Return a row per species and cause of death."""
+    """Return a table with a row per species and cause of death."""
     rows = []
     for i, s in enumerate(series.species):
         counts = {c: series.columns[DIED + c][:, i].sum() for c in series.causes}
@@ -134,7 +132,7 @@ def deaths(series: Series) -> str:
 
 
 def energy(series: Series) -> str:
-    """Return whether the energy ledger closes, and the sums of its flows by species."""
+    """Return a sentence on whether the energy ledger closes, and a table of total flows by species."""
     flows = [c for c in LEDGER if c not in ("stock_before", "stock_after")]
     if not len(series.ticks) or any(c not in series.columns for c in LEDGER):
         return "<p>The run has no energy ledger.</p>"
@@ -147,12 +145,12 @@ def energy(series: Series) -> str:
         for i, s in enumerate(series.species)
     ]
     where = f"{share:.1e} of the stock ({escape(worst)}, tick {tick:,})"
-    head = ["species", "endowed", "taken in", "burnt", "given", "lost with the dead", "largest gap"]
+    head = ["species", "endowed", "taken in", "burned", "given", "lost with the dead", "largest gap"]
     return f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {where}.</p>{table(head, rows)}"
 
 
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
-    """Return deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
+    """Return each species' number of deaths and mean age at death [s], streamed from deaths/*.parquet."""
     totals: dict[str, np.ndarray] = {}
     sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
@@ -166,7 +164,7 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Return tick and positions (n, 3) [m] by species of the last snapshot; None if there is none."""
+    """Return the last snapshot's tick and positions (n, 3) [m] by species; None if there are no snapshots."""
     files = parts(run, "snapshots")
     if not files:
         return None
@@ -182,7 +180,7 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
     """Return each species' largest gap in its energy ledger: absolute, as a share of the stock, and its tick.
 
-    The stock at the start of a tick must equal the stock at the end of the tick before.
+    The stock at the start of a tick must equal the stock at the end of the previous tick.
     """
     c = series.columns
     gap: np.ndarray = np.abs(imbalance(c))
@@ -210,9 +208,9 @@ def write_report(
     out : str or Path, optional
         Folder for the report; default: the folder of the run.
     against : str or Path, optional
-        CSV file with an outside series to show next to the run; default: the world's `[data]`.
+        CSV file with an outside series to compare the run with; default: the world's `[data]`.
     match : Mapping of str to str, optional
-        Columns of that file, and the species that each is compared with.
+        Columns of that file → the species or reporters to compare them with.
 
     Returns
     -------
@@ -229,7 +227,7 @@ def write_report(
 
     Notes
     -----
-    Events are streamed, so that millions of births fit in little memory.
+    Events are streamed, so millions of births need little memory.
 
     Examples
     --------
@@ -239,7 +237,7 @@ def write_report(
     >>> write_report("my-run").name
     'report.html'
     """
-    with as_delivered({}), uncollected():  # figures are full of circles, and few
+    with as_delivered({}), uncollected():  # figures have many reference cycles, but are few
         return _written(Path(run_dir), out, against, match)
 
 
@@ -293,7 +291,8 @@ def _written(
 
 
 def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
-    """Return the part on outside series; if the run is too short and none was requested, the reason."""
+    """Return the section on the outside series or, if the run is too short and the comparison was not
+    requested, the reason for omitting it."""
     try:
         return outside_series.blocks(series, outside, place)
     except ConfigError as error:
@@ -309,12 +308,12 @@ def _what(series: Series) -> str:
     broken = (
         "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} requested: the run was interrupted"
     )
-    wall = f", {m['wall_seconds']:,.1f} s of computing" if m.get("wall_seconds") else ""
+    wall = f", {m['wall_seconds']:,.1f} s of computing time" if m.get("wall_seconds") else ""
     return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
 
 
 def rerun(m: Mapping[str, Any]) -> str:
-    """Return the command that runs this world again from its manifest, without changes made with --set."""
+    """Return the command that runs this world again, from its manifest, without changes made by --set."""
     portable = " --portable" if m.get("target", {}).get("mode") == "portable" else ""
     words = [
         f"ecs-eco{portable} run",
@@ -346,11 +345,11 @@ def _settings(m: Mapping[str, Any]) -> str:
     )
 
 
-Drawn = tuple[str, Figure, str]  # name of the file, figure, caption
+Drawn = tuple[str, Figure, str]  # file name, figure, caption
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
-    """Return the figures for which this run has data, as HTML by name; they are written below `place`."""
+    """Return the figures for which this run has data as HTML, by name; they are also written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     found = [*_curves(series), *_cycles(series, cycles), *_places(run, series)]
@@ -374,11 +373,12 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
     pairs = list(zip(present, present[1:], strict=False))
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
-        text = "Spectra. A cycle is a peak above the gray band; the band is that of a population that "
+        text = "Spectra. A cycle is a peak above the gray band, which shows a population that "
         yield "spectra", figures.spectra(peaks, colors_of(series)), text + "drifts without cycling."
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
         caption = (
-            "Correlation of two species, one shifted in time; to the right of zero the consumer follows."
+            "Correlation of two species, one of them shifted in time; to the right of zero, the consumer "
+            "follows."
         )
         yield "lags", figures.lags(series, pairs, cycles.period), caption
     if pairs and len(series.ticks) > 2:

@@ -1,8 +1,8 @@
-"""Explanation of the events in a recorded run: `write_why("my-run")`.
+"""Explanation of what happened in a recorded run: `write_why("my-run")`.
 
-`case` reads the run, and `limits` finds the limiting factors of each species. `diagnose` traces causes back
-to the first one, `advice` selects values of the world file that affect it, and `page` and `figure` present
-the results. General-purpose statistics belong in `ecs_eco.analysis`.
+`case` reads the run, and `limits` finds the limiting factors of each species. `diagnose` traces extinctions
+back to their first cause, `advice` selects values in the world file that affect it, and `page` and `figure`
+present the results. General-purpose statistics belong in `ecs_eco.analysis`.
 """
 
 from ecs_eco.analysis.why.case import Case, Food

@@ -1,4 +1,4 @@
-"""Values of the world file to change after a diagnosis, and the direction of change."""
+"""Advice after a diagnosis: which values of the world file to change, and in which direction."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -7,10 +7,10 @@ from ecs_eco.analysis.why.case import Case, look_up
 
 Advice = tuple[str, str, str]  # key, "higher" or "lower", effect
 MOST = 6
-# {s} is the species, {food} its food, {line} the key of that line of its diet
+# {s}: the species; {food}: its food; {line}: the key of that diet entry
 GROWTH: tuple[Advice, ...] = (
     ("species.{s}.reproduction.rate", "higher", "{s} regrow faster"),
-    ("species.{s}.reproduction.seed_rain", "higher", "{s} return to places from which they have disappeared"),
+    ("species.{s}.reproduction.seed_rain", "higher", "{s} return to areas from which they have disappeared"),
     ("species.{s}.metabolism.photosynthesis", "higher", "{s} gain more energy from light"),
 )
 APPETITE: tuple[Advice, ...] = (
@@ -36,7 +36,7 @@ FEWER_BIRTHS: tuple[Advice, ...] = (
 NEWBORN: tuple[Advice, ...] = (
     ("species.{s}.reproduction.energy_given", "higher", "newborn {s} survive longer until their first meal"),
     ("species.{s}.reproduction.energy_min", "higher", "parents of {s} can afford to give more energy"),
-    ("species.{s}.reproduction.dispersal", "higher", "newborn {s} reach places that are not overgrazed"),
+    ("species.{s}.reproduction.dispersal", "higher", "newborn {s} reach areas that are not overgrazed"),
 )
 DEADLY: tuple[Advice, ...] = (
     ("{line}.deadly", "lower", "{food} no longer kill their eaters"),
@@ -64,7 +64,7 @@ def advise(
 ) -> list[dict[str, Any]]:
     """Return values to change for a verdict, the best remedy first: key, value, direction, effect.
 
-    Values at the end of their range are left out.
+    Values that are already at the end of their range are left out.
     """
     chosen: dict[str, dict[str, Any]] = {}
     lines: list[Advice] = []
@@ -82,26 +82,26 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Return whether a value cannot go further in a direction: numbers below 1, probabilities above 1.
-    Species that do not grow by light are not changed to do so."""
+    """Return whether a value must not be changed in this direction: counts below 1 and probabilities above 1
+    are invalid, and advice never makes a species photosynthesize."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".photosynthesis") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)
 
 
 def _filled(lines: Iterable[Advice], **words: object) -> list[Advice]:
-    """Return advice with names in place of the placeholders."""
+    """Fill the placeholders in advice with names."""
     return [(key.format(**words), way, effect.format(**words)) for key, way, effect in lines]
 
 
 def _appetite(case: Case, s: str, food: str) -> list[Advice]:
-    """Return changes that make an eater take less of a food."""
+    """Return changes that make a species eat less of a food."""
     of = [a for f in case.diet(s) if f.eats == food for a in _filled(APPETITE, s=s, food=food, line=f.key)]
     return [*of, (f"species.{s}.metabolism.handling_time", "higher", f"{s} spend longer on each meal")]
 
 
 def _catch(case: Case, s: str) -> list[Advice]:
-    """Return changes that make an eater take in more."""
+    """Return changes that make a species take in more energy."""
     good = [f for f in case.diet(s) if f.gain > f.poison and not f.deadly]
     return [a for f in good for a in _filled(CATCH, s=s, food=f.eats, line=f.key)]
 
@@ -188,7 +188,7 @@ def _surroundings(case: Case, s: str, victim: str) -> Iterator[Advice]:
             yield from _filled(LETHAL, s=s, i=i, property=limit["property"])
 
 
-Remedies = Callable[[Case, str, str], Iterable[Advice]]  # of a case, the species responsible and its victim
+Remedies = Callable[[Case, str, str], Iterable[Advice]]  # (case, species responsible, its victim) → advice
 LIMITS: dict[str | None, Remedies] = {
     "food": lambda case, s, _: [*_catch(case, s)[:1], *_upkeep(case, s)[:1]],
     "predators": lambda case, s, _: [_appetite(case, hunter, s)[0] for hunter in case.eaters(s)],
@@ -198,7 +198,7 @@ LIMITS: dict[str | None, Remedies] = {
     "removal": _removed,
     "surroundings": _surroundings,
 }
-"""Changes that would make a species more numerous, by its limiting factor."""
+"""Changes that would make a species more numerous, by limiting factor."""
 REMEDIES: dict[str, Remedies] = {
     "overgrazing": _overgrazing,
     "predators too good": _too_good,

@@ -1,4 +1,4 @@
-"""A recorded run prepared for diagnosis: diets, deaths by kind of cause, per capita rates, ages, energies."""
+"""A recorded run prepared for diagnosis: diets, deaths by kind of cause, rates, ages and energies."""
 
 import copy
 from collections.abc import Iterable, Mapping
@@ -20,17 +20,16 @@ from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
-"""Kinds of causes of death: eaten, out of energy, age, deadly food, an intervention,
-any other limit of its life."""
+"""Kinds of causes of death: eaten, lack of energy, age, deadly food, intervention, other lethal limits."""
 
 
 @dataclass(frozen=True)
 class Food:
-    """One line of a diet: the gain and loss from eating one item."""
+    """A diet entry: the gain and loss from eating one item."""
 
     eater: str
     eats: str
-    key: str  # of the world file, "species.deer.diet.0"
+    key: str  # key in the world file, such as "species.deer.diet.0"
     gain: float
     poison: float  # energy that the eater loses
     deadly: bool
@@ -38,7 +37,7 @@ class Food:
 
 @dataclass(frozen=True)
 class Case:
-    """A run: its series, its final configuration, deaths of animals, and snapshots."""
+    """A run: its series, final configuration, deaths of animals, and snapshots."""
 
     series: Series
     config: Mapping[str, Any]
@@ -49,7 +48,7 @@ class Case:
 
     @classmethod
     def read(cls, run: Path | str) -> Self:
-        """Read a run folder; raise FileNotFoundError without a run, RecordingError if a file is damaged."""
+        """Read a run folder; raise FileNotFoundError if there is no run, RecordingError if a file is damaged."""
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
         animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
@@ -57,7 +56,7 @@ class Case:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """All species of the run, in its order."""
+        """All species, in the order of the run."""
         return self.series.species
 
     def of(self, species: str) -> Mapping[str, Any]:
@@ -66,7 +65,7 @@ class Case:
 
     @cached_property
     def foods(self) -> tuple[Food, ...]:
-        """Every line of every diet."""
+        """All entries of all diets."""
         eaten = []
         for s in self.species:
             for i, line in enumerate(self.of(s).get("diet") or ()):
@@ -78,7 +77,7 @@ class Case:
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
         """Return the gain from one item of food. If the world file sets it as a share of the eaten organism's
-        energy, use the recorded average of that energy, else the average of living organisms."""
+        energy, use the average of eaten organisms, if recorded, or of living organisms."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -90,11 +89,11 @@ class Case:
         return max(0.0, line["gain"] + share * held)
 
     def diet(self, species: str) -> tuple[Food, ...]:
-        """Return the foods of a species."""
+        """Return the diet of a species."""
         return tuple(f for f in self.foods if f.eater == species)
 
     def eaters(self, species: str) -> tuple[str, ...]:
-        """Return the species that eat a species."""
+        """Return the species that eat this species."""
         return tuple(dict.fromkeys(f.eater for f in self.foods if f.eats == species))
 
     def is_animal(self, species: str) -> bool:
@@ -107,7 +106,7 @@ class Case:
         return {order.get("cause", "culled") for order in orders if order.get("kind") == "cull"}
 
     def kind(self, species: str, cause: str) -> str:
-        """Return the kind of a cause, one of KINDS."""
+        """Return the kind of a cause of death, one of KINDS."""
         for limit in self.of(species).get("lethal") or ():
             for name, end, bound, kind in (
                 ("energy", "cause_below", "min", "starved"),
@@ -120,25 +119,25 @@ class Case:
         return "removed" if cause in self._removed else "surroundings"
 
     def died(self, species: str, kind: str) -> np.ndarray:
-        """Return deaths from a kind of cause in each tick, (ticks,)."""
+        """Return the number of deaths from a kind of cause in each tick, (ticks,)."""
         causes = (c for c in self.series.causes if self.kind(species, c) == kind)
         return self._total(self.series.of(species, DIED + c) for c in causes)
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
-        """Return the number of `prey` eaten by an eater in each tick, (ticks,); 0 for unrecorded objects."""
+        """Return the number of `prey` that `eater` ate in each tick, (ticks,); 0 if it was not recorded."""
         return self.flow(prey, f"{DIED}eaten by {eater}")
 
     def flow(self, species: str, column: str) -> np.ndarray:
-        """Return a column of the series, such as the energy ledger, (ticks,); 0 if the run has none."""
+        """Return a species' column of the series, (ticks,), such as an energy flow; 0 if there is none."""
         known = species in self.species and column in self.series.columns
         return self.series.of(species, column) if known else np.zeros(len(self.series.ticks))
 
     def toll(self, species: str) -> np.ndarray:
-        """Return the energy lost through poisonous or harmful food, (ticks,)."""
+        """Return the energy lost through poisonous or harmful food in each tick, (ticks,)."""
         return self._total(f.poison * self.eaten(f.eats, species) for f in self.diet(species))
 
     def meals(self, species: str) -> np.ndarray:
-        """Return the number of nutritious food items taken in each tick, (ticks,)."""
+        """Return the number of nutritious food items eaten in each tick, (ticks,)."""
         good = {f.eats for f in self.diet(species) if f.gain > 0 and not f.deadly}
         return self._total(self.eaten(f, species) for f in good)
 
@@ -146,7 +145,7 @@ class Case:
         return np.sum([*columns] or [np.zeros(len(self.series.ticks))], axis=0)
 
     def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return ticks of snapshots and the fraction that had the energy to breed."""
+        """Return the ticks of snapshots, and the fraction of a species that had enough energy to breed."""
         way, rows = self.of(species).get("reproduction") or {}, self.snapshots.get(species)
         if rows is None or "energy_min" not in way:
             return np.zeros(0), np.zeros(0)
@@ -166,7 +165,7 @@ def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def put(config: Any, key: str, value: Any) -> None:
-    """Set the value at a dotted key, if there is one."""
+    """Set the value at a dotted key, if the key exists."""
     node, names = config, [part.strip('"') for part in key.split(".")]
     for i, name in enumerate(names):
         where: Any = name
@@ -183,7 +182,7 @@ def put(config: Any, key: str, value: Any) -> None:
 
 
 def look_up(config: object, key: str) -> Any:
-    """Return the value at a dotted key; None if there is none."""
+    """Return the value at a dotted key; None if the key does not exist."""
     for name in key.split("."):
         if isinstance(config, list):
             config = config[int(name)] if name.isdigit() and int(name) < len(config) else None
@@ -193,7 +192,7 @@ def look_up(config: object, key: str) -> Any:
 
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Return tick, age and cause of each animal's death; streamed, because plants die by the million."""
+    """Return tick, age and cause of each animal's death, streamed because plants die by the million."""
     by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
         for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):

@@ -1,6 +1,7 @@
-"""Tracing of an extinction back to its first cause. If a species starved because its food was gone, the cause
-is whatever ate the food. If it starved amid plenty, aged without offspring, lost its newborns or was
-poisoned, the chain ends. Steps have weights from 0 to 1; the verdict is the end with the greatest weight."""
+"""Traces an extinction back to its first cause. If a species starved because its food was gone, the search
+continues with whatever ate the food. If it starved amid plenty, died of age without enough offspring, lost
+its newborns or was poisoned, the chain of causes ends there. Each step has a weight from 0 to 1; the verdict
+is the end of a chain with the greatest weight."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -11,12 +12,14 @@ import numpy as np
 from ecs_eco.analysis.why.case import KINDS, Case
 from ecs_eco.analysis.why.limits import poisoned_share, unborn
 
-# intake at the food's peak number, divided by energy burned: below, hunger amid plenty; above, lack of food
+# intake at the food's peak number / energy burned: below the first value, hunger amid plenty; above the
+# second, lack of food
 FEEDS = (0.9, 1.3)
-# food left while they starved, as a fraction of its peak number: above, no lack of food; below, certain lack
+# food left while they starved / its peak number: above the first value, no lack of food; below the second,
+# certain lack
 LEFT = (0.95, 0.6)
-GONE = (0.5, 0.2)  # food left: below, lack of food, even if its peak number would not have been enough either
-GROWN = (0.6, 0.9)  # intake at the food's peak number, divided by energy burned: below, adults starve too
+GONE = (0.5, 0.2)  # food left: below, lack of food, even if its peak number was too low as well
+GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below, adults starve too
 HUNGRY = (0.55, 0.8)  # probability that a newborn finds no meal in time: below, normal; above, fatal
 
 
@@ -26,12 +29,12 @@ class Fall:
 
     species: str
     first: int
-    last: int  # the first row without it, or the row after the last
+    last: int  # first row without the species, or the row after the last
     extinct: bool
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return a well-fed individual's lifetime offspring by the world file; ∞ without a rate or lifespan."""
+    """Return the lifetime offspring of a well-fed individual; ∞ if the world file sets no rate or lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -44,12 +47,13 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """Return the food supply of a fallen species: how much of each food was left when it starved, and whether
-    the peak number would have been enough.
+    """Return the food supply of a declining species: how much of each food was left when it starved, and
+    whether the peak number of the food would have been enough.
 
-    `left` is the food while they starved as a fraction of its peak number (for prey: its peak before the end
-    of the fall). `feeds` is the intake at the peak number divided by the energy burned, at the rate at which
-    they found and caught it. `scarce` is the share of their hunger that the lack of this food explains.
+    `left` is the amount of food during starvation as a fraction of its peak number (for prey: its peak before
+    the end of the decline). `feeds` is the intake at the peak number, given the observed rate of finding and
+    catching food, divided by the energy burned. `scarce` is the share of hunger explained by the lack of this
+    food.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     n = case.series.of(s)[span]
@@ -63,7 +67,7 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         full = float(food[span].max(initial=0.0)) if case.is_animal(f.eats) else float(food.max(initial=0.0))
         now = food[fall.first : fall.last + 1]
         left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
-        # by one eater, of one item, in a tick
+        # rate at which one eater catches one item [1/tick]
         caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))
         line: dict[str, Any] = {
             "eats": f.eats,
@@ -82,12 +86,12 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """Return the fate of newborns until the end of a fall.
+    """Return the fate of newborns until the end of a decline.
 
     `births`; `starved_young`, the fraction of them that starved before they could have had more than one
     meal; `lasts`, the ticks for which a newborn's initial energy lasts; `meal_every`, the ticks between meals
-    at the food's peak number. For newborns that could not survive until a first meal: `of_births`, their
-    fraction of births, and `of_hunger`, their fraction of deaths by starvation in the fall.
+    at the food's peak number. For newborns that could not survive until their first meal: `of_births`, their
+    fraction of births, and `of_hunger`, their fraction of deaths by starvation in the decline.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
@@ -113,7 +117,7 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
 
 
 def ramp(x: float, low: float, high: float) -> float:
-    """Return 0 at `low`, 1 at `high`, linear between."""
+    """Return 0 at `low`, 1 at `high`, and interpolate linearly in between."""
     return float(np.clip((x - low) / (high - low), 0, 1))
 
 
@@ -125,20 +129,20 @@ VERDICTS = {
     "newborns starve": "newborns starved before they could feed themselves",
     "poisoned": "food was poisonous",
     "starved amid plenty": "food was available but not found or not caught",
-    "food failed": "food was lacking although it had no eaters",
-    "energy ran out": "species that eat no other species burned more energy than they gained",
+    "food failed": "there was too little food although nothing ate it",
+    "energy ran out": "a species that eats no other species burned more energy than it gained",
     "too few births": "deaths were not replaced although there was enough food",
-    "removed": "interventions removed too many",
+    "removed": "interventions removed too many organisms",
     "surroundings": "environmental conditions were deadly",
     "nobody": "no organism was alive at the end of any tick",
 }
-HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual: below this, numbers always fall
-FALLEN = 0.05  # a species that ends a run below this fraction of its peak number counts as nearly extinct
+HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual below which numbers fall
+FALLEN = 0.05  # final number / peak number below which a species counts as nearly extinct
 Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, victim): weight
 
 
 def falls(case: Case) -> list[Fall]:
-    """Return the declines of species that were extinct or nearly so at the end, in chronological order."""
+    """Return the declines of species that ended extinct or nearly extinct, in chronological order."""
     all_falls = []
     for i, s in enumerate(case.species):
         n = case.series.n[:, i]
@@ -153,7 +157,7 @@ def falls(case: Case) -> list[Fall]:
 
 
 def diagnose(case: Case) -> dict[str, Any]:
-    """Return the verdict on a run, with evidence, confidence from 0 to 1 and the runner-up."""
+    """Return the verdict on a run with its evidence, a confidence from 0 to 1, and the runner-up."""
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.n.any() else "nobody"
@@ -181,8 +185,7 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Return the numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its
-    births, its food and its newborns."""
+    """Return the numbers behind a verdict: deaths by kind of cause, births, food and newborns in a decline."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
@@ -198,7 +201,7 @@ def evidence(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> Scores:
-    """Return the root causes of a fall, with weights that sum to 1."""
+    """Return the root causes of a decline, with weights that sum to 1."""
     scores: Scores = defaultdict(float)
     s = fall.species
     for cause, weight in causes(case, fall).items():
@@ -219,8 +222,9 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
-    """Return the causes of a fall with their shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns
-    starve", "poisoned", "unreplaced", …; without a diet, "energy ran out" replaces "amid plenty"."""
+    """Return the immediate causes of a decline with their shares: "eaten: wolf", "scarce: grass", "amid
+    plenty", "newborns starve", "poisoned", "unreplaced", …; for a species without a diet, "energy ran out"
+    replaces "amid plenty"."""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -231,7 +235,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    # births that failed due to lack of energy count as losses to hunger, like deaths
+    # births that failed due to lack of energy count as hunger, like deaths
     lean = unborn_hungry / total
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
@@ -259,7 +263,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
 def _taken(
     case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall, fall_of: dict[str, Fall]
 ) -> None:
-    """Assign blame to an eater that took too many: a grazer, or a predator."""
+    """Assign blame to an eater that ate too much: a grazer or a predator."""
     if case.is_animal(prey):
         scores["predators too good", eater, prey] += weight
         return
@@ -268,8 +272,8 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """Return a predator of the grazer that disappeared (nearly) before the plants, and not due to lack of prey,
-    so that grazers thrived."""
+    """Return a predator of the grazer that nearly or completely disappeared before the plants did, for
+    reasons other than lack of prey, so that grazers thrived; None if there is none."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -280,8 +284,7 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """Return the decline, up to a row of the series, of a surviving species: from half its peak number to its
-    minimum thereafter."""
+    """Return a surviving species' decline before a row: from half its peak number to its later minimum."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
@@ -297,7 +300,7 @@ def _scarce(
     fall_of: dict[str, Fall],
     seen: frozenset[str],
 ) -> None:
-    """Assign blame for missing food: to its eaters, or to any other cause of its decline."""
+    """Assign blame for missing food to its eaters, or to any other causes of its decline."""
     if case.is_animal(food) and food not in seen:
         own = fall_of.get(food)
         before = own if own is not None and own.first <= fall.last else decline(case, food, fall.last)
@@ -336,8 +339,7 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """Return how far all species stayed from extinction: 1 if the minimum of each was at least a tenth of its
-    mean."""
+    """Return the confidence in "healthy": 1 if the minimum of each species is at least a tenth of its mean."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

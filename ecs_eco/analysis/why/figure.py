@@ -14,17 +14,17 @@ from ecs_eco.analysis.why.diagnose import VERDICTS
 
 HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (
-    ("burnt", "burnt", PALETTE[3]),
+    ("burnt", "burned", PALETTE[3]),
     ("given", "given to newborns", PALETTE[5]),
     ("lost", "lost with the dead", GREY),
 )
-MOST = 5  # species that have their own rows
+MOST = 5  # maximum number of species with a row
 
 
 @styled
 def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
-    """Draw the numbers of all species at the top; below, for each animal, shares of causes of death on the
-    left and energy per capita on the right."""
+    """Draw the numbers of all species at the top and, below, a row for each animal with the shares of causes
+    of death on the left and energy per capita on the right."""
     shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
@@ -48,7 +48,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """Return the first and last displayed tick; if all animals die out early, most of the rest is cut."""
+    """Return the first and last tick to show; if all animals die out early, most later ticks are cut."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]
@@ -59,7 +59,7 @@ def _span(case: Case) -> tuple[float, float]:
 
 
 def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
-    """Return the displayed animals: first those that declined, then others with deaths; else plants."""
+    """Return the species to show: animals that declined, other animals with deaths, declining plants."""
     fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
@@ -82,7 +82,7 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     ax.set_yscale("log")
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
-    ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers, because texts are not parsed as formulas
+    ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers, because math text is not parsed
     verdict = VERDICTS["healthy"] if findings["verdict"] == "healthy" else findings["verdict"]
     ax.set_title(f"{verdict} ({findings['species']})" if findings["species"] else verdict)
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
@@ -105,7 +105,7 @@ def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
 
 
 def _fill(k: int) -> tuple[str, str]:
-    """Return color and hatching of the k-th cause of death."""
+    """Return the color and hatching of the k-th cause of death."""
     return PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
 
 

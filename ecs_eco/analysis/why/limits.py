@@ -1,6 +1,7 @@
-"""The limiting factor of a species by phase. The maximal birth rate minus actual growth equals births failed
-due to lack of energy or space plus deaths by cause, per capita and tick. The largest loss is the limit. In a
-later fall, it is the loss that has risen most: a meadow short of space falls through grazing."""
+"""The limiting factor of a species in each phase. Per capita and tick, the maximum birth rate minus actual
+growth equals the births that failed due to lack of energy or space plus deaths by cause. The largest of these
+losses is the limit. In a later fall, the limit is the loss that has increased most: grass that is short of
+space falls because of grazing."""
 
 from typing import Any
 
@@ -9,11 +10,11 @@ import numpy as np
 from ecs_eco.analysis.spectrum import smooth
 from ecs_eco.analysis.why.case import KINDS, Case
 
-MOST = 8  # phases reported per species
+MOST = 8  # maximum number of phases reported per species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """Return the loss of growth by each limit in rows first … last − 1 of the series, per capita and tick."""
+    """Return the loss of growth due to each limit in rows first … last − 1, per capita and tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -31,7 +32,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return births per capita and tick that failed for want of energy, and of space or mates; 0 if none."""
+    """Return failed births per capita and tick due to lack of energy, and due to lack of space or mates."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -45,7 +46,7 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Return the unlimited births per capita and tick: the world file's rate, or the run's highest."""
+    """Return the unlimited birth rate per capita and tick: from the world file, or the highest in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))
@@ -56,11 +57,11 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """Return the share of hunger due to poison: the energy lost to poison over the energy that was lacking,
-    at most 1.
+    """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at
+    most 1.
 
-    The lack is at least three tenths of the energy burned, because some individuals starve while others are
-    sated.
+    The deficit is taken as at least three tenths of the energy burned, because some individuals starve while
+    others are sated.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
@@ -69,10 +70,10 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:
-    """Return the phases in which a species grew, fell or stayed constant, with its limit in each.
+    """Return the phases in which a species grew, fell or stayed constant, with its limit in each phase.
 
-    `limit` is the largest loss and `share` its share of all losses. If `by` is "rise", it is the loss that
-    has risen most since the previous phase, and its share of all increases.
+    `limit` is the largest loss and `share` its share of all losses. If `by` is "rise", `limit` is the loss
+    that has increased most since the previous phase, and `share` its share of all increases.
     """
     n = case.series.of(species)
     gone = np.flatnonzero(n > 0)
@@ -103,7 +104,7 @@ def phases(case: Case, species: str) -> list[dict[str, Any]]:
 
 
 def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str, str | None, float]:
-    """Return the basis of the limit, the limit, and its share."""
+    """Return the basis of the limit ("rise" or "level"), the limit, and its share."""
     risen = {} if before is None else {k: max(0.0, loss - before[k]) for k, loss in lost.items()}
     by, sizes = ("rise", risen) if sum(risen.values()) > 0 else ("level", lost)
     total = sum(sizes.values())
@@ -112,8 +113,7 @@ def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Return the rows at which a species' trend reverses, including its ends: at most `most`, those of the
-    greatest swings."""
+    """Return the rows at which a species' trend reverses, and both ends, for at most `most` phases."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)
@@ -124,12 +124,12 @@ def turns(n: np.ndarray, most: int = MOST) -> list[int]:
 
 
 def _zigzag(level: np.ndarray, swing: float) -> list[int]:
-    """Return the turning points of a series that differ from each other by at least `swing` in height."""
+    """Return the turning points of a series that differ in height by at least `swing`."""
     marks, high, low, way = [0], 0, 0, 0
     for i, v in enumerate(level):
         high = i if v > level[high] else high
         low = i if v < level[low] else low
-        if way >= 0 and level[high] - v > swing:  # it has turned down
+        if way >= 0 and level[high] - v > swing:  # the trend has turned downward
             marks, low, way = _marked(marks, _left(level[high:i] - level[high], swing) + high), i, -1
         elif way <= 0 and v - level[low] > swing:
             marks, high, way = _marked(marks, _left(level[low] - level[low:i], swing) + low), i, 1
@@ -137,7 +137,7 @@ def _zigzag(level: np.ndarray, swing: float) -> list[int]:
 
 
 def _left(below: np.ndarray, swing: float) -> int:
-    """Return when a series leaves a height at which it may have lingered: the last place near it."""
+    """Return the last index at which a series is still near the height where it may have lingered."""
     return int(np.flatnonzero(below >= -0.1 * swing)[-1])
 
 

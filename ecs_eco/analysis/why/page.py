@@ -1,4 +1,4 @@
-"""Explanation of a run folder in plain sentences: why.json for programs, why.html and a figure for people."""
+"""Explanation of a run in plain sentences: why.json for programs, why.html with a figure for people."""
 
 import json
 import math
@@ -28,14 +28,14 @@ LIMITED = {
     "predators": "being eaten",
     "poison": "poison in its food",
     "age": "old age",
-    "room": "births that failed although it was fed (lack of space or mates)",
+    "room": "births that failed despite enough food (lack of space or mates)",
     "removal": "interventions",
     "surroundings": "environmental conditions",
 }
 
 
 def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
-    """Return the text on a run: headings and their sentences, in order."""
+    """Return the text on a run as headings with their sentences, in order."""
     blocks: Blocks = {
         "What happened": [headline(case, findings), *happened(case, findings)],
         "Why": list(chain(case, findings)),
@@ -71,7 +71,7 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
 
 
 def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
-    """Yield sentences on species that died out, came close or did well, and on interventions."""
+    """Yield sentences on species that died out, nearly died out or did well, and on interventions."""
     for f in findings["fell"]:
         gone = "died out" if f["extinct"] else "nearly died out"
         yield (
@@ -95,7 +95,7 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
-    """Return the recorded causes of death."""
+    """Return a sentence on the recorded causes of death."""
     first, last = np.searchsorted(case.series.ticks, [f["since"], f["tick"]])
     span = slice(first, last + 1)
     counts = {c: case.series.of(f["species"], DIED + c)[span].sum() for c in case.series.causes}
@@ -107,7 +107,7 @@ def _died_of(case: Case, f: Mapping[str, Any]) -> str:
 
 
 def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the links from each fall to its causes."""
+    """Yield sentences that link each decline to its causes."""
     for f in findings["fell"]:
         yield from (_link(f, cause, share) for cause, share in f["causes"].items() if share >= 0.15)
 
@@ -121,43 +121,43 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
         return f"{part}: {other} ate {s} faster than {s} reproduced."
     if kind == "scarce":
         x = food[other]
-        left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} at its peak were left"
+        left = f"While they starved, {x['left']:.0%} of the peak of {x['full']:,.0f} {other} were left"
         return (
-            f"{part}: starvation because there was too little {other}. {left}; the peak number would "
+            f"{part}: starvation because there was too little {other}. {left}; the peak would "
             f"have covered {number(x['feeds'], 2)} times the energy that {s} burn."
         )
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         worth = " and ".join(f"{number(x['gain'], 2)} energy from each {name}" for name, x in food.items())
         return (
-            f"{part}: starvation although there was food. The peak number would have covered {number(fed, 2)} "
+            f"{part}: starvation despite available food. The peak number would have covered {number(fed, 2)} "
             f"times the energy that {s} burn, at the rate at which they found and caught it"
             f"{f', with {worth}' if worth else ''}."
         )
     if kind == "energy ran out":
         budget = f["budget"]
         return (
-            f"{part}: they took in {number(budget['taken_in'], 2)} per capita and tick and burned "
-            f"{number(budget['burnt'], 2)}. They eat no other species: they live on light, parents or "
+            f"{part}: they took in {number(budget['taken_in'], 2)} energy per capita and tick and burned "
+            f"{number(budget['burnt'], 2)}. They eat no other species, but live on light, parents or "
             "reactions."
         )
     if kind == "newborns starve":
         lasts = (
-            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; a meal comes every "
+            f"Their initial energy lasts {number(young['lasts'], 2)} ticks; they find a meal every "
             f"{number(young['meal_every'], 2)} ticks"
         )
-        return f"{part}: newborns starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
+        return f"{part}: {young['starved_young']:.0%} of {young['births']:,.0f} newborns starved. {lasts}."
     if kind == "poisoned":
-        return f"{part}: their food was deadly, or cost more energy than they could spare."
+        return f"{part}: their food was deadly or cost more energy than they could spare."
     if kind == "unreplaced":
-        text = f"{part}: deaths were not replaced; {f['births']:,} births against {f['deaths']:,} deaths."
-        heirs = f" A well-fed individual has {number(f['offspring'], 2)} offspring in its life."
+        text = f"{part}: deaths were not replaced; {f['births']:,} births for {f['deaths']:,} deaths."
+        heirs = f" A well-fed individual has {number(f['offspring'], 2)} offspring in its lifetime."
         return text if f["offspring"] is None else text + heirs
     return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
 
 
 def energy(species: str, flows: Mapping[str, float]) -> str:
-    """Return the energy budget of a species."""
+    """Return a sentence on the energy budget of a species."""
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
@@ -181,7 +181,7 @@ def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
 
 
 def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the behavior of a species, over the run or before and during its decline."""
+    """Yield a sentence on the behavior of a species over the run, or before and during its decline."""
     if not before:
         return
     both = (before, during) if during else (before,)
@@ -205,19 +205,18 @@ def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]
 
 
 def turn(a: Mapping[str, Any]) -> str:
-    """Return a value of the world file and the direction to change it."""
+    """Return a sentence on a value of the world file and the direction in which to change it."""
     value = a["value"]
     if isinstance(value, bool | int | float):
         value = str(value).lower() if isinstance(value, bool) else number(value)
     return f"{a['key']} = {value}: {a['turn']} ({a['effect']})."
 
 
-MOST = 2000  # organisms of one snapshot from which distances are measured
+MOST = 2000  # maximum number of organisms per snapshot to measure distances from
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Return the behavior of a species in the rows first … last − 1 of the series, per capita and tick; None
-    for values that were not recorded."""
+    """Return a species' behavior in rows first … last − 1, per capita and tick; None if not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -234,7 +233,7 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
-    """Return the cost of locomotion relative to the most expensive gait; None if moving is free."""
+    """Return the cost of locomotion relative to the most expensive gait; None if movement is free."""
     values, dt = case.of(species), case.series.dt
     costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
     basal = (values.get("metabolism") or {}).get("basal", 0.0)
@@ -244,10 +243,10 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
     """Return the mean distance [m] from a species' organisms to the nearest organism of another species, and
-    its ratio to the random expectation (Clark & Evans 1954).
+    the ratio of this mean to the random expectation (Clark & Evans 1954).
 
-    The mean is over the snapshots between two rows; a ratio of 1 is that of random places, and above 1 they
-    avoid each other. None if no snapshot has both.
+    The mean is over the snapshots between two rows. A ratio of 1 means random positions; above 1, the species
+    avoid each other. None if no snapshot contains both species.
     """
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
@@ -266,7 +265,7 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
 
 
 def chance(n: int, size: list[float]) -> float:
-    """Return the expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
+    """Return the expected distance [m] to the nearest of n random positions: 1 / (2 √density) in a plane,
     Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
     if len(size) == 2:
@@ -280,28 +279,27 @@ def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray
 
 
 def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
-    """Return the mean distance from `here` to the nearest of `there`. A torus has no edges in the plane; a
-    volume has a floor and a surface."""
+    """Return the mean distance from `here` to the nearest of `there`; a torus wraps only horizontally."""
     from scipy.spatial import cKDTree
 
     if not torus:
         return float(cKDTree(there).query(here)[0].mean())
-    box = [*size[:2], *(4 * s for s in size[2:])]  # the third axis does not wrap
+    box = [*size[:2], *(4 * s for s in size[2:])]  # too high for the third axis to wrap
     tree = cKDTree(there % box, boxsize=box)
     return float(tree.query(here % box)[0].mean())
 
 
 FLOWS = ("taken_in", "burnt", "given", "lost")
-NEAR = 0.05  # fraction of a species' mean below which it nearly died out
+NEAR = 0.05  # fraction of its mean below which a species counts as nearly extinct
 
 
 def explain(case: Case) -> dict[str, Any]:
-    """Return all findings on a run, as why.json contains them.
+    """Return all findings on a run, as stored in why.json.
 
     Parameters
     ----------
     case : Case
-        A run: `Case.read(folder)`.
+        A run, from `Case.read(folder)`.
 
     Returns
     -------
@@ -336,7 +334,7 @@ def explain(case: Case) -> dict[str, Any]:
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain what happened in a run, and why, in why.json, why.html and figures/why.svg.
+    """Explain what happened in a run and why; write why.json, why.html and figures/why.svg.
 
     Parameters
     ----------
@@ -348,8 +346,8 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Content of why.json: the verdict, what limited each species, and values of the world file that act
-        on it.
+        Content of why.json: the verdict, what limited each species, and values of the world file that affect
+        it.
 
     Raises
     ------
@@ -383,21 +381,21 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
         blocks.append(drawn(draw(case, findings), folder / "figures" / "why.svg", CAPTION))
     rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in findings["parameters"]]
     for head, lines in sections.items():
-        turned = table(["value of the world file", "present value", "change", "effect"], rows)
+        turned = table(["value of the world file", "current value", "change", "effect"], rows)
         blocks += [f"<h2>{head}</h2>", turned if head == "What to change" else bullets(lines)]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
 
 CAPTION = (
-    "Numbers on a log scale (a cross is an extinction), causes of death as shares of all deaths at a "
-    "time, and energy per capita and tick: intake above zero; energy burned, given and lost below."
+    "Numbers on a log scale (a cross marks an extinction), causes of death as shares of all deaths at the "
+    "time, and energy per capita and tick: intake above zero; energy burned, given and lost below zero."
 )
 
 
 def _lowest(case: Case, species: str) -> dict[str, Any]:
     n = case.series.of(species)
     here = np.flatnonzero(n)
-    at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # it disappeared within its first tick
+    at = int(here[0] + n[here[0] :].argmin()) if here.size else 0  # 0: it disappeared within its first tick
     low, mean, near = int(n[at]), float(n.mean()), bool(n[at] < max(3, NEAR * n.mean()))
     return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]), "near": near}

@@ -1,7 +1,7 @@
 """Search for values with which a world persists: candidates, evaluation, optimizer, importance.
 
-Settings of a search are in the world file (`ecs_eco.config.models.search`); statistics of single runs belong
-to `ecs_eco.analysis`.
+The settings of a search are in the world file (`ecs_eco.config.models.search`); statistics of single runs
+belong in `ecs_eco.analysis`.
 """
 
 from ecs_eco.lab.searching.run import search

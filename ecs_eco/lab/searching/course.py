@@ -1,4 +1,4 @@
-"""The course of a search: ask, evaluate, tell; finals; confirmation. Its whole state is in its folder."""
+"""The course of a search: ask, evaluate, tell; then finals and confirmation. All its state is in its folder."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -18,13 +18,13 @@ from ecs_eco.lab.trained import forget_trained
 from ecs_eco.lab.work import Work
 from ecs_eco.record.container import inside
 
-BEST = 5  # worlds that are written
-ENOUGH = 4  # candidates at a stage before it requires a score
+BEST = 5  # number of worlds written
+ENOUGH = 4  # number of candidates that a stage needs before it requires a score
 Progress = Callable[["Search"], None]
 
 
 class Search:
-    """One search: its plan, its journal, the running jobs, and its budget."""
+    """One search: its plan, journal, running jobs, and budget."""
 
     def __init__(
         self,
@@ -49,12 +49,12 @@ class Search:
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Report the journal to the optimizer. Raises ForeignFile for values of another plan."""
+        """Report the journal to the optimizer. Raises ForeignFile if its values are from another plan."""
         for entry in self.journal.of("candidate"):
             if entry["values"].keys() != self.plan.start.keys():
                 raise ForeignFile(
-                    f"{self.journal.path}: candidate {entry['candidate']}: values: have other "
-                    "keys than the ranges"
+                    f"{self.journal.path}: candidate {entry['candidate']}: values: their keys "
+                    "differ from those of the ranges"
                 )
             self.proposer.tell(entry["candidate"], entry["values"], merit(entry))
         self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
@@ -62,7 +62,7 @@ class Search:
     # --- the three phases
 
     def run(self) -> None:
-        """Search, compare the best on further seeds, and confirm the best of them; or sample."""
+        """Search, compare the best candidates on further seeds, and confirm the winner; samplers only search."""
         self._candidates()
         if self.sampler is not None:
             return
@@ -73,7 +73,7 @@ class Search:
 
     def _candidates(self) -> None:
         known = {e["candidate"] for e in self.journal.of("candidate")}
-        numbers = (number for number in count() if number not in known)  # 0 is the world as written
+        numbers = (number for number in count() if number not in known)  # candidate 0 is the world as written
         coming, waiting = next(numbers), True
         while waiting or len(self.work):
             while waiting and self._free and self.proposer.ready(coming):
@@ -108,7 +108,7 @@ class Search:
             self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
 
     def _finalists(self) -> list[dict[str, Any]]:
-        """Return the best of the candidates that passed all runs; none if there is no choice."""
+        """Return the best candidates that passed all runs; none if there is only one."""
         last = len(self.plan.stages) - 1
         best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
         return best if len(best) > 1 else []
@@ -138,7 +138,7 @@ class Search:
         return self.workers - len(self.work)
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Yield results that arrive within a second: (key, result).
+        """Yield (key, result) for results that arrive within a second.
 
         Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed repeatedly.
         """
@@ -164,13 +164,13 @@ class Search:
         )
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
-        """Do all these runs of a candidate at full length."""
+        """Return a job that runs a candidate with all these seeds at full length."""
         cells = tuple(cells)
         job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
         return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
 
     def least(self, stage: int) -> float:
-        """Return the score with which a candidate advances: a quantile of earlier candidates there."""
+        """Return the score needed to advance from a stage: a quantile of earlier candidates' scores."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
@@ -180,7 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, the best first: by merit, or by the mean over all seeds after finals."""
+        """Return the candidates, best first: finalists by mean score over all seeds, others by merit."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:
@@ -190,7 +190,7 @@ class Search:
         return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
 
     def evaluated(self) -> list[dict[str, Any]]:
-        """Return the candidates whose values gave a valid world, in their order."""
+        """Return the candidates whose values gave a valid world, in order."""
         return sorted(
             (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
         )
@@ -203,12 +203,12 @@ class Search:
 
     @property
     def done(self) -> int:
-        """The number of candidates evaluated so far."""
+        """Number of candidates evaluated so far."""
         return len(self.journal.of("candidate"))
 
     @property
     def share(self) -> float:
-        """The completed share of the search, in [0, 1]."""
+        """The completed fraction of the search, in [0, 1]."""
         return self.budget.share
 
     def _show(self) -> None:

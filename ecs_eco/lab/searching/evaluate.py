@@ -1,5 +1,5 @@
-"""The evaluation of a candidate, in its own process: stage after stage, ended once it is hopeless.
-Outcomes depend on its values and seeds only; the stage that it reaches depends also on earlier candidates."""
+"""The evaluation of a candidate in its own process, stage by stage until it is hopeless. Outcomes depend only
+on its values and seeds; the stage that it reaches also depends on earlier candidates."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -27,13 +27,13 @@ def objective(
     fit: Fit | None = None,
 ) -> float:
     """Return the weighted mean of a search's goals for a run in which all species lived; `find` resolves
-    "module:name", `fit` is the comparison for the goal data."""
+    "module:name", and `fit` is the comparison for the goal "data"."""
     scores = [weight * score(of, series, persist, search.wanted, find, fit) for of, weight in search.goals]
     return float(sum(scores))
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """Return 1 / (1 + the mean difference from the measured statistics [tenths]); 0 for too short a run."""
+    """Return 1 / (1 + RMS difference from the measured statistics [tenths]); 0 if the run is too short."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -48,8 +48,7 @@ def score(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return one goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN
-    counts as 0."""
+    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, NaN counts as 0."""
     if of == "data" and fit is not None:
         return likeness(series, fit)
     if of == "persistence":
@@ -68,21 +67,21 @@ def _clipped(value: float) -> float:
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """Return the distance from extinction, ln(1 + least n) / ln(1 + mean n), of the closest species."""
+    """Return the distance from extinction, ln(1 + minimum n) / ln(1 + mean n), of the species closest to it."""
     distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(distances, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Return the mean over species of ln(p) / ln(0.05), at most 1; p is the peak's against AR(1)."""
+    """Return the mean over species of ln(p) / ln(0.05), at most 1, with the spectral peak's p against AR(1)."""
     statistics = cycle_statistics(series, n_boot=199)
     p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
 
 
 def population(series: Series, wanted: Mapping[str, float]) -> float:
-    """Return the mean over species of n / wanted or wanted / n, whichever is less; n is the mean number of
-    the later half."""
+    """Return the mean over species of n / wanted or wanted / n, whichever is smaller, where n is the mean
+    number in the second half of the run."""
     half = len(series.ticks) // 2
     n = np.array([series.of(s)[half:].mean() for s in wanted])
     w = np.array(list(wanted.values()))
@@ -90,8 +89,8 @@ def population(series: Series, wanted: Mapping[str, float]) -> float:
 
 
 def reported(series: Series, name: str, wanted: float | None) -> float:
-    """Return the mean of a reporter over the later half of a run, and over species; or, with a target, its
-    closeness: the ratio of both, at most 1, and 0 if the mean is not above 0."""
+    """Return a reporter's mean over species and the second half of a run. With a target, return the closeness
+    of this mean to it: their ratio, at most 1, or 0 if the mean is not above 0."""
     values = series.columns[name][len(series.ticks) // 2 :]
     mean = float(values[np.isfinite(values)].mean()) if np.isfinite(values).any() else float("nan")
     if wanted is None:
@@ -99,29 +98,27 @@ def reported(series: Series, name: str, wanted: float | None) -> float:
     return max(0.0, min(mean / wanted, wanted / mean if mean > 0 else 0.0))
 
 
-STEP = 25  # ticks between two checks for extinctions
+STEP = 25  # ticks between checks for extinctions
 
 
 @dataclass(frozen=True)
 class Job:
-    """A candidate, and the settings of its evaluation."""
+    """A candidate and the settings of its evaluation."""
 
-    name: str  # name of its policies' folder
+    name: str  # name of the folder of its policies
     config: WorldConfig
     values: dict[str, Any]
     cells: Sequence[tuple[int, int]]
     stages: Sequence[tuple[int, int]]
-    least: Sequence[float]  # the score required by each stage but the last
-    hopeless: float  # share of extinct runs beyond which it ends
-    policies: Path  # the folder of trained policies
-    fit: Fit | None = None  # the measurements for comparison
+    least: Sequence[float]  # score required at each stage except the last
+    hopeless: float  # share of extinct runs above which evaluation ends
+    policies: Path  # folder of trained policies
+    fit: Fit | None = None  # measurements to compare runs with
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Return outcomes by stage, the last stage, its score, and seconds; "refused" if the values give no valid
-    world.
-
-    "failed" is the error raised by the user's own code.
+    """Return the outcomes by stage, the last stage, its score, and the seconds used. "refused" is present if
+    the values give no valid world, "failed" if the user's code raised an error.
     """
     begin, worked = time.perf_counter(), time.process_time()
     try:
@@ -135,7 +132,7 @@ def evaluate(job: Job) -> dict[str, Any]:
 
 
 class Life:
-    """One run of a candidate, which later stages continue."""
+    """One run of a candidate, which is continued in later stages."""
 
     def __init__(self, config: WorldConfig, job: Job, cell: tuple[int, int]) -> None:
         self.config, self.job, self.cell = config, job, cell
@@ -145,9 +142,9 @@ class Life:
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Run to a tick or the first extinction; return how long all species lived, which died out, and
-        the score. At full length a species without births in the later half counts as extinct since its
-        last birth."""
+        """Run to a tick or the first extinction; return how long all species lived, which species died out,
+        and the score. In a run of full length, a species without births in the second half counts as extinct
+        since its last birth."""
         begin = time.perf_counter()
         try:
             if self.world is None:
@@ -200,8 +197,8 @@ class Life:
             self.died = self.world.tick, "too many"
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
-        """Return when the first species to stop breeding had its last birth, and its name; None if all
-        that can breed have births in the later half: outliving the run is not persistence."""
+        """Return the last birth [tick] and name of the first species to stop breeding; None if all that can
+        breed do so in the second half. A species that merely outlives the run does not persist."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:
@@ -227,7 +224,7 @@ def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
 
 
 def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Return the outcomes of the runs, until enough of them are extinct that the rest does not matter."""
+    """Return the outcomes of the runs, stopping once enough of them are extinct."""
     runs: list[dict[str, Any]] = []
     for life in lives:
         runs.append(life.until(ticks))
@@ -237,7 +234,7 @@ def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str,
 
 
 def persisting(config: WorldConfig) -> list[str]:
-    """Return the species whose extinction ends a run: of [search], or all that cannot come back."""
+    """Return the species whose extinction ends a run: those set in [search], or all that cannot come back."""
     if config.search.persist:
         return list(config.search.persist)
     return [
@@ -246,7 +243,7 @@ def persisting(config: WorldConfig) -> list[str]:
 
 
 def policies(config: WorldConfig, job: Job, seed: int) -> Any:
-    """Return the initial policies of a run; train them here if required and not done yet."""
+    """Return the initial policies of a run, after training them if necessary."""
     kind = job.config.search.policies
     if kind not in ("train", "train-once"):
         return kind

@@ -1,4 +1,4 @@
-"""Figures of a search: its progress, the important numbers, and where the good worlds are."""
+"""Figures of a search: its progress, the important numbers, and the locations of good worlds."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -18,7 +18,7 @@ BEST, START = PALETTE[3], INK
 
 @styled
 def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
-    """Draw the progress of each candidate, and the best so far; `last` is the number of the last stage."""
+    """Draw how far each candidate got, and the best so far; `last` is the index of the last stage."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     minutes = np.array([e["at"] / 60 for e in entries])
     merits = np.array([merit(e) for e in entries])
@@ -42,7 +42,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
         ax.plot(minutes[begin], merits[begin], "X", ms=9, color=START, label="as written")
     ax.set(
         xlabel="minutes",
-        ylabel="stage reached, and score in it",
+        ylabel="stage reached, plus score in it",
         ylim=(0, last + 1.05),
         yticks=range(last + 2),
     )
@@ -52,7 +52,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Draw each number's share of all importance, and the share that chance exceeds in 1 of 20 cases."""
+    """Draw each number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
@@ -63,7 +63,7 @@ def importance(numbers: Sequence[Importance]) -> Figure:
         yticks=places,
         yticklabels=[short(i.name) for i in order],
         xlim=(0, 1.02),
-        xlabel="share of all importance",
+        xlabel="share of total importance",
     )
     ax.legend(loc="lower right")
     return figure
@@ -77,7 +77,7 @@ def scatter(
     start: dict[str, float],
     best: dict[str, float],
 ) -> Figure:
-    """Draw candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
+    """Draw candidates against each number; `worse` f64[candidates] is the share of candidates that are worse."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
@@ -87,7 +87,7 @@ def scatter(
         scaled(ax.xaxis, p)
         ax.set_xlabel(short(p.name), fontsize=8.5)
     for row in axes:
-        row[0].set_ylabel("share that is worse")
+        row[0].set_ylabel("share of worse candidates")
     axes[0, 0].legend(loc="best", fontsize=8)
     return figure
 
@@ -101,7 +101,7 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Draw candidates over pairs of the first three numbers, colored by the share that is worse."""
+    """Draw candidates against pairs of the first three numbers, colored by the share of worse candidates."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
@@ -125,12 +125,12 @@ def pairs(
         scaled(ax.yaxis, y)
         ax.grid(visible=False)
     axes[0, 0].legend(loc="best", fontsize=8, frameon=True)
-    figure.colorbar(dots, ax=axes[0].tolist(), label="share that is worse", pad=0.02)
+    figure.colorbar(dots, ax=axes[0].tolist(), label="share of worse candidates", pad=0.02)
     return figure
 
 
 def scaled(axis: Any, p: Parameter) -> None:
-    """Set a log axis, with ticks at 1, 2 and 5 of each power of ten, or at 1 over more than two powers."""
+    """Set a log axis, with ticks at 1, 2 and 5 × 10ⁿ or, beyond two decades, only at powers of ten."""
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

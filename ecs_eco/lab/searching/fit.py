@@ -1,4 +1,4 @@
-"""The likeness of a run to the measurements of its world's [data], by a few statistics of both."""
+"""Comparison of a run with the measurements in its world's [data], by a few statistics of both."""
 
 import hashlib
 from collections.abc import Mapping
@@ -14,21 +14,21 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.config.measurements import Outside, outside_of
 from ecs_eco.engine.errors import refusal
 
-SKIP = 0.1  # share of a run that is left out at its start
+SKIP = 0.1  # fraction of a run left out at its start
 
 Statistics = dict[str, float]
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Measurements to compare runs with, and their statistics: each a log10 or a share of a period.
+    """Measurements to compare runs with, and their statistics: log10 values or fractions of a period.
 
     Attributes
     ----------
     outside : Outside
         The measurements.
     kinds : tuple of str
-        What is compared: "period", "lag", "amplitude", "mean".
+        Kinds of statistics compared: "period", "lag", "amplitude", "mean".
     observed : dict of str to float
         Statistics of the measurements.
     """
@@ -41,8 +41,8 @@ class Fit:
     def of(self, series: Series) -> Statistics | None:
         """Return the statistics of a run.
 
-        They are computed over the last stretch of the run that is as long as the measurements, sampled at the
-        same intervals.
+        They are computed over the last part of the run that is as long as the measurements and is sampled at
+        the same intervals.
 
         Parameters
         ----------
@@ -51,33 +51,33 @@ class Fit:
         Returns
         -------
         dict of str to float or None
-            None if the run is too short, or a species died out in that stretch.
+            None if the run is too short, or a species died out in that part.
         """
         x = sampled(series, self.outside)
         return None if x is None else statistics(x, list(self.outside.columns), self.outside, self.kinds)
 
     def differences(self, own: Mapping[str, float]) -> np.ndarray:
-        """Return the differences of statistics from the measurements.
+        """Return the differences between a run's statistics and those of the measurements.
 
         Parameters
         ----------
         own : Mapping of str to float
-            As `of` returns them.
+            Statistics as returned by `of`.
 
         Returns
         -------
         array of float64, shape (statistics,)
-            Differences of lags go the shorter way around a period.
+            Differences between lags are taken the shorter way around a period.
         """
         apart = [(name, own[name] - value) for name, value in self.observed.items()]
         return np.array([(d + 0.5) % 1 - 0.5 if name.startswith("lag ") else d for name, d in apart])
 
 
 def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
-    """Return the comparison for the goal data of a world with runs of this many ticks; None if it is not a
+    """Return the comparison for a world's goal "data", with runs of this many ticks; None if it is not a
     goal.
 
-    Raises ConfigError if the measurements cannot be used, or runs are shorter.
+    Raises ConfigError if the measurements cannot be used or are longer than runs.
     """
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None
@@ -86,7 +86,7 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
         raise refusal(
             ("search", "ticks"),
-            "is shorter than the measurements of [data]",
+            "is shorter than the measurements in [data]",
             ticks,
             f"at least {int(np.ceil(least / (1 - SKIP))):,}",
             source=config._source,
@@ -95,7 +95,7 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     kinds = tuple(config.data.statistics)
     observed = statistics(x, list(outside.columns), outside, kinds)
     if not observed:
-        allowed = "lag (of two columns at least), amplitude, mean, or period with data.ticks"
+        allowed = "lag (with at least two columns), amplitude, mean, or period with data.ticks"
         raise refusal(
             ("data", "statistics"), "leaves nothing to compare", list(kinds), allowed, source=config._source
         )
@@ -110,8 +110,8 @@ def length(outside: Outside) -> float | None:
 
 
 def sampled(series: Series, outside: Outside) -> np.ndarray | None:
-    """Return the last part of a run that is as long as the measurements, sampled as often: f64[samples,
-    columns]; None if there is none. If the length of their unit of time is unknown, it is as long in
+    """Return the last part of a run with the length and sampling rate of the measurements, f64[samples,
+    columns]; None if there is none. If the length of their time unit is unknown, lengths are matched in
     periods."""
     n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
     n = n[int(SKIP * len(n)) :]
@@ -127,8 +127,8 @@ def sampled(series: Series, outside: Outside) -> np.ndarray | None:
 
 
 def statistics(x: np.ndarray, names: list[str], outside: Outside, kinds: tuple[str, ...]) -> Statistics:
-    """Return the statistics of series f64[samples, names]: period of their shared cycle [log10 of the unit
-    of time], lags between them [periods], amplitudes [log10], means [log10]."""
+    """Return the statistics of series f64[samples, names]: period of their shared cycle [log10 of time
+    units], lags between them [periods], amplitudes [log10], means [log10]."""
     found = cycle(*x.T)
     out: Statistics = {}
     if "period" in kinds and outside.ticks is not None:

@@ -1,5 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation. Each ends with its seal, a SHA-256 of
-itself and the seal before it, which reveals changed, removed or inserted lines."""
+"""The journal of a search: a line of JSON for each evaluation. Each line ends with a seal, a SHA-256 of the
+line and the previous seal, which reveals changed, removed or inserted lines."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ class Planned(Container):
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a search, those of the world's [search] by their keys."""
+        """Return the settings of a search, with an entry for each key of the world's [search]."""
         own = {f"search.{key}": value for key, value in content["search"].items()}
         return {key: value for key, value in super().settings(content).items() if key != "search"} | own
 
 
 class Evaluation(Section):
-    """The parts of a journal entry that are read."""
+    """The parts of a journal entry that are read back."""
 
     model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
 
@@ -80,7 +80,7 @@ class OneRun(Section):
 
 
 class Stage(Section):
-    """The result of a candidate in one stage."""
+    """A candidate's result at one stage."""
 
     ticks: Tick
     score: float
@@ -89,24 +89,24 @@ class Stage(Section):
 
 
 def has_search(folder: Path) -> bool:
-    """Return whether a search was begun in a folder."""
+    """Return whether a folder contains a search."""
     return (folder / NAME).is_file() or container.has(folder, Planned)
 
 
 class Journal:
-    """The journal in a folder: its entries, and appending to it."""
+    """The journal in a folder, whose entries can be read and appended."""
 
     def __init__(self, folder: Path, header: Entry) -> None:
         self.path = folder / NAME
         self.entries: list[Entry] = []
-        self._seal = ""  # of the last line
+        self._seal = ""  # seal of the last line
         if self.path.is_file():
             lines = read(self.path)
             if lines:
                 if different := [key for key, value in header.items() if lines[0].get(key) != value]:
                     raise ForeignFile(
-                        f"{self.path}: belongs to another search: its {', '.join(different)} is not that of the "
-                        "folder"
+                        f"{self.path}: belongs to another search: its {', '.join(different)} differs from the "
+                        "folder's"
                     )
                 self.entries, self._seal = lines[1:], lines[-1][WORD]
         if not self.entries:
@@ -116,11 +116,11 @@ class Journal:
             self._append({"kind": "search", **header})
 
     def of(self, kind: str) -> list[Entry]:
-        """Return the entries of a kind: candidate, final or confirmation."""
+        """Return the entries of one kind: candidate, final or confirmation."""
         return [e for e in self.entries if e["kind"] == kind]
 
     def add(self, kind: str, **fields: Any) -> Entry:
-        """Append an evaluation, also on disk. Raises RecordingError if nothing more can be written."""
+        """Append an evaluation, in memory and on disk. Raises RecordingError if writing fails."""
         entry = {"kind": kind, **fields}
         self._append(entry)
         self.entries.append(entry)
@@ -136,18 +136,17 @@ class Journal:
                 os.fsync(file.fileno())
         except OSError as error:
             kept = (
-                f"{len(self.entries)} evaluations are saved: free some disk space, then the same command "
-                f"with --out {self.path.parent} continues"
+                f"{len(self.entries)} evaluations are saved; free some disk space, then resume with the same "
+                f"command and --out {self.path.parent}"
             )
             raise RecordingError(
-                f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
+                f"{self.path}: cannot be written: {error.strerror or error}; {kept}"
             ) from error
 
 
 def begin(folder: Path, settings: Entry) -> Journal:
-    """Return the journal of a search in a folder, new or begun with these settings.
-
-    Raises ForeignFile for the folder of another search, RecordingError for one of an older version.
+    """Return the journal of the search with these settings in a folder, creating it if necessary. Raises
+    ForeignFile if the folder contains another search, RecordingError if it is from an older version.
     """
     if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
@@ -160,9 +159,8 @@ def begin(folder: Path, settings: Entry) -> Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """Read all complete lines; an incomplete last line of a killed search is removed.
-
-    Raises ConfigError that names the first changed line.
+    """Read all complete lines; an incomplete last line, left by a killed search, is removed. Raises a
+    ConfigError that names the first changed line.
     """
     files.require_regular(path)
     data = path.read_bytes()

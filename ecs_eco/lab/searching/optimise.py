@@ -1,4 +1,4 @@
-"""Proposals of candidates: Optuna's samplers behind two calls, ask and tell."""
+"""Proposals of candidates by Optuna's samplers, with an ask-and-tell interface."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ OPTIMISERS = (
     "gp",
     "tpe",
     "random",
-)  # samplers whose proposals follow from the journal only; CMA-ES has a state of its own
-FIRST = 10  # random candidates before the first model
+)  # samplers whose proposals depend only on the journal; CMA-ES has additional state
+FIRST = 10  # number of random candidates before the first model
 
 
 def merit(entry: dict[str, Any]) -> float:
-    """Return the merit of a candidate: the stage that it reached, plus its score there squeezed into ±1."""
+    """Return the merit of a candidate: the stage that it reached, plus its score there mapped to 0 to 1."""
     score = float(entry["score"])
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, determined by seed and history."""
+    """Proposes numbers within the ranges, which depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -67,12 +67,12 @@ class Optimiser:
         return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
-        """Report the merit of a candidate, proposed or not."""
+        """Report the merit of a candidate, whether or not it was proposed here."""
         import optuna
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if candidate in self.waiting:  # replaced by one with rounded numbers, as read from a journal
+            if candidate in self.waiting:  # replaced by a trial with rounded numbers, as in the journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(
@@ -80,15 +80,15 @@ class Optimiser:
             )
 
     def ready(self, candidate: int) -> bool:
-        """Return whether it can propose numbers for a candidate now."""
+        """Return whether numbers for a candidate can be proposed now."""
         return True
 
     def finished(self, candidate: int) -> bool:
-        """Return whether it has found the solution before a candidate."""
+        """Return whether the search is finished before a candidate."""
         return False
 
     def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the training seeds and world seeds of a candidate: the same for all."""
+        """Return the training seeds and world seeds of a candidate, which are the same for all."""
         return cells
 
     def _sampler(self, candidate: int) -> BaseSampler:
@@ -114,7 +114,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """A number's share of all importance, and the share that chance exceeds in 1 of 20 cases."""
+    """A number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
 
     name: str
     share: float
@@ -127,7 +127,7 @@ def importances(
     merits: Sequence[float],
     seed: int = 0,
 ) -> list[Importance]:
-    """Return the importance of each number of a space, from the candidates' values and merits."""
+    """Return the importance of each number in a space, from the candidates' values and merits."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
@@ -160,5 +160,5 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return the share of candidates that are worse, in (0, 1), whatever the scale of the objective."""
+    """Return the share of worse candidates for each, in (0, 1), regardless of the objective's scale."""
     return (rankdata(merits) - 0.5) / len(merits)

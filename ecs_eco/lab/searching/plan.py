@@ -1,4 +1,4 @@
-"""The plan of a search: parameters, runs in their order, stages, seeds of finals and confirmation."""
+"""The plan of a search: parameters, ordered runs, stages, and the seeds of finals and confirmation."""
 
 import json
 import time
@@ -17,7 +17,7 @@ from ecs_eco.lab.searching.journal import Journal
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs
-FINALS, CONFIRMATION = 50_000, 100_000  # their first seeds
+FINALS, CONFIRMATION = 50_000, 100_000  # offsets of their seeds
 TRAINED = ("train", "train-once")
 
 
@@ -30,17 +30,17 @@ class Parameter:
     high: float
     log: bool
     whole: bool
-    start: float  # as the world is written
+    start: float  # value in the world as written
 
     def tidy(self, value: float) -> float:
-        """Return the value within its range, rounded to four digits, as written to files."""
+        """Return the value clipped to its range and rounded to four digits, as written to files."""
         value = min(max(float(f"{value:.4g}"), self.low), self.high)
         return round(value) if self.whole else float(value)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole search except its optimizer and its budget."""
+    """A whole search, except its optimizer and budget."""
 
     config: WorldConfig
     parameters: tuple[Parameter, ...]
@@ -50,15 +50,15 @@ class Plan:
     finals: tuple[Cell, ...]
     confirmation: tuple[Cell, ...]
     confirmation_ticks: int
-    fit: Fit | None = None  # the measurements, if the objective is data
+    fit: Fit | None = None  # measurements, if the objective is "data"
 
     @property
     def start(self) -> dict[str, float]:
-        """The world as it is written."""
+        """The values in the world as written."""
         return {p.name: p.start for p in self.parameters}
 
     def header(self) -> dict[str, Any]:
-        """The settings that must not change when a search is continued."""
+        """The settings that must not change when a search is resumed."""
         settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
         return {
             "world": self.config.name,
@@ -68,7 +68,7 @@ class Plan:
         }
 
     def sampling(self) -> Self:
-        """Return the plan of a search that samples a posterior: each candidate has a run and a seed."""
+        """Return the plan for sampling a posterior, in which each candidate has one run with its own seed."""
         trainings = sorted({training for training, _ in self.cells})
         return replace(
             self,
@@ -80,15 +80,14 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """Return the plan of a world's [search].
-
-    Raises ConfigError if nothing varies or an end of a range is refused.
+    """Return the plan of a world's [search]. Raises ConfigError if nothing varies or an end of a range is
+    invalid.
     """
     search = config.search
     if not search.ranges:
         allowed = (
-            "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
-            "or --range KEY=LOW:HIGH"
+            "a number written as { value = 0.014, search = [0.004, 0.02] }, an entry in [search.ranges], or "
+            "--range KEY=LOW:HIGH"
         )
         raise refusal(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)
     config._code.require(config._source)
@@ -132,12 +131,12 @@ def _parameter(config: WorldConfig, name: str) -> Parameter:
 
 
 def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
-    """Return the problem of the world at one end of a range, if any."""
+    """Return the problem of the world with one end of a range, if any."""
     try:
         load(config, {parameter.name: parameter.tidy(end)})
     except ConfigError as error:
         first = error.problems[0]
-        fault = f"gives a world that is refused: {first.path} {first.what}"
+        fault = f"gives an invalid world: {first.path} {first.what}"
         return Problem(
             ("search", "ranges", parameter.name),
             fault,
@@ -148,7 +147,7 @@ def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem |
 
 
 def _placed(problem: Problem, config: WorldConfig) -> Problem:
-    """Return the problem with its file, and the line of the range."""
+    """Return the problem with its file and the line of the range."""
     path = config.folder / config._source
     if problem.source or not path.is_file():
         return problem if problem.source else problem.moved(source=config._source)
@@ -158,61 +157,61 @@ def _placed(problem: Problem, config: WorldConfig) -> Problem:
 
 
 def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
-    """Return each training seed with each world seed (from offset + 1); the first few differ in both."""
+    """Return all pairs of training and world seed (from offset + 1); the first few differ in both."""
     pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
     return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Return stages that grow by equal factors, from one run of `first` of the ticks to all in full."""
+    """Return stages growing by equal factors, from one run of `first` × ticks to all runs at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
     return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
 
 
-# share of the time reserved for finals and confirmation, before any run at full length was timed
+# fraction of the time reserved for finals and confirmation, before a run at full length has been timed
 FIRST_RESERVE = 0.25
-MOST_RESERVE = 0.6  # share of the time reserved at most, however long such runs take
+MOST_RESERVE = 0.6  # maximum fraction reserved, however long such runs take
 
 
 class Budget:
-    """The budget of a search, earlier calls included, and the part used so far."""
+    """The budget of a search, including earlier calls, and the part used so far."""
 
     def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
         if minutes is None and trials is None and cpu is None:
-            allowed = "a budget in minutes, or a number of trials"
+            allowed = "a budget in minutes or a number of trials"
             raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
         self.seconds = None if minutes is None else minutes * 60
         self.trials, self.cpu, self.workers = trials, cpu, workers
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls; `finalists` returns their number."""
+        """Start the clock, counting the time of earlier calls; `finalists` returns the number of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()
 
     @property
     def elapsed(self) -> float:
-        """Return the seconds that the search has taken."""
+        """Return the elapsed time of the search [s]."""
         return round(self._before + time.monotonic() - self._begun, 3)
 
     @property
     def worked(self) -> float:
-        """Return the CPU seconds of candidates."""
+        """Return the CPU time of candidates [s]."""
         return float(sum(e["cpu"] for e in self._journal.of("candidate")))
 
     @property
     def share(self) -> float:
-        """Return the completed share of the search, in [0, 1]."""
+        """Return the completed fraction of the search, in [0, 1]."""
         shares = [len(self._journal.of("candidate")) / self.trials] if self.trials else []
         shares += [self.elapsed / self.seconds] if self.seconds else []
         shares += [self.worked / self.cpu] if self.cpu else []
         return min(1.0, max(shares, default=0.0))
 
     def allows_another(self, running: int) -> bool:
-        """Return whether one more candidate may begin; the first always may."""
+        """Return whether another candidate can begin; the first always can."""
         n = len(self._journal.of("candidate")) + running
         if self.trials is not None and n >= self.trials:
             return False
@@ -222,13 +221,13 @@ class Budget:
         return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
 
     def is_over(self) -> bool:
-        """Return whether no time is left for candidates; never before there is one."""
+        """Return whether no time is left for candidates; False until there is a result."""
         if self.seconds is None or not self._journal.of("candidate"):
             return False
         return self.elapsed > self.seconds - self._reserve()
 
     def _reserve(self) -> float:
-        """Return the seconds to reserve for finals and confirmation."""
+        """Return the time to reserve for finals and confirmation [s]."""
         seconds, plan = self.seconds or 0.0, self._plan
         run = self._seconds_a_run()
         if run is None:
@@ -238,7 +237,7 @@ class Budget:
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _seconds_a_run(self) -> float | None:
-        """Return the seconds of a full run with its share of training; None before the first."""
+        """Return the duration of a full run, including its share of training [s]; None before the first."""
         last = len(self._plan.stages) - 1
         whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
         seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]

@@ -1,4 +1,4 @@
-"""The posterior of a search as a table, posterior.csv, and in numbers."""
+"""The posterior of a search, as a table (posterior.csv), summary statistics and figures."""
 
 import csv
 import io
@@ -22,8 +22,9 @@ ENDS = [0.05, 0.5, 0.95]
 
 
 def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
-    """Write posterior.csv, a row for each accepted candidate, the nearest first: candidate, generation,
-    weight (of sum 1), distance, numbers by dotted key, statistics; return its part of search.json."""
+    """Write posterior.csv, with a row for each accepted candidate, nearest first: candidate, generation,
+    weight (the sum is 1), distance, numbers by dotted key, statistics; return the posterior's entry in
+    search.json."""
     kept = sampler.posterior()
     entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}
     names, measured = [p.name for p in sampler.plan.parameters], list(sampler.fit.observed)
@@ -48,12 +49,12 @@ def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
 
 
 def rows_of(kept: Population) -> list[tuple[int, float, float]]:
-    """Return candidate, weight and distance of each accepted candidate."""
+    """Return the number, weight and distance of each accepted candidate."""
     return list(zip(kept.numbers.tolist(), kept.shares.tolist(), kept.distances.tolist(), strict=True))
 
 
 def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any]]) -> dict[str, Any]:
-    """Return a posterior's part of search.json: means and central 90% intervals of numbers and statistics."""
+    """Return the posterior's entry in search.json: means and central 90% intervals of numbers and statistics."""
     there = [e for number, e in entries.items() if number and statistics_of(e) is not None]
     out: dict[str, Any] = {
         "candidates": sum(number > 0 for number in entries),
@@ -93,18 +94,18 @@ def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any
 
 
 POSTERIOR, START = SAFE[6][0], SAFE[2][0]
-MOST = 6  # numbers in the figure of pairs
+MOST = 6  # maximum number of parameters in the figure of pairs
 
 
 def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> list[str]:
-    """Return tables and figures; the latter are written into `folder`."""
+    """Return the section on the posterior; its figures are also written to `folder`."""
     kept = sampler.posterior()
     if not result["numbers"]:
         return ["<h2>Posterior</h2>", "<p>No candidate lived long enough to be compared.</p>"]
     told = (
-        f"<p>Of {result['candidates']} candidates {result['compared']} lived long enough to be compared; "
-        f"the {result['kept']} nearest are the posterior (posterior.csv), worth "
-        f"{number(result['effective'])} of equal weight.</p>"
+        f"<p>Of {result['candidates']} candidates, {result['compared']} lived long enough to be compared; "
+        f"the {result['kept']} nearest form the posterior (posterior.csv), equivalent to "
+        f"{number(result['effective'])} candidates of equal weight.</p>"
     )
     numbers = [
         [
@@ -124,25 +125,25 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         drawn(
             marginals(parameters, kept, sampler.plan.start),
             folder / "posterior.svg",
-            "Each number: density of the posterior over its range, drawn on the scale of the range, with "
-            "its median and central 90%; the gray line is the density of the range itself.",
+            "Posterior density of each number on the scale of its range, with "
+            "the median and central 90%; the gray line is the prior density.",
         )
     ]
     if len(parameters) > 1:
-        caption = "Pairs of numbers; the area of a dot is the weight of a candidate."
+        caption = "Pairs of numbers; the area of a dot shows the weight of a candidate."
         shown.append(drawn(pairs(parameters, kept), folder / "posterior-pairs.svg", caption))
     return [
         "<h2>Posterior</h2>",
         told,
-        table(["number", "range", "median", "central 90 %"], numbers),
+        table(["number", "range", "median", "central 90%"], numbers),
         *shown,
-        table(["statistic", "measured", "median of the runs", "central 90 %"], statistics),
+        table(["statistic", "measured", "median of the runs", "central 90%"], statistics),
     ]
 
 
 @styled
 def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[str, float]) -> Figure:
-    """Draw the density of each number in the posterior, over its range."""
+    """Draw the posterior density of each number over its range."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.4, 0.3))
     at = np.linspace(0, 1, 201)
     for k, (ax, p) in enumerate(zip(axes.flat, parameters, strict=False)):
@@ -178,7 +179,7 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
 
 
 def density(places: np.ndarray, shares: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the density of weighted places by a normal kernel (Silverman's width), mirrored at 0 and 1."""
+    """Return the normal-kernel density of weighted positions (Silverman's width), mirrored at 0 and 1."""
     mean = shares @ places
     wide = max(0.02, np.sqrt(shares @ (places - mean) ** 2) * (1.06 * (shares**2).sum() ** 0.2))
     mirrored = np.concatenate([places, -places, 2 - places])

@@ -31,15 +31,15 @@ from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
 
-WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # as `load` takes it
-Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
+WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # anything that `load` accepts
+Runs = list[dict[str, Any]]  # entries of the journal, or the runs in them
 
 
 def write_page(search: Search, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the content of search.json."""
     folder = inside(search.out, search.out / "figures")
     course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
-    caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
+    caption = "The stage that each candidate reached, plus its score there, mapped to 0 to 1."
     sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
     title = search.plan.config.title or search.plan.config.name
     blocks = [
@@ -49,9 +49,9 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
         *sampled,
         "<h2>The best worlds</h2>",
         _best_table(search, result),
-        "<h2>How the search went</h2>",
+        "<h2>Course of the search</h2>",
         drawn(course, folder / "history.svg", caption),
-        "<h2>Which numbers were important</h2>",
+        "<h2>Importance of the numbers</h2>",
         *_important(search, result, folder),
     ]
     write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
@@ -65,14 +65,14 @@ def _opening(result: dict[str, Any]) -> str:
         return course
     ticks = f"{result['confirmation']['ticks']:,}"
     share = f"{best['persisted']} of {best['runs']} runs of the best world"
-    sentences = [f"On fresh seeds all species persist for {ticks} ticks in {share}."]
+    sentences = [f"On fresh seeds, all species persist for {ticks} ticks in {share}."]
     if start["runs"] and start["candidate"] != best["candidate"]:
-        sentences.append(f"The world as written: {start['persisted']} of {start['runs']}.")
+        sentences.append(f"In the world as written, they do in {start['persisted']} of {start['runs']} runs.")
     return " ".join([*sentences, course])
 
 
 def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
-    """Return the part of the page on fresh seeds."""
+    """Return the section on fresh seeds."""
     both = {"best": result["confirmation"]["best"], "as written": result["confirmation"]["start"]}
     both = {world: c for world, c in both.items() if c["runs"]}
     if not both:
@@ -96,19 +96,19 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         ]
         for world, c in both.items()
     ]
-    caption = "Proportion of runs in which all species are alive, with 95% bands (Kaplan–Meier)."
+    caption = "Fraction of runs in which all species are alive (Kaplan–Meier, 95% bands)."
     return [
         "<h2>Confirmation</h2>",
         drawn(lives, folder / "survival.svg", caption),
         table(
-            ["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"],
+            ["world", "runs", "all persist", "share", "95% (Wilson)", "by training seed", "died out first"],
             rows,
         ),
     ]
 
 
 def _lost(lives: Runs) -> str:
-    """Count which species died out first, and in how many runs."""
+    """Return which species died out first, and in how many runs."""
     extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
@@ -131,25 +131,26 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
 
 def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str]:
     if result["importance"] is None:
-        return ["<p>There are too few candidates for a result.</p>"]
+        return ["<p>There are too few candidates for this analysis.</p>"]
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
-        f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
-        "over its range differently from all. A bar that does not pass its line is consistent with chance."
+        f"Based on {len(entries)} candidates. A number is important if the best candidates are distributed "
+        "over its range differently from all candidates. A bar that does not pass its line is consistent "
+        "with chance."
     )
     blocks = [
         f"<p>{text}</p>",
         drawn(
             figures.importance(shares),
             folder / "importance.svg",
-            "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases.",
+            "Share of total importance (PED-ANOVA); by chance, bars stay below the line in 19 of 20 cases.",
         ),
         drawn(
             figures.scatter(plan.parameters, entries, worse, start, best),
             folder / "dependence.svg",
-            "Each candidate over each of its numbers: the higher, the more of the others are worse.",
+            "Rank of each candidate against each of its numbers; the best candidates are at the top.",
         ),
     ]
     if len(plan.parameters) > 1:
@@ -164,7 +165,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
 
 
 def write_results(search: Search, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
-    """Write best-1.toml …, search.json, and with `report` the page; return the content of search.json."""
+    """Write best-1.toml …, search.json and, if `report` is true, the page; return the content of search.json."""
     result, ranked = summary(search), search.ranked()
     for rank, entry in enumerate(ranked[:BEST], 1):
         number = entry["candidate"]
@@ -183,7 +184,7 @@ def write_results(search: Search, world: WorldFile, overrides: Overrides, report
 
 
 def summary(search: Search) -> dict[str, Any]:
-    """Return the result of a search, with JSON types."""
+    """Return the results of a search as JSON types."""
     plan, ranked = search.plan, search.ranked()
     best = ranked[0]
     confirmed = {
@@ -229,11 +230,11 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds, and in how many all species lived, with Wilson's 95% interval."""
+    """Return the runs on fresh seeds, and how many of them all species survived, with Wilson's 95% interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
-        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not as workers finished
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not in the order of completion
         for stage in e["stages"]
         for run in stage["runs"]
     ]
@@ -259,7 +260,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     if result["optimiser"] in SAMPLERS:
         return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
     words = (
-        f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
+        f"all species survived in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
     )
     best = result["confirmation"]["best"]
     if entry["candidate"] == best["candidate"] and best["runs"]:
@@ -291,7 +292,7 @@ def write_world(
     file: Path,
     note: str,
 ) -> None:
-    """Write one world; `trained` is the folder of the policies trained for it, if any."""
+    """Write one world; `trained` is the folder with the policies trained for it, if any."""
     config = load(plan.config, dict(values))
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
@@ -306,7 +307,7 @@ def write_world(
             if _same(file, config):
                 return
     raise RuntimeError(
-        f"{file} could not be written as the world that was evaluated; its values are in the journal"
+        f"{file} could not be written to match the evaluated world; its values are in the journal"
     )
 
 
@@ -317,7 +318,7 @@ def _text(
     values: Mapping[str, float],
     files: Mapping[str, str],
 ) -> str | None:
-    """Return the world's own text with these values; None if there is none, or it cannot be edited."""
+    """Return the text of the world file with these values; None if there is no text or it cannot be edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None
@@ -330,7 +331,7 @@ def _text(
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy rasters, layers and measurements next to the world to the same names next to the new one."""
+    """Copy the rasters, layers and measurements next to the world file to the folder of the new one."""
     land = config.terrain
     names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
     names += [] if config.data is None else [config.data.file]
@@ -346,7 +347,7 @@ def _keep_named(config: WorldConfig, out: Path) -> None:
 
 
 def _same(file: Path, config: WorldConfig) -> bool:
-    """Return whether the file is the world, apart from the place of its policies."""
+    """Return whether the file describes this world, ignoring the location of its policies."""
     try:
         written = load(file)
     except ConfigError:
@@ -359,7 +360,7 @@ def _same(file: Path, config: WorldConfig) -> bool:
 
 
 def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
-    """Copy the policies next to the world; return the file of each species, as the world names it."""
+    """Copy the policies next to the world file; return each species' policy file as named in the world file."""
     forget_trained(inside(beside.parent, beside))
     sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
     for folder in sets:

@@ -1,4 +1,4 @@
-"""A whole search, from a world's ranges to its report."""
+"""A whole search, from the ranges in a world to the report."""
 
 from concurrent.futures import Executor
 from pathlib import Path
@@ -33,46 +33,46 @@ def search(
     trust: bool = False,
     executor: str | Executor = LOCAL,
 ) -> dict[str, Any]:
-    """Search the ranges in a world's section `search`, and write a folder.
+    """Search the ranges in a world's `search` section and write the results to a folder.
 
     Parameters
     ----------
     world : str, Path or Mapping
-        A world with `search.ranges`.
+        A world with ranges to search.
     out : str or Path
-        Folder. A search that is there already continues.
+        Results folder: new, empty, or from a search to resume.
     overrides : Mapping or sequence of str, optional
-        As for `ecs_eco.config.load`, keys of `search` included.
+        Changes to values, as in `ecs_eco.config.load`, including keys of `search`.
     budget : float, optional
-        Minutes after which it ends, earlier calls included.
+        Minutes after which the search ends, including earlier calls.
     trials : int, optional
-        Candidates after which it ends.
+        Number of candidates after which the search ends.
     cpu : float, optional
-        CPU seconds of candidates after which it ends.
+        CPU seconds of candidates after which the search ends.
     workers : int, optional
-        Number of processes; default 2.
+        Number of processes; default: 2.
     optimiser : str, default "gp"
-        "gp" (Gaussian process), "tpe", "random"; for measurements "abc" and "abc-smc".
+        "gp" (Gaussian process), "tpe" or "random"; to fit measurements, "abc" or "abc-smc".
     progress : callable, optional
-        Called with the search after each candidate.
+        Function called with the search after each candidate.
     report : bool, default True
-        Whether to write report.html.
+        Whether to write search.html.
     trust : bool, default False
-        Whether the code that the world lists may run in this process and its workers.
+        Whether code listed in the world file can run in this process and its workers.
     executor : str or Executor, default "local"
-        "local", "ray", or an executor of your own.
+        "local", "ray", or your own executor.
 
     Returns
     -------
     dict
-        Content of search.json: the best values, their importance, and the test on new seeds.
+        Content of search.json: the best values, their importance, and the confirmation on fresh seeds.
 
     Raises
     ------
     ConfigError
-        For an invalid world or optimizer.
+        If the world or the optimizer is invalid.
     FolderInUse
-        If another process searches there.
+        If another process is searching there.
     ForeignFile
         If the folder contains another search.
     """
@@ -85,7 +85,7 @@ def search(
     if optimiser in SAMPLERS:
         if plan.fit is None:
             allowed = 'a world with [data], and [search] objective = "data"'
-            fault = "samples numbers that fit measurements, but the world names none"
+            fault = "samples numbers that fit measurements, but the world has none"
             raise refusal((), fault, optimiser, allowed, source="--optimiser")
         plan = plan.sampling()
     with ours(out) as claim:

@@ -1,7 +1,8 @@
-"""Approximate Bayesian computation: accept the candidates from the ranges whose runs are most like the
-measurements. abc accepts the nearest (Pritchard et al. 1999). abc-smc draws later generations around the
-nearest so far, and weights them by their density in the ranges (Beaumont et al. 2009, adaptive distances
-of Lenormand, Jabot & Deffuant 2013). Proposals follow from the seed and the journal only."""
+"""Approximate Bayesian computation: draw candidates from the ranges and accept those whose runs are most
+similar to the measurements. abc accepts the nearest candidates (Pritchard et al. 1999). abc-smc draws later
+generations around the nearest so far, and weights them by the ratio of prior to proposal density (Beaumont et
+al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). Proposals depend only on the seed
+and the journal."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -12,10 +13,10 @@ from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Parameter, Plan
 
 SAMPLERS = ("abc", "abc-smc")
-FIRST_SEED = 200_000  # the world seeds of candidates follow
-WIDE = 2.0  # factor of the covariance of the nearest candidates, for the steps from one of them
-TRIED = 4000  # draws to estimate how many fall outside of the ranges
-FEWEST = 3  # accepted candidates to draw around
+FIRST_SEED = 200_000  # world seed of candidate 0
+WIDE = 2.0  # covariance of steps / covariance of the nearest candidates
+TRIED = 4000  # number of draws for estimating how many fall outside the ranges
+FEWEST = 3  # minimum number of accepted candidates to draw around
 
 
 class Population(NamedTuple):
@@ -24,35 +25,35 @@ class Population(NamedTuple):
     Attributes
     ----------
     numbers : array of int64, shape (kept,)
-        Numbers of the candidates.
+        Numbers that identify the candidates.
     at : array of float64, shape (kept, parameters)
-        Their places in the unit cube of the ranges.
+        Their positions in the unit cube of the ranges.
     weights : array of float64, shape (kept,)
         Importance weights.
     distances : array of float64, shape (kept,)
-        From the measurements.
+        Distances from the measurements.
     """
 
     numbers: np.ndarray  # i64[accepted], candidates
-    at: np.ndarray  # f64[accepted, parameters], their places in the unit cube of the ranges
-    weights: np.ndarray  # f64[accepted], density of the ranges over that of the proposals
+    at: np.ndarray  # f64[accepted, parameters], positions in the unit cube of the ranges
+    weights: np.ndarray  # f64[accepted], prior density / proposal density
     distances: np.ndarray  # f64[accepted]
 
     @property
     def shares(self) -> np.ndarray:
-        """The weights, of sum 1."""
+        """The weights, normalized to a sum of 1."""
         return np.asarray(self.weights / self.weights.sum())
 
 
 class Sampler:
-    """Approximate Bayesian computation: proposes candidates, and selects those that form the posterior.
+    """Approximate Bayesian computation: proposes candidates and selects those that form the posterior.
 
     Parameters
     ----------
     plan : Plan
     kind : {"abc", "abc-smc"}
     journal : Journal
-        Of the search.
+        Journal of the search.
     """
 
     def __init__(self, plan: Plan, kind: str, journal: Journal) -> None:
@@ -63,7 +64,7 @@ class Sampler:
         self.keep = settings.keep or (0.5 if kind == "abc-smc" else 0.1)
         self.particles, self.stop = settings.particles, settings.stop
         self.kept = max(FEWEST, round(self.keep * self.particles))
-        self._after: dict[int, tuple[Population, float]] = {}  # of complete generations
+        self._after: dict[int, tuple[Population, float]] = {}  # results of complete generations
 
     # --- as an optimizer
 
@@ -84,12 +85,12 @@ class Sampler:
         return {p.name: p.tidy(value_at(p, u)) for p, u in zip(self.plan.parameters, place, strict=True)}
 
     def ready(self, number: int) -> bool:
-        """Return whether the journal contains everything on which a proposal depends."""
+        """Return whether the journal contains everything that a proposal depends on."""
         first = self._numbers(self.generation(number))[0]
         return first <= 1 or first - 1 <= len([e for e in self._entries() if e["candidate"] < first])
 
     def finished(self, number: int) -> bool:
-        """Return whether the generation before a candidate's improved the posterior too little."""
+        """Return whether the generation before a candidate's improved the posterior too little to continue."""
         generation = self.generation(number)
         if generation < 2 or number != self._numbers(generation)[0] or not self.ready(number):
             return False
@@ -97,14 +98,14 @@ class Sampler:
         return self._after[generation - 1][1] < self.stop
 
     def tell(self, number: int, values: dict[str, float], worth: float) -> None:
-        """Do nothing: its state is in the journal."""
+        """Do nothing, because all state is in the journal."""
 
     def cells(self, number: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the seeds of a candidate: those of its own world."""
+        """Return the seeds of a candidate, which has a single run."""
         return [self.cell(number)]
 
     def cell(self, number: int) -> tuple[int, int]:
-        """Return training seed and world seed of a candidate: its own world."""
+        """Return the training seed and the world seed of a candidate; each candidate has its own world seed."""
         cells = self.plan.cells
         return cells[number % len(cells)][0], FIRST_SEED + number
 
@@ -124,13 +125,13 @@ class Sampler:
         return self._population(last)
 
     def generation(self, number: int) -> int:
-        """Return the generation of a candidate, from 0; the world as written, candidate 0, is in none."""
+        """Return the generation of a candidate, from 0; candidate 0, the world as written, belongs to none."""
         if self.kind == "abc" or number <= self.particles:
             return 0
         return 1 + (number - 1 - self.particles) // (self.particles - self.kept)
 
     def _numbers(self, generation: int) -> range:
-        """Return the candidates of a generation."""
+        """Return the numbers of a generation's candidates."""
         if generation == 0:
             return range(1, self.particles + 1)
         first, each = 1 + self.particles, self.particles - self.kept
@@ -142,7 +143,7 @@ class Sampler:
         )
 
     def _population(self, generation: int) -> Population:
-        """Return the candidates accepted after a generation, of those in the journal."""
+        """Return the candidates accepted after a generation, among those in the journal."""
         if generation in self._after:
             return self._after[generation][0]
         numbers = self._numbers(generation)
@@ -157,7 +158,7 @@ class Sampler:
         return kept
 
     def _drawn(self, entries: list[dict[str, Any]], before: Population | None) -> Population:
-        """Return the candidates of one generation that could be compared, with weights against the ranges."""
+        """Return the candidates of one generation that could be compared, with importance weights."""
         there = [(e, own) for e in entries if (own := statistics_of(e)) is not None]
         at = np.array([[place_of(p, e["values"][p.name]) for p in self.plan.parameters] for e, _ in there])
         at = at.reshape(len(there), len(self.plan.parameters))
@@ -174,7 +175,7 @@ class Sampler:
         )
 
     def scales(self) -> np.ndarray:
-        """Return the scale of each statistic: the median absolute deviation of draws from the ranges."""
+        """Return each statistic's scale: its median absolute deviation over candidates from the ranges."""
         first = [e for e in self._entries() if self.kind == "abc" or e["candidate"] <= self.particles]
         apart = np.array([self.fit.differences(own) for e in first if (own := statistics_of(e)) is not None])
         if len(apart) < FEWEST:
@@ -184,27 +185,27 @@ class Sampler:
 
 
 def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
-    """Return the statistics of a candidate's run; None if it was refused, or a species died out."""
+    """Return the statistics of a candidate's run; None if the candidate was refused or a species died out."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     return runs[-1].get("statistics") if runs else None
 
 
 def value_at(p: Parameter, u: float) -> float:
-    """Return the number at a share of its range."""
+    """Return the number at a fraction of its range."""
     if p.log:
         return float(p.low * (p.high / p.low) ** u)
     return p.low + u * (p.high - p.low)
 
 
 def place_of(p: Parameter, value: float) -> float:
-    """Return the share of its range at which a number is."""
+    """Return a number's position as a fraction of its range."""
     if p.log:
         return float(np.log(value / p.low) / np.log(p.high / p.low))
     return (value - p.low) / (p.high - p.low)
 
 
 def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np.ndarray:
-    """Return quantiles of the distribution that weighted numbers were drawn from.
+    """Return quantiles of the distribution from which weighted numbers were drawn.
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ def weighted_quantiles(x: np.ndarray, weights: np.ndarray, q: list[float]) -> np
 
     Notes
     -----
-    The i-th of n numbers of equal weight is the quantile of i / (n + 1) (Weibull 1939), so that a 90% interval
+    The i-th of n numbers with equal weight is the i / (n + 1) quantile (Weibull 1939), so that a 90% interval
     contains the next number in nine of ten cases.
 
     Examples
@@ -241,14 +242,15 @@ def _nearest(of: Population, n: int) -> Population:
 
 
 def _spread(of: Population) -> np.ndarray:
-    """Return the covariance of the steps from a member of a population to a new one."""
+    """Return the covariance of the steps from a member of a population to a new candidate."""
     centred = of.at - of.shares @ of.at
     return np.asarray(WIDE * (centred * of.shares[:, None]).T @ centred + 1e-6 * np.eye(of.at.shape[1]))
 
 
 def _density(at: np.ndarray, of: Population) -> np.ndarray:
-    """Return the density of proposals around a population at places f64[n, parameters], where that of the
-    ranges is 1; proposals outside of the ranges are drawn again, and their share is estimated by draws."""
+    """Return the density of proposals around a population at positions f64[n, parameters], relative to a
+    prior density of 1. Proposals outside the ranges are drawn again, and their fraction is estimated from
+    draws."""
     root = np.linalg.cholesky(_spread(of))
     steps = np.linalg.solve(root, (at[:, None] - of.at[None]).reshape(-1, at.shape[1]).T)
     exponent = -0.5 * (steps**2).sum(0).reshape(len(at), len(of.at))

@@ -34,8 +34,7 @@ def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: P
     journal.path.symlink_to("/dev/full")
     with pytest.raises(
         RecordingError,
-        match="No space left on device; 1 evaluations are saved: free some disk space, "
-        f".* --out {tmp_path} continues",
+        match=f"No space left on device; 1 evaluations are saved; free some disk space, .* --out {tmp_path}",
     ):
         journal.add("candidate", candidate=1)
     assert len(journal.entries) == 1
@@ -75,9 +74,7 @@ def test_a_search_without_ranges_is_refused() -> None:
 
 
 def test_a_range_with_an_end_that_no_world_can_have_is_refused() -> None:
-    with pytest.raises(
-        ConfigError, match=r"gives a world that is refused: species\.deer\.reproduction\.energy_min"
-    ):
+    with pytest.raises(ConfigError, match=r"gives an invalid world: species\.deer\.reproduction\.energy_min"):
         plan_of(load("predator-prey", {'search.ranges."species.deer.reproduction.energy_min"': [0.5, 40.0]}))
 
 

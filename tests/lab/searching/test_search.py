@@ -168,7 +168,7 @@ def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(
         "figures/pairs.svg",
     ):
         assert (tmp_path / "out" / name).stat().st_size > 1000
-    assert "On fresh seeds all species persist" in (tmp_path / "out" / "search.html").read_text(
+    assert "On fresh seeds, all species persist" in (tmp_path / "out" / "search.html").read_text(
         encoding="utf-8"
     )
 
