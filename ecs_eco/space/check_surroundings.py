@@ -16,7 +16,7 @@ AMBIENT = ("temperature", "pressure", "light")
 
 
 def check_surroundings(world: Surroundings) -> None:
-    """Raise ValueError that names a field, ground or ambient value that kernels cannot use."""
+    """Raise a ValueError that names a field, ground or ambient value that kernels cannot use."""
     for name, field in world.fields.items():
         finite = FINITE if field.substance is None else CONCENTRATION
         _check_form(f"field {name!r}: source", field.source, field.shape[::-1], finite[0].dtype)

@@ -37,8 +37,8 @@ class Drift(System):
         "Drift and sinking",
         where=("water.current", "water.current_function", "body.sinking"),
         rules={
-            "water.current": "A body moves with the water at its depth, whose velocity is interpolated "
-            "linearly between the given depths.",
+            "water.current": "A body moves at the velocity of the water at its depth, interpolated linearly "
+            "between the given depths.",
             "body.sinking": "`dz/dt = −sinking`.",
         },
         changes=("Position",),

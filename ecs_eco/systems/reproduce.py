@@ -106,7 +106,7 @@ def chance_of(rate: Number, dt: float) -> Any:
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 
 
-_shared_chance = lru_cache(256)(chance_of)  # few rates occur, and often
+_shared_chance = lru_cache(256)(chance_of)  # the same few rates recur
 
 
 @njit
