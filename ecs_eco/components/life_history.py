@@ -12,5 +12,5 @@ class LifeHistory:
     age_min: f32 = 0.0  # [s] age from which it is fertile
     energy_min: f32 = 0.0  # [energy] that it needs to reproduce
     energy_given: f32 = 0.0  # [energy] of each of its newborn
-    litter: f32.within(0, 65_535) = 1.0  # newborn at a time, rounded
+    litter: f32.within(0, 65_535) = 1.0  # size of a litter, rounded
     choice: u8.within(0, 3) = 0  # choice of mate: 0 nearest, 1 random, 2 richest, 3 oldest

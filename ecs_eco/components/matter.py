@@ -1,4 +1,4 @@
-"""The state of a body that lets its substances add up exactly."""
+"""The state of a body with which its substances add up exactly."""
 
 from ecs_eco.engine.schema import component, f32, f64
 

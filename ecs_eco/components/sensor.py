@@ -5,8 +5,8 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Sensor:
-    """The sensors of one organism: readings x of the last sensing, positions on the body and ranges, in the
-    species' order.
+    """The sensors of one organism: the last readings x, positions on the body and ranges, in the species'
+    order.
 
     It is read-only and computed on access; genes write to `Senses` instead.
     """

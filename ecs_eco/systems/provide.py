@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 
 class Provide(System):
-    """A mother shares her substances with her newborns so that all have equal concentrations. The same
-    applies to the two halves of a dividing cell. Newborns without a living parent keep their initial
-    substances."""
+    """A mother shares her substances with her newborns so that all have equal concentrations.
+
+    The same applies to the two halves of a dividing cell. Newborns without a living parent keep their initial
+    substances.
+    """
 
     needs = (Chemistry, Matter)
     phase = "reproduce"
