@@ -222,7 +222,7 @@ def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = hand
 
 
 def begin_learning(world: SpatialWorld, table: Table) -> None:
-    """Give a species with one shared policy a learner, which begins without experience."""
+    """Give a species with one shared policy a learner without experience."""
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)

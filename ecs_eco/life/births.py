@@ -180,7 +180,7 @@ def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
 def litters_of(
     table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray, fathers: np.ndarray | None
 ) -> Litters:
-    """Return the litters of parents in rows i64[k], with the arguments of `bring_forth`."""
+    """Return the litters of parents in rows i64[k], given the arguments of `bring_forth`."""
     father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
     return Litters(table.uid[parents], number, given, father)
 
@@ -290,7 +290,7 @@ def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
 
 
 def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
-    """Return the rows i64[k] of living organisms with these uids; −1 for the dead."""
+    """Return the rows i64[k] of living organisms with these uids; −1 for dead ones."""
     rows = table.by_uid()
     known = table.uid[rows]
     at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))

@@ -87,8 +87,7 @@ def small_brood(
     )
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
-    # one by one, because unpacking an array ends with an IndexError within numpy, which takes longer than the
-    # rest
+    # one by one, because unpacking an array ends with an IndexError within numpy, which takes longest
     return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 

@@ -1,4 +1,4 @@
-"""The columns, fields and ledgers with which substances move and add up."""
+"""The columns, fields and ledgers needed for substances to move and add up."""
 
 from __future__ import annotations
 

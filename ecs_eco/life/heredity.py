@@ -51,7 +51,7 @@ def add_heredity(
         if minds is not None:
             shapes["policy.weights"] = minds.shapes
         layout = layout_of(section, traits, shapes)
-        highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank after the letters
+        highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank follows the letters
         table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
         networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}

@@ -56,7 +56,7 @@ class Kind:
 
     # life and death
     eaten: dict[str, float] = field(default_factory=dict)
-    """Food → the energy that all its members gained from it in the last tick."""
+    """Food → the energy that all members gained from it in the last tick."""
     barren: bool = False
     """Whether an intervention has switched off its reproduction: `reproduction` is then None."""
     refused: int = 0

@@ -33,7 +33,7 @@ FLOWS = {
     "lost": "lost with dead organisms that leave no remains, or because no field contains the substance",
     "set": "set by hand, between ticks",
 }
-"""The flows of the ledger of matter and their meaning; positive values [mol] enter the holder of a substance."""
+"""The flows of the ledger of matter and their meaning; positive [mol] if a holder gains the substance."""
 
 MIGRATION = {
     "imported": "carried by migrants from other islands",
@@ -55,8 +55,7 @@ class Bodies(NamedTuple):
 
 
 def is_island(world: Any) -> bool:
-    """Return whether a world may exchange migrants with others, so that its ledgers contain exports and
-    imports."""
+    """Return whether a world may exchange migrants with others; if so, its ledgers contain exports and imports."""
     return world.config is not None and world.config.archipelago is not None
 
 
@@ -166,7 +165,7 @@ class Books:
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
     """Return which dying organisms in rows i64[k] leave their bodies behind, bool[k]: all except eaten
     organisms and those with a cause in `world.bodiless`."""
-    gone = np.zeros(256, np.bool_)  # one for every possible cause code
+    gone = np.zeros(256, np.bool_)  # for every possible cause code
     gone[: len(world.causes)] = [c.startswith("eaten") or c in world.bodiless for c in world.causes]
     return ~gone[table.cause[rows] - 1]
 

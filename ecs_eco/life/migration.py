@@ -126,8 +126,8 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         )
         if mine != theirs:
             raise CheckpointError(
-                f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
-                f"island as {mine or 'no column'}; a migrating species needs the same columns on all islands"
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island as "
+                f"{mine or 'no column'}; a migrating species needs the same columns on all islands"
             )
     return {known[name][:2]: values for name, values in columns.items()}
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 TRIES = 8  # places tried before a birth fails
-APART = random.LOT + (1 << 8)  # purpose of the draws that order newborns that keep apart
+APART = random.LOT + (1 << 8)  # purpose of the draws that order newborns for `keep_apart`
 
 
 class Around(NamedTuple):

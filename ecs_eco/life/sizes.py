@@ -1,4 +1,4 @@
-"""The sizes and masses of newborns and founders, if they differ within a species, and their consequences."""
+"""The sizes and masses of newborns and founders that differ within a species, and the consequences."""
 
 from __future__ import annotations
 

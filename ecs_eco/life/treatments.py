@@ -36,7 +36,7 @@ def shuffled_genome(species: Iterable[Kind]) -> None:
     """Give a newborn the genes and inherited weights of random living members instead of its parents.
 
     Genes that keep their carriers alive still become more common among the living; genes that make their
-    carriers breed more gain nothing.
+    carriers breed more have no advantage.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True

@@ -13,7 +13,7 @@ HIGHEST = np.finfo(np.float32).max
 
 
 class Will(NamedTuple):
-    """Reflexes and actions that are always on, for kernels."""
+    """Reflexes and always-active actions, for kernels."""
 
     offsets: np.ndarray  # offset of each group among all options
     targets: np.ndarray  # action of each option, −1: none

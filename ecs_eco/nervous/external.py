@@ -33,7 +33,7 @@ class Sensed(NamedTuple):
     x : array of float32, shape (n, channels)
         Readings of the organisms that sense. The world overwrites this array in the next tick.
     uid : array of uint64, shape (n,)
-        The organism of each row.
+        uid of the organism in each row.
     reward : array of float32, shape (n,)
         Reward for the last choice; 0 for newborns.
     dead : array of uint64, shape (k,)
@@ -186,7 +186,7 @@ class External:
         actions : array, shape (n, groups)
             For each group, the index of an option, or a number within the range of a continuous group.
         uid : array of uint64, shape (n,), optional
-            The organism of each row; default: the rows of `observe`.
+            uid of the organism in each row; default: the rows of `observe`.
 
         Raises
         ------
@@ -359,7 +359,7 @@ def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nerves_of(world: Any, species: str) -> Nerves:
-    """Return the nervous system of a species. Raises a ConfigError if the species cannot be controlled."""
+    """Return the nervous system of a species. Raises a ConfigError if it cannot be controlled."""
     nerves: Nerves | None = world.table(species).species.nerves
     fault = allowed = ""
     if nerves is None or not nerves.policy:

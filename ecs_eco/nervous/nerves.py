@@ -90,7 +90,7 @@ class Nerves:
         self.sensed = NOTHING_SENSED
         self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
         self._x = np.zeros(0, np.float32)
-        self._rows = (self.readout(0), self._x)  # x, and a copy of it by row
+        self._rows = (self.readout(0), self._x)  # x, and a copy that is contiguous by row
         self.thoughts: Thoughts | None = None  # of the last tick, for observers
         self.reports: list[dict[str, float]] = []
 

@@ -162,7 +162,7 @@ def _asked(
 ) -> np.ndarray:
     """Return the output of a function for x f32[n, channels]; a network with heritable weights uses each
     organism's weights."""
-    x = np.ascontiguousarray(x)  # because the order of sums in libraries depends on it
+    x = np.ascontiguousarray(x)  # the order of sums in libraries depends on the layout
     if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
         return np.asarray(function(x))
     return np.asarray(function.each(x, own[rows]))

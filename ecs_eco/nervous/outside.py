@@ -77,7 +77,7 @@ class Function(Outside):
 
 def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
     """Return the options of each group in which a policy chooses, in the order of its choices: continuous
-    groups last, without options. A group with a single action has the option not to act."""
+    groups last, without options. A group with a single action also has the option of not acting."""
     names: dict[str, tuple[str, ...]] = {}
     for group, (start, n) in nerves.columns.items():
         if group in nerves.ranges.groups or nerves.automatic[start : start + n].all():

@@ -108,7 +108,7 @@ def shorten(
 
 @njit
 def _free_part(px, py, pz, wx, wy, wz, walls, space, point, near, seen):
-    """Return at what share of a displacement (at most half a torus) a barrier begins; 1 if there is none."""
+    """Return the share of a displacement (at most half a torus) at which a barrier begins; 1 if there is none."""
     images, free, form = 2 if space.torus else 1, 1.0, walls.form
     x, y, z = px + wx / 2, py + wy / 2, pz + wz / 2
     for q in range(around(x, y, z, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, walls, space, seen, near)):

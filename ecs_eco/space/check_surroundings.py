@@ -53,6 +53,6 @@ def _check_form(name: str, values: np.ndarray, shape: tuple[int, ...], dtype: np
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
         raise ValueError(
-            f"{name} is {given}; expected: {np.dtype(dtype)}{list(shape)} without gaps; "
-            "write into it: [...] = …"
+            f"{name} is {given}; expected: {np.dtype(dtype)}{list(shape)} without gaps; assign in place: "
+            "[...] = …"
         )

@@ -79,7 +79,7 @@ class Field:
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
         """Make the field hold concentrations [mol/L] of a substance, initially `initial` f64[nz, ny, nx], as
-        float64 so that nothing is lost. A plane counts as a layer of `depth` [m]."""
+        float64 so that nothing is lost. A plane counts as a layer with this `depth` [m]."""
         size = [*self.space.size[:2], depth] if len(self.space.size) == 2 else self.space.size
         self.litres = 1000 * math.prod(size) / math.prod(self.shape)
         self.substance, self.initial, self.renewal = substance, initial, renewal
@@ -99,7 +99,7 @@ class Field:
         _deposit(self.value, Places(x, y, z), amount / self.litres, self.inverse)
 
     def held(self) -> float:
-        """Return the amount of its substance that the field contains.
+        """Return how much of its substance the field contains.
 
         Returns
         -------

@@ -1,7 +1,7 @@
-"""Checks of values from outside a tick: a value must be finite and within its limits, otherwise it is brought
-within them or refused with an error that names it.
+"""Checks of values from outside a tick: values must be finite and within their limits; others are brought
+within them or refused with an error that names them.
 
-This applies to everything that no system wrote within a tick: spawned organisms, values written to columns,
+They apply to everything that no system wrote within a tick: spawned organisms, values written to columns,
 handles, fields and ground between ticks, checkpoints, interventions. Places beyond the edge of a torus are
 wrapped, and so are headings; a place on a wall is moved just inside it. Within a tick nothing is checked:
 kernels stay within their arrays whatever the values, and debug mode reports the system that wrote a bad
@@ -51,7 +51,7 @@ class Limits(NamedTuple):
         if self.length:
             unit, what = ("rad", "circle") if self.field == "heading" else ("m", "torus")
             back = (
-                f"; up to ±{FURTHEST * self.length:g} {unit} is wrapped around the {what}"
+                f"; values up to ±{FURTHEST * self.length:g} {unit} are wrapped around the {what}"
                 if self.around
                 else ""
             )
@@ -94,7 +94,7 @@ class Limits(NamedTuple):
 class Looked(NamedTuple):
     """The fields that the gate checks in every table of a world."""
 
-    key: list[Any]  # what it was derived from
+    key: list[Any]  # the values it was derived from
     tables: tuple["Table", ...]
     columns: list[scan.ColumnGroup]  # by type
     limits: list[list[Limits | None]]  # limits of these columns; None: causes of death
@@ -110,7 +110,7 @@ def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[
 
 
 def _look(world: Surroundings, known: Looked | None) -> Looked:
-    """Return the fields to check, which are the `known` ones unless a table or column has been replaced."""
+    """Return the fields to check: `known`, unless a table or column has been replaced."""
     tables = tuple(world.tables.values())
     key = [Columns.replaced, len(world.causes), *tables, *[table.dims for table in tables]]
     if known is not None and known.key == key:

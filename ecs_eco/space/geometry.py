@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 
-BLOCK = 128  # places whose cells are computed at once
+BLOCK = 128  # places whose cells are computed together
 
 
 class Extent(NamedTuple):
@@ -73,7 +73,7 @@ class Space:
         """Choose the side of the index cells [m]; there are at most 4 million cells."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        # a smaller cell would not grow below, and the number of cells would overflow
+        # a smaller cell would not grow in the loop below, and the number of cells would overflow
         cell = max(cell, 1e-300)
         # in floats, because numpy integers wrap around
         while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:

@@ -121,7 +121,7 @@ def changes(table: Table, version: int) -> list[np.ndarray]:
     changed: list[np.ndarray] = []
     for noted in (table.gone, table.newborn):
         k = len(noted)
-        while k and noted[k - 1][0] > version:  # few changes are later
+        while k and noted[k - 1][0] > version:  # few changes are more recent
             k -= 1
         later = noted[k:]
         changed += (
@@ -192,9 +192,9 @@ def put_in(
     """Copy the entries of an index into other arrays, without the dead and with newborns; return whether any
     newborn's z is not 0. Both share the same `start`.
 
-    `gone` and `born` are rows, with uids. The uids of newborns are ascending and larger than all others, so
-    each newborn comes last in its cell. Entities that were born and have died since are left out; `now`
-    contains the current uid of each row.
+    `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
+    others, so each newborn comes last in its cell. Entities that were born and have died since are left out;
+    `now` contains the current uid of each row.
     """
     (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
     rows, sx, sy, sz, su, start = before

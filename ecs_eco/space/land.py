@@ -13,8 +13,8 @@ Value = Callable[[Any], float]
 
 
 class LandMaps:
-    """Maps f32[ny, nx] of the factors of growth, pace and cost of the land classes (None: all are 1), and of
-    `shelter`, a share (None: all are 0). `wet` bool[ny, nx] marks streams; `sha256` identifies the land."""
+    """Maps f32[ny, nx] of the land classes' factors of growth, pace and cost (None: all are 1), and of their
+    share of `shelter` (None: all are 0). `wet` bool[ny, nx] marks streams; `sha256` identifies the land."""
 
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:
         self.kinds, self.sha256 = land.kinds, land.sha256

@@ -68,8 +68,8 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
         raise ValueError(
-            f"places: an array of the shape {array.shape}; expected (n, {axes}): "
-            f"{', '.join('xyz'[:axes])} of each [m]"
+            f"places: an array of shape {array.shape}; expected (n, {axes}): "
+            f"{', '.join('xyz'[:axes])} of each place [m]"
         )
     if (wrong := np.argwhere(~np.isfinite(array))).size:
         place, axis = wrong[0]
@@ -97,7 +97,7 @@ def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarr
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
         allowed = f"({n},), one for each place" if rows is None else f"({least},) or more, one for each row"
-        raise ValueError(f"radius: an array of the shape {array.shape}; expected a number, or {allowed}")
+        raise ValueError(f"radius: an array of shape {array.shape}; expected a number, or {allowed}")
     if array.ndim == 1 and rows is not None:
         array = array[rows]
     if not (array >= 0).all():
@@ -178,8 +178,8 @@ def pair(
     entry: np.ndarray,
     distance2: np.ndarray,
 ) -> None:
-    """Count the targets near the places first … last − 1 into start[place + 1]; or, if `distance2` is not
-    empty, write them from start[place] on."""
+    """Count the targets near places first … last − 1 in start[place + 1] or, if `distance2` is not empty,
+    write them from start[place] on."""
     (px, py, pz), (nx, ny, nz, inverse, lengths, torus, _) = places, space
     counts, tstart = distance2.size == 0, targets.start
     for i in range(first, last):

@@ -17,7 +17,7 @@ from ecs_eco.engine.table import Table
 class ColumnGroup(NamedTuple):
     """Columns of one type from any tables, with the limits of their values: arrays [k]."""
 
-    arrays: tuple[np.ndarray, ...]  # flat; keep the columns alive, because only their addresses are used
+    arrays: tuple[np.ndarray, ...]  # flat; kept because only their addresses are used
     addresses: np.ndarray  # u64
     table: np.ndarray  # i64, index of each column's table
     each: np.ndarray  # i64, values per organism

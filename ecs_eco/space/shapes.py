@@ -3,8 +3,8 @@
 A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
 of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a
 rounding, a capsule has a length and a rounding, and a box has no rounding. Two upright boxes, rotated about
-the vertical, are each the product of a rectangle and an interval: their squared distance is the squared
-distance of the rectangles plus the squared distance of the intervals. Methods follow Ericson, Real-Time
+the vertical, are each the product of a rectangle and an interval: their squared distance is the sum of the
+squared distances between the rectangles and between the intervals. Methods follow Ericson, Real-Time
 Collision Detection (2005), sections 4.4, 4.5, 5.1 to 5.3 and 5.5. Calculations use float64.
 """
 
@@ -35,7 +35,7 @@ def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
 
 
 def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the surface area [m^2] of a box enlarged in the same way."""
+    """Return the surface area [m^2] of a box enlarged in the same way as in `volume`."""
     flat = length * width + width * height + height * length
     return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)
 

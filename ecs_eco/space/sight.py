@@ -86,7 +86,7 @@ def offset(ax, ay, az, bx, by, bz, space):
 
 @njit
 def rock_between(x, y, dx, dy, ground, space):
-    """Return at what share of the displacement (dx, dy) rock begins; 2 if there is none."""
+    """Return the share of the displacement (dx, dy) at which rock begins; 2 if there is none."""
     if ground.kind.size == 1:
         return np.float32(2.0)
     lengths, torus = space.lengths, space.torus

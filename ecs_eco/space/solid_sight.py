@@ -16,8 +16,8 @@ from ecs_eco.space.terrain import Ground, hill_between
 
 @njit
 def meets(form, e, x, y, z, wx, wy, wz, space):
-    """Return at what share of the displacement (wx, wy, wz) from (x, y, z) body e begins; infinite if it is
-    missed."""
+    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if it
+    is missed."""
     images, best = 2 if space.torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):

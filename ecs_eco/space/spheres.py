@@ -1,4 +1,4 @@
-"""Bodies that are spheres, of several tables in one index."""
+"""Spherical bodies of several tables in one index."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

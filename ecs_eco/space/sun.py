@@ -22,7 +22,7 @@ class Sun:
         spring: float = 0.0,
     ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
-        self.spring = spring  # share of the year since spring that has passed at the start
+        self.spring = spring  # share of the year that has passed since spring at the start
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
@@ -34,7 +34,7 @@ class Sun:
         )
 
     def light(self, time: float) -> float:
-        """Return the light at a time [s]; the seasons also apply without a cycle of days."""
+        """Return the light at a time [s]; seasons also apply without a daily cycle."""
         season = self.season(time)
         if self.kind == "constant":
             return daily_mean(self.latitude, season) + self.moon * daily_mean(self.latitude, -season)

@@ -58,8 +58,8 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # in the world file; otherwise an intervention created the ground and stores it
-        self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
+        self.declared = True  # by the world file; otherwise an intervention created the ground and stores it
+        self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
         self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
         self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None if all are 1
@@ -122,8 +122,8 @@ class Terrain:
     def within_sites(
         self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray, centre_y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open; a place that is blocked,
-        at the edge of a rock or lake, is replaced by the center of its site."""
+        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open; a place blocked by the
+        edge of a rock or lake is replaced by the center of its site."""
         free = self.free(x, y)
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
@@ -262,8 +262,8 @@ class Terrain:
             or not all((np.abs(line) <= far).all() for line in near)
         ):
             raise ValueError(
-                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
-                f"each; expected two finite numbers each, up to {far:g} m"
+                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of each fence; "
+                f"expected two finite numbers each, up to {far:g} m"
             )
         self.ground[...] = state["ground"]
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]

@@ -197,7 +197,7 @@ class SpatialWorld(World):
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
-        """Return all pairs of entities of two tables that are closer than a radius.
+        """Return all pairs of entities from two tables that are closer than a radius.
 
         Parameters
         ----------
@@ -325,8 +325,8 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the current bodies of several tables in one index of a kind: the result of the last
-        `build()` if it is still valid, otherwise of a new one."""
+        """Return the current bodies of several tables in one index of a kind: the last result of `build()` if
+        it is still valid, otherwise a new one."""
         with self.lock:  # several threads may need it at once
             version: tuple[int, ...] = ()
             for name in names:

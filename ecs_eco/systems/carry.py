@@ -180,7 +180,7 @@ def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
 
 @njit
 def first_come(who, what):
-    """Return which pairs are accepted: in order, each pair whose two members are both still free."""
+    """Return which pairs are accepted if pairs are taken in order and each member at most once."""
     out, has, gone = np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_)
     for i in range(who.size):
         if not has[who[i]] and not gone[what[i]]:

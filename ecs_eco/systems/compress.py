@@ -1,4 +1,4 @@
-"""Pressure in bodies follows depth."""
+"""Pressure in bodies depends on depth."""
 
 from __future__ import annotations
 

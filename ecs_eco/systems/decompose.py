@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-CAUSE, ROTTED = "decomposed", "decayed"  # ROTTED: it has lost its energy
+CAUSE, ROTTED = "decomposed", "decayed"  # ROTTED: lost its energy
 
 
 class Decompose(System):

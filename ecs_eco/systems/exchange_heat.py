@@ -194,8 +194,8 @@ def span(rate, time):
 
 @njit
 def when(gap, slope, rate):
-    """Return the time [s] until a temperature has changed by `gap` [K] if it changes by `slope` [K/s] at
-    first and exponentially more slowly later; infinite if it never does."""
+    """Return the time [s] until a temperature has changed by `gap` [K] if its rate of change begins at
+    `slope` [K/s] and decays exponentially; infinite if it never does."""
     if gap * slope <= 0 or gap * rate / slope >= 1:
         return np.inf
     return -math.log1p(-gap * rate / slope) / rate if rate > 0 else gap / slope

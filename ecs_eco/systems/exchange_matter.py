@@ -138,7 +138,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Release a share of what bodies contain above the amount that they keep."""
+        """Release a share of the content of bodies that exceeds the amount they keep."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:

@@ -66,7 +66,7 @@ class Feed(System):
 
     An animal with an action `eat` eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
-    kills it. If the eater's body contains substances, it takes up the substances of what it eats.
+    kills it. If the eater's body contains substances, it takes up the substances of its food.
     """
 
     needs = (Position, Body, Metabolism)
@@ -259,7 +259,7 @@ class Feed(System):
         way = table.species.metabolism
         if table.species.traits or table.species.growth is not None:
             return meal(table, food, dt)
-        given = food, way, dt  # sections of a world file never change; they are replaced
+        given = food, way, dt  # sections of a world file are replaced, never changed
         known = self._meals.get((table.name, number))
         if known is None or known[0] != given:
             known = self._meals[table.name, number] = given, meal(table, food, dt)

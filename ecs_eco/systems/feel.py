@@ -27,7 +27,7 @@ class Feel(System):
 
     Happiness at t is a function of the observations at t, so feeling follows sensing. A newborn has no
     previous happiness and gets no reward. Your own systems in the phase `feel` run after this one and may
-    write `Nervous.reward`; the learner gets its value at the end of the phase.
+    write `Nervous.reward`; the learner reads it at the end of the phase.
     """
 
     needs = (Nervous,)

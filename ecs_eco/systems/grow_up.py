@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # the root of mass that approaches the adult's
+ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # exponents of mass in the growth laws
 
 
 class Law(NamedTuple):
     """Growth of bodies, for kernels."""
 
-    root: float  # exponent of mass: this root approaches the adult's
+    root: float  # exponent of mass in the growth law
     step: Number  # rate × dt, or f32[rows]
     standard: float  # [kg] adult mass to which `step` applies; 0: any
     cost: Number  # energy per kilogram
@@ -31,7 +31,7 @@ class Law(NamedTuple):
 
 
 class GrowUp(System):
-    """A body that is smaller than the adult's grows as far as it can pay for new tissue.
+    """A body that is smaller than the adult's grows as far as its owner can pay for new tissue.
 
     The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or its fourth
     root does so (West, Brown & Enquist 2001) at a rate that falls with the fourth root of the adult's mass.

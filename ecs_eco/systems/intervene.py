@@ -207,8 +207,8 @@ def checked(
     data = {"at": world.tick} | fields
     if data["at"] != world.tick or "every" in data or "until" in data:
         raise ValueError(
-            f"intervene: it is tick {world.tick} now; leave out at, every and until, "
-            "or put it into the world file"
+            f"intervene: it is tick {world.tick} now; omit `at`, `every` and `until`, or put the "
+            "intervention into the world file"
         )
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]

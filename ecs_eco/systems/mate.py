@@ -40,7 +40,7 @@ WILLING = {"none": 0, "one": 1, "both": 2}
 class Wishes(NamedTuple):
     """Willingness to mate, for kernels."""
 
-    column: int  # of the action `mate`; −1: none
+    column: int  # column of the action `mate`; −1: none
     decision: np.ndarray  # u8[rows, actions]
     consent: int  # how many of the two must be willing
 
@@ -60,7 +60,7 @@ class Mate(System):
     """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive
     by him.
 
-    An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to
+    An organism is ready if it is old enough, well fed, rested and not pregnant; a male must also be able to
     pay his share, and pays it at conception. In a species without sexes, any two members can mate, and the
     chooser bears the young. No organism mates twice in a tick; nearer pairs have precedence, and ties are
     broken at random. The probability of conception is `chance` per second of contact, multiplied by the

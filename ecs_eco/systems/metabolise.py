@@ -39,7 +39,7 @@ class Metabolise(System):
         where=("metabolism.basal", "locomotion.cost", "diet"),
         reads=("metabolism",),
         rules={
-            "": "`dE/dt = −(basal + cost)`, where cost is the cost of locomotion in this tick.",
+            "": "`dE/dt = −(basal + cost)`, where cost is the locomotion cost in this tick.",
             "diet": "The handling time of the last meal runs down.",
             "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
             "genome.genes.trait=body.mass": "The basal rate is multiplied by `(mass/body.mass)^0.75` (Kleiber "

@@ -123,7 +123,7 @@ class Limits(NamedTuple):
 
     made_from: tuple[Any, ...]  # valid for these
     lethal: list[Any]
-    columns: list[np.ndarray]  # keep the arrays alive, because only their addresses are used
+    columns: list[np.ndarray]  # kept because only their addresses are used
     limits: tuple[np.ndarray, ...] | None
 
     @classmethod

@@ -35,7 +35,7 @@ EVEN = np.zeros(0, np.float32)
 SITES = 256  # sites examined together
 EVERYWHERE = np.ones((1, 1), np.float32)
 SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of the lists of `sprout`
-AS_IT_STANDS = np.zeros(0, np.uint64)  # no uids of rows, for sites that hold uids
+AS_IT_STANDS = np.zeros(0, np.uint64)  # empty, because sites hold uids
 
 
 class Seeds(NamedTuple):
@@ -215,7 +215,7 @@ def genomes(
 
 
 class Sites:
-    """The row of the plant on each site: i64[ny, nx], −1 if there is none."""
+    """The row of the plant on each site: i64[ny, nx], −1 for an empty site."""
 
     def __init__(self, rows: np.ndarray) -> None:
         self.rows = rows
@@ -248,7 +248,7 @@ class Sites:
 
 
 def listed(columns: Sprouts, found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-    """Return the lists of `sprout`, joined over the parts that list any sprouting seeds."""
+    """Return the lists of `sprout`, joined over all parts that contain sprouting seeds."""
     return [
         np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts]) for column in columns[:-1]
     ]

@@ -40,7 +40,7 @@ class UseLand(System):
             "land_use.kind=harvest": "An individual in the region is taken in a tick with probability "
             "`1 − exp(−rate dt)`.",
             "land_use.quota": "If the quota would be exceeded, the individuals with the lowest draws are taken.",
-            "land_use.kind=plant": "In a tick `rate dt` newcomers arrive; any fractional part is the "
+            "land_use.kind=plant": "In a tick, `rate dt` newcomers arrive; any fractional part is the "
             "probability of one more.",
         },
         draws="which individuals are harvested, and where newcomers are planted",

@@ -140,7 +140,7 @@ def test_pairs_of_the_empty_are_none():
         (lambda w: w.pairs("a", "b", np.nan), r"radius is nan; expected at least 0 m"),
         (
             lambda w: w.pairs("a", "b", np.ones(3)),
-            r"radius: an array of the shape \(3,\); expected a number, or \(150,\)",
+            r"radius: an array of shape \(3,\); expected a number, or \(150,\)",
         ),
         (
             lambda w: w.within("a", [[1.0, 2.0]], [1.0, 2.0]),

@@ -88,12 +88,12 @@ def own(
 class Plain(NamedTuple):
     """Columns that are read unchanged, given by their addresses, and the senses that read other values."""
 
-    made_from: tuple[Any, ...] = ()  # valid until these change
+    made_from: tuple[Any, ...] = ()  # valid until these values change
     others: tuple[tuple[Sense, int], ...] = ()
     arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
     addresses: np.ndarray = np.empty(0, np.uint64)
-    steps: np.ndarray = np.empty(0, np.int64)  # from row to row
-    sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first row to the last
+    steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
+    sizes: np.ndarray = np.empty(0, np.int64)  # spanned numbers, from the first row to the last
     factors: np.ndarray = np.empty(0, np.float32)
     columns: np.ndarray = np.empty(0, np.int64)  # of the observations
 

@@ -44,7 +44,7 @@ def feel_property(
         place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
         base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=scale)
-        differs = isinstance(base, np.ndarray)  # zeros are individual and subtracted from the sum
+        differs = isinstance(base, np.ndarray)  # individual zeros are subtracted from the sum
         least = np.float32(0) if differs else base
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
