@@ -220,7 +220,7 @@ def put_in(
     for c in range(n_cells):
         begin, end, k = np.uint64(start[c]), np.uint64(start[c + 1]), last[c]
         start[c] = to
-        for i in range(begin, end):  # no branches
+        for i in range(begin, end):  # branch-free
             rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
             to += np.uint64(su[i] != 0)
         while k >= 0:

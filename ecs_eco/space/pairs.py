@@ -116,7 +116,7 @@ def _run(split: Callable[..., None] | None, n: int, *arguments: object) -> None:
 def _cells(place, reach, length, inverse, n, torus):
     """Return the first and last cell of a search along one axis; on a torus, the first may be below 0 and the
     last beyond n, but no cell occurs twice."""
-    wider = reach + np.float32(1e-5) * length  # than rounding
+    wider = reach + np.float32(1e-5) * length  # by more than rounding
     low, high = (place - wider) * inverse, (place + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)

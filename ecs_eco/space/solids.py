@@ -42,7 +42,7 @@ def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Sol
 def cells_between(low, high, inverse, length, n, torus):
     """Return the first and last cell along an axis that low … high [m] touches; on a torus, the first may be
     below 0 and the last beyond n, but no cell occurs twice."""
-    wider = 1e-5 * length  # than rounding
+    wider = 1e-5 * length  # by more than rounding
     low, high = np.float32((low - wider) * inverse), np.float32((high + wider) * inverse)
     if not torus:
         first = min(floor_between(low, 0, n), n - 1)

@@ -111,7 +111,7 @@ def cells_touched(block, axis, length, inverse, n, torus):
     for lane in range(LANES):
         place, reach = block[start + lane], block[7 * LANES + lane]
         low, high = min(low, place - reach), max(high, place + reach)
-    wider = np.float32(1e-5) * length  # than rounding
+    wider = np.float32(1e-5) * length  # by more than rounding
     low, high = (low - wider) * inverse, (high + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)

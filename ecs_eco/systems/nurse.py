@@ -62,7 +62,7 @@ class Nurse(System):
         for parent in PARENTS[way.by] if young.size else ():
             its = rows_of(table, getattr(table[Parentage], parent)[young])
             fed = its >= 0
-            if isinstance(until, np.ndarray):  # each parent's own
+            if isinstance(until, np.ndarray):  # individual values
                 fed &= b.age[young] < until[its]
             self.feed(table, world, way, young[fed], its[fed])
 
