@@ -42,8 +42,7 @@ def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
 
 
 def _changed(world: SpatialWorld, new: WorldConfig) -> Iterator[tuple[int, Any, str, Any]]:
-    """Yield each changed parameter: the system's position in the list, the system, and the parameter's name
-    and new value."""
+    """Yield each changed parameter as (position of its system, the system, name, new value)."""
     for i, (before, now) in enumerate(zip(world.config.systems, new.systems, strict=False)):
         old = before.parameters if isinstance(before, Use) else {}
         for name, value in now.parameters.items() if isinstance(now, Use) else ():

@@ -119,9 +119,9 @@ class External:
     options : dict of str to tuple of str
         Names of the options of each group of actions; none for a continuous group.
     low : array of float32, shape (groups,)
-        Smallest choice of each group.
+        Smallest valid choice in each group.
     high : array of float32, shape (groups,)
-        Largest choice of each group.
+        Largest valid choice in each group.
 
     Examples
     --------

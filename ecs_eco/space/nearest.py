@@ -1,5 +1,4 @@
-"""Nearest neighbors of all entries of one index among the entries of another, for 16 seekers in cell order at
-a time.
+"""Nearest neighbors of all entries of one index in another, for 16 seekers in cell order at a time.
 
 The lanes of a block are neighbors in a row of cells, so they share candidates; their positions, smallest
 distances and nearest entries stay in vector registers. A search takes about 18 ns per seeker with four

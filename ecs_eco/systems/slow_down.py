@@ -36,8 +36,7 @@ class SlowDown(System):
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Set the pace of one species, and credit in advance the basal energy that Metabolise will deduct in
-        excess."""
+        """Set the pace of one species, and credit the basal energy that Metabolise will overcharge."""
         if (way := table.species.ectothermy) is None:
             return
         high, alive, m = table.high, table.alive[: table.high], table[Metabolism]

@@ -84,8 +84,7 @@ class UseLand(System):
         self.taken[i, 1] += rows.size
 
     def plant(self, world: SpatialWorld, use: Plant, i: int) -> None:
-        """Request newcomers: the integer part of rate × dt, plus one with the probability of the fractional
-        part."""
+        """Request rate × dt newcomers; any fractional part is the probability of one more."""
         table = world.table(use.species)
         count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
         if use.up_to is not None:
