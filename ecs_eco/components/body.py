@@ -8,8 +8,7 @@ class Body:
     """The size of a body (the paper's conformation) and its mass: a sphere, or a disc on a plane, unless the
     component Shape defines another shape.
 
-    The radius of a capsule is measured across it; that of a box is the radius of the smallest sphere around
-    it.
+    The radius of a capsule is measured across it; a box has the radius of the smallest sphere around it.
     """
 
     radius: f32.within(0, 1e30) = 0.5  # [m] radius of the body

@@ -11,5 +11,5 @@ class Breeding:
     maturity: f32 = 0.0  # [s] age from which it is fertile
     prime: f32 = 0.0  # [s] age at which it is most fertile
     end: f32 = 1.0e30  # [s] age at which fertility ends; 1e30: never
-    season: f32 = 0.0  # share of the year after which it is most fertile
+    season: f32 = 0.0  # share of the year at which it is most fertile
     width: f32.within(0, 1e30) = 0.0  # share of a year, one standard deviation of the season; 0: all year

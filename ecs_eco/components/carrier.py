@@ -5,6 +5,6 @@ from ecs_eco.engine.schema import component, u64
 
 @component
 class Carrier:
-    """The animal that has picked up an object, and whose position the object shares."""
+    """The animal that has picked up an object and whose position the object shares."""
 
     uid: u64 = 0  # uid; 0: none

@@ -5,6 +5,6 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Chemistry:
-    """Concentrations of the substances that the world declares, in the order of their declaration."""
+    """Concentrations of the world's substances, in declaration order."""
 
     molarity: f32["substances"] = 0.0  # [mol/L]

@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32, i16, i32
 
 @component
 class Experience:
-    """The rollout of one organism: `length` transitions, in order of time."""
+    """The rollout of one organism: `length` transitions, in chronological order."""
 
     observations: f32["horizon", "channels"].heavy = 0.0
     choices: i16["horizon", "groups"].heavy = 0

@@ -1,4 +1,4 @@
-"""Individual weights of happiness."""
+"""Individual happiness weights."""
 
 from ecs_eco.engine.schema import component, f32
 

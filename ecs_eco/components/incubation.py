@@ -5,7 +5,6 @@ from ecs_eco.engine.schema import component, f64
 
 @component
 class Incubation:
-    """The time for which an egg has developed, in units of time at the reference temperature of its
-    incubation."""
+    """The developmental time of an egg, as the equivalent time at its reference temperature."""
 
     developed: f64 = 0.0  # [s]

@@ -1,15 +1,14 @@
-"""The state of a body that lets its substances add up exactly."""
+"""Bookkeeping that makes a body's substances add up exactly."""
 
 from ecs_eco.engine.schema import component, f32, f64
 
 
 @component
 class Matter:
-    """The volume to which the concentrations of a body refer, and the part of them that float32 cannot
-    represent.
+    """The volume to which a body's concentrations refer, and the part of them that float32 cannot represent.
 
-    The amount of a substance in it is (Chemistry.molarity + residue) × volume [mol]. `Dilute` preserves it
-    when a body grows or shrinks.
+    The amount of a substance in the body is (Chemistry.molarity + residue) × volume [mol]. `Dilute` preserves
+    it when a body grows or shrinks.
     """
 
     volume: f64.within(0, 1e300) = 0.0  # [L]; 0 until it is born

@@ -10,4 +10,4 @@ class Nervous:
     decision: u8["actions"] = 0  # the multi-hot vector H(y + z)
     happiness: f32 = 0.0  # for the observations of this tick
     reward: f32 = 0.0  # change of happiness in this tick; a system in the phase `feel` may write it
-    awake: boolean = False  # whether it has sensed before: a newborn has no earlier happiness
+    awake: boolean = False  # whether it has sensed before; a newborn has no previous happiness

@@ -5,10 +5,10 @@ from ecs_eco.engine.schema import component, f32, i32
 
 @component
 class Policy:
-    """Weights of one organism's policy and value network in one vector, and the state of their optimizer."""
+    """Weights of one organism's policy and value networks in one vector, and the state of their optimizer."""
 
     weights: f32["weights"].heavy = 0.0
     moment_1: f32["weights"].heavy = 0.0  # Adam's running mean of gradients
-    moment_2: f32["weights"].heavy = 0.0  # and of their squares
+    moment_2: f32["weights"].heavy = 0.0  # Adam's running mean of squared gradients
     steps: i32 = 0  # steps of the optimizer in this life
     updates: i32 = 0  # updates in this life, one per rollout

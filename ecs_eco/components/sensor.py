@@ -1,17 +1,17 @@
-"""The readings of an organism's sensors, and their individual properties."""
+"""The readings and individual properties of an organism's sensors."""
 
 from ecs_eco.engine.schema import component, f32
 
 
 @component
 class Sensor:
-    """The sensors of one organism: readings x of the last sensing, positions on the body and ranges, in the
-    species' order.
+    """The sensors of one organism: the last readings x, positions on the body and ranges, in the species'
+    order.
 
     It is read-only and computed on access; genes write to `Senses` instead.
     """
 
-    # in units of each sensor, in the order of `table.species.nerves.channels`; NaN before it has sensed
+    # in units of each sensor, in the order of `table.species.nerves.channels`; NaN before the first sensing
     readings: f32["channels"] = 0.0
     radius: f32["sensors"] = 0.0  # [m] range of each sensor; 0: it has none
     forward: f32["sensors"] = 0.0  # [radii of the body] position of each sensor

@@ -9,4 +9,4 @@ class Stature:
 
     radius: f32.within(0, 1e30) = 0.5  # [m]
     mass: f32.within(0, 1e30) = 1.0  # [kg]
-    residue: f32 = 0.0  # [kg] part of Body.mass that float32 cannot represent, so that slow growth adds up
+    residue: f32 = 0.0  # [kg] part of Body.mass beyond float32, kept so that slow growth adds up

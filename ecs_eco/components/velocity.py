@@ -9,4 +9,4 @@ class Velocity:
 
     speed: f32 = 0.0  # [m/s] speed along the heading
     climb: f32 = 0.0  # [m/s] speed upward, in a volume
-    cost: f32 = 0.0  # [energy/s] cost of locomotion, slope included
+    cost: f32 = 0.0  # [energy/s] cost of locomotion, including slope

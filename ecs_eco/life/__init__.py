@@ -1,6 +1,6 @@
 """The effects of a world file on a living world, and code that systems share: species, founders, births,
 matter, meals.
 
-`apply` and `reconfigure` give a world the values of its file. Systems belong to `ecs_eco.systems`, which runs
+`apply` and `reconfigure` give a world the values of its file. Systems belong in `ecs_eco.systems`, which runs
 them in each tick.
 """

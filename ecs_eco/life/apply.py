@@ -1,5 +1,5 @@
-"""Apply the values of a world file to a world: all of them when it is built, those that differ when an
-intervention or a fork reconfigures it."""
+"""Apply the values of a world file to a world: all of them when the world is built, and those that differ
+when an intervention or a fork reconfigures it."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 
 def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None = None) -> None:
-    """Set all values of a configuration that may change while a world lives; for a living world with the
-    configuration `before`, those that differ.
+    """Set all values of a configuration that can change in a living world; if the world has the configuration
+    `before`, set only those that differ.
 
-    Tables, their columns and policies exist already. Newborn get the new values; the living keep the state
-    from their birth, except for individual traits that no gene codes for.
+    Tables, their columns and policies already exist. Newborns get the new values; living organisms keep the
+    state they were born with, except for individual traits that no gene codes for.
     """
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
@@ -85,8 +85,8 @@ def apply_surroundings(
 ) -> None:
     """Set the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
 
-    Sets everything if `changed` is None, otherwise the keys of a configuration in it, so that the user's own
-    settings stay.
+    Sets everything if `changed` is None, otherwise only the configuration keys in it, so that settings made
+    by the user remain.
     """
 
     def wanted(*key: str) -> bool:
@@ -106,7 +106,7 @@ def apply_surroundings(
 
 
 def climate(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give a world its sun, its water and its year: functions of the environment in place of constants."""
+    """Give a world its sun, water and year: functions of the environment that replace constants."""
     year = None if config.year is None else Year(**config.year.model_dump())
     sun = None if config.sun is None else Sun(**config.sun.model_dump())
     if sun is not None and year is not None:
@@ -122,7 +122,7 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def matter(table: Table, kind: ObjectType | Species, substances: list[str]) -> None:
-    """Set mass, size, shape, physical and chemical properties of newborn, and the heat exchange of bodies."""
+    """Set mass, size, shape, physical and chemical properties of newborns, and the heat exchange of bodies."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     if kind.body.shape != "sphere":
         table.add_component(Shape, **kind.body.form)
@@ -137,7 +137,7 @@ def matter(table: Table, kind: ObjectType | Species, substances: list[str]) -> N
 
 
 def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
-    """Set the properties of objects of a type, and their energy."""
+    """Set the properties and the energy of one type of object."""
     table.species.section = kind
     matter(table, kind, substances)
     if kind.motion is not None:
@@ -150,9 +150,9 @@ def apply_object(table: Table, kind: ObjectType, substances: list[str]) -> None:
 def apply_species(
     world: SpatialWorld, table: Table, species: Species, changed: Collection[str] | None = None
 ) -> None:
-    """Set the initial values of newborn of a species, and the values that systems read.
+    """Set the initial values of a species' newborns, and the values that systems read.
 
-    Rebuilds gaits and networks if `changed` is None, or contains a dotted key of theirs.
+    Rebuilds gaits and networks if `changed` is None or contains one of their dotted keys.
     """
     parts = None if changed is None else {key.partition(".")[0] for key in changed}
     kind: Kind = table.species
@@ -172,13 +172,13 @@ def apply_species(
     if parts is None or not {"reflex", "happiness"}.isdisjoint(parts):
         taken_away = had_reflex and nerves.reflex is None
         networks(nerves, species, world.config.function)
-        if taken_away:  # by a treatment, which stays in force
+        if taken_away:  # by a treatment, which remains in force
             nerves.reflex = None
 
 
 def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
-    """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions of locomotion,
-    and the drag; for a continuous speed all gaits, from slow to fast."""
+    """Return the layout i64[4, 3], the speeds, costs, turns, climbs and pitches of locomotion actions, and
+    the drag; for a continuous speed, all gaits from slow to fast."""
     layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
     rows = []
     for i, group in enumerate(MOTIONS):
@@ -204,8 +204,8 @@ def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
 
 
 def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:
-    """Give a nervous system the reflex and the happiness network that the species declares, if any; `find`
-    as `WorldConfig.function`."""
+    """Give a nervous system the reflex and happiness networks that its species declares, if any; `find` works
+    like `WorldConfig.function`."""
     inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
@@ -222,7 +222,7 @@ def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = hand
 
 
 def begin_learning(world: SpatialWorld, table: Table) -> None:
-    """Give a species with one shared policy a learner, which begins without experience."""
+    """Give a species with one shared policy a learner without experience."""
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)

@@ -1,4 +1,4 @@
-"""Births, as all systems of reproduction need them: number, place and initial state of the newborn."""
+"""Births, for all systems of reproduction: number, place and initial state of newborns."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ LITTER_MAX = 65_535  # the largest number that a mother's column can store
 
 
 class Lives(NamedTuple):
-    """Life histories for kernels: each a column, or the species' value as an array of one.
+    """Life histories for kernels: each is a column, or the species' value as an array of length 1.
 
-    `own` tells them apart: the value of a row is at [row] if it is true, at [0] otherwise.
+    If `own` is true, the value of a row is at [row], otherwise at [0].
     """
 
     own: bool
@@ -80,19 +80,19 @@ def wombs_of(table: Table) -> Wombs:
 
 
 class Litters(NamedTuple):
-    """The litters of a tick, in the order of the uids of the parents that bear them."""
+    """The litters of a tick, ordered by the uids of the parents that bear them."""
 
     uid: np.ndarray  # u64[k]
     number: np.ndarray  # i64[k], newborn
     given: np.ndarray  # f32[k], energy for each newborn
     father: np.ndarray  # u64[k], dead or alive; 0 if there is none
     around: Around | None = None  # None: derived from the parents, all of which are in this process
-    mine: Any = slice(None)  # which of them have parents in this process, in its order
+    mine: Any = slice(None)  # litters whose parents are in this process, in its order
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborn fit below `max_count`, and count the refused ones. The living,
-    pending births and the nursery occupy places."""
+    """Return how many of `wanted` newborns fit under `max_count`, and count the refused ones. Living
+    organisms, pending births and the nursery occupy slots."""
     most, nursery, n = table.species.max_count, table.species.nursery, wanted
     if nursery is not None:
         n = room(nursery, world, n)
@@ -106,8 +106,8 @@ def room(table: Table, world: SpatialWorld, wanted: int) -> int:
 def share_out(
     table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int, n: int
 ) -> tuple[np.ndarray, int]:
-    """Return how many newborn of each litter, i64[k], and how many immigrants get one of `n` places: each
-    of the `number` i64[k] newborn of parents `uid` u64[k] and of the `come` immigrants has the same
+    """Return how many newborns of each litter, i64[k], and how many immigrants get one of `n` slots. Each of
+    the `number` i64[k] newborns of parents `uid` u64[k] and each of the `come` immigrants has the same
     probability."""
     uid = np.concatenate([uid, future(world, table, come)])
     number = np.concatenate([number, np.ones(come, np.int64)])
@@ -129,11 +129,11 @@ def bring_forth(
     fathers: np.ndarray | None = None,
     sperm: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many fit.
+    """Request `number` i64[k] newborns of each parent (rows i64[k], in uid order); return how many fit.
 
     Each newborn gets the energy `given` f32[k]; the caller deducts it from the parent. `fathers` are uids
-    u64[k], dead or alive, `sperm` u8[k, loci] their genomes. Immigrants compete with the newborn for the
-    places that `max_count` leaves.
+    u64[k], dead or alive, and `sperm` u8[k, loci] contains their genomes. Immigrants compete with newborns
+    for the slots still available under `max_count`.
     """
     alone = not world.bands.divided
     litters = (
@@ -170,8 +170,8 @@ def bring_forth(
 
 
 def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
-    """Return how many immigrants arrive in this tick: the integer part of rate × dt, and one more with the
-    probability of the rest."""
+    """Return how many immigrants arrive in this tick: the integer part of rate × dt, plus one with the
+    probability of the fractional part."""
     return int(
         rate * world.dt + float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
     )
@@ -180,7 +180,7 @@ def immigrants(table: Table, world: SpatialWorld, rate: float) -> int:
 def litters_of(
     table: Table, parents: np.ndarray, number: np.ndarray, given: np.ndarray, fathers: np.ndarray | None
 ) -> Litters:
-    """Return the litters of parents in rows i64[k], with the arguments of `bring_forth`."""
+    """Return the litters of parents in rows i64[k], given the arguments of `bring_forth`."""
     father = np.zeros(parents.size, np.uint64) if fathers is None else fathers
     return Litters(table.uid[parents], number, given, father)
 
@@ -188,7 +188,7 @@ def litters_of(
 def any_brood(
     table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters, n: int
 ) -> tuple[Brood, np.ndarray]:
-    """Return the `n` newborn except those without a place, and the number of each parent i64[k]."""
+    """Return the `n` newborns except those without a place, and each parent's number of newborns i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)
@@ -218,11 +218,11 @@ def request(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> None:
-    """Request newborn that have found a place, in the table's nursery if it has one: `litters` are those
-    of all processes, if there are several, `second` their fathers u64[n], `sperm` u8[k, loci] the genomes
-    of the fathers of all litters."""
+    """Request newborns that have found a place, in the table's nursery if it has one. `litters` are the
+    litters of all processes, if there are several; `second` u64[n] contains the newborns' fathers, and
+    `sperm` u8[k, loci] the genomes of the litters' fathers."""
     nursery, which, identity = table.species.nursery, brood.which, brood.identity
-    into = table if nursery is None else nursery  # an empty table is false
+    into = table if nursery is None else nursery  # not `or`, because an empty table is false
     values = newborn(into, world, identity, *brood[3:])
     if table.species.heredity is not None:
         inherits = inherited if world.bands.inherited is None else world.bands.inherited
@@ -230,7 +230,7 @@ def request(
     if into is table:
         if table.species.standard_mass is not None:
             values |= sizes.of_newborn(table, values, which.size)
-    else:  # traits are expressed when they leave the nursery
+    else:  # traits are expressed when newborns leave the nursery
         values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
     if Parentage in into:
         values[Parentage, "mother"] = brood.mother
@@ -249,7 +249,7 @@ def inherited(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the inherited columns of newborn of the litters `which` i64[n] of parents in rows `parents`."""
+    """Return the inherited columns of newborns in litters `which` i64[n] of parents in rows `parents`."""
     living = None if second is None else rows_of(table, second)
     more = {} if sperm is None else {"sperm": sperm[which]}
     return table.species.heredity.offspring(world, table, parents[which], living, identity, **more)
@@ -265,9 +265,9 @@ def newborn(
     heading: np.ndarray,
     energy: np.ndarray,
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns in which newborn differ from the table's defaults: position, heading, sex, energy.
+    """Return the columns in which newborns differ from the table's defaults: position, heading, sex, energy.
 
-    `identity` u64[k] identifies each one's random draws.
+    `identity` u64[k] identifies each newborn's random draws.
     """
     values: dict[tuple[type, str], np.ndarray] = {
         (Position, "x"): x,
@@ -284,13 +284,13 @@ def newborn(
 
 
 def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
-    """Return random headings of newborn, drawn for `identity` u64[k]: f32[k]."""
+    """Return random headings of newborns, drawn for `identity` u64[k]: f32[k]."""
     turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
     return turn * np.float32(6.2831855)
 
 
 def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
-    """Return the rows of the living with these uids: i64[k], −1 for the dead."""
+    """Return the rows i64[k] of living organisms with these uids; −1 for dead ones."""
     rows = table.by_uid()
     known = table.uid[rows]
     at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))
@@ -298,7 +298,7 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
 
 
 def ticks(seconds: Any, dt: float) -> Any:
-    """Return the smallest number of ticks that last at least `seconds`: a number, or one for each row i64."""
+    """Return the smallest number of ticks that last at least `seconds`: a number, or i64 per row."""
     if isinstance(seconds, np.ndarray):
         return np.ceil(seconds / dt - 1e-6).astype(np.int64)
     return math.ceil(seconds / dt - 1e-6)
@@ -312,8 +312,8 @@ def whole(litter):
 
 @njit
 def affordable(energy, given, n):
-    """Return for how many newborn, at most n, a parent can pay `given` each without falling to 0: all, if
-    they cost nothing."""
+    """Return for how many newborns, at most n, a parent can pay `given` each without its energy falling to 0;
+    all if they cost nothing."""
     while n > 0 and given > 0 and not energy - np.float32(n) * given > 0:
         n -= 1
     return n

@@ -1,8 +1,8 @@
-"""The newborn of a few parents among a few thousand others: their identities and places, in one call of a
-kernel that checks all possible obstacles.
+"""Newborns of a few parents among a few thousand organisms: their identities and places, found in one kernel
+call that checks all possible obstacles.
 
-It gives the result of `ecs_eco.life.places`, which uses neighbor indexes. Deaths have just invalidated these,
-and updating them takes longer.
+The result is the same as with `ecs_eco.life.places`, which uses neighbor indexes. Deaths have just
+invalidated these indexes, and updating them takes longer.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_PAIRS = 1 << 16  # newborn and possible obstacles: an index is faster for more
+MOST_PAIRS = 1 << 16  # pairs of newborn and possible obstacle; for more, an index is faster
 
 
 class Brood(NamedTuple):
-    """Newborn that have found a place, in the order of their parents' uids, arrays [n]."""
+    """Newborns that have found a place, ordered by their parents' uids: arrays [n]."""
 
     which: np.ndarray  # i64, their litters
     identity: np.ndarray  # u64, identify random draws
@@ -61,8 +61,8 @@ def small_brood(
     given: np.ndarray,
     n: int,
 ) -> tuple[Brood, np.ndarray] | None:
-    """Return the `n` newborn of parents in rows i64[k], with the arguments of `bring_forth`, except those
-    without a place, and the number of each parent i64[k]; None if another method must find places."""
+    """Return the `n` newborns of parents in rows i64[k], given the arguments of `bring_forth`, except those
+    without a place, and each parent's number of newborns i64[k]; None if another method must find places."""
     dispersal, spacing = range_of(table, way)
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
     if others is None:
@@ -87,16 +87,16 @@ def small_brood(
     )
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
-    # one by one: unpacking an array ends with an IndexError within numpy, which takes longer than everything else
+    # one by one, because unpacking an array ends with an IndexError within numpy, which takes longest
     return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 
 def in_the_way(
     table: Table, world: SpatialWorld, n: int, kin: bool
 ) -> tuple[int, np.ndarray, np.ndarray] | None:
-    """Return the number of a table among all, how many rows of each table to check, and how near the
-    surfaces of its bodies may be to a newborn's place f32 [m], below 0: they are not obstacles; `kin` is
-    whether its own species is checked. None if there are many bodies, or bodies other than spheres."""
+    """Return the index of a table, how many rows of each table to check, and the minimum distance f32 [m]
+    from the surfaces of its bodies to a newborn's place (negative: no obstacles); `kin` means that the
+    newborn's own species is checked. None if there are many bodies, or bodies other than spheres."""
     tables = world.tables.values()
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
     pairs, place, radius = 0, 0, radius_of(table)
@@ -118,8 +118,8 @@ def in_the_way(
 
 @njit
 def name(uid, number, which, identity):
-    """Write the litter of each newborn of a tick, and its identity: its parent's uid for the first of a
-    litter, a hash of it for the others."""
+    """Write the litter and the identity of each newborn of a tick: its parent's uid for the first of a
+    litter, a hash of that uid for the others."""
     n = 0
     for i in range(uid.size):
         for nth in range(min(number[i], which.size - n)):
@@ -144,9 +144,9 @@ def settle(
     values: np.ndarray,
     born: np.ndarray,
 ) -> int:
-    """Identify the newborn, find a place for each, and write those that have one, in order: `which` litter,
-    `names` u64[2, n] identity and mother, `values` f32[5, n] position, heading and energy; count those of
-    each parent, and return their number."""
+    """Identify the newborns, find a place for each, and write those that have one, in order: `which` is the
+    litter, `names` u64[2, n] are identity and mother, and `values` f32[5, n] are position, heading and
+    energy. Count the newborns of each parent, and return the total."""
     table, columns = others.table, others.columns
     n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
     for row in parents:
@@ -186,8 +186,8 @@ def settle(
 
 @njit
 def look(homeless, free, places, spacing, others, space, crowded, taken):
-    """Find the places of newborn i of `homeless` that are within `spacing` of a member of `table`, and
-    those nearer than `apart` to the surface of a body of any table."""
+    """Mark the places of newborns i in `homeless` that are within `spacing` of a member of `table`, and those
+    nearer than `apart` to the surface of a body of any table."""
     table, columns, high, apart = others
     for t in range(high.size):
         rows = high[t]
@@ -198,12 +198,12 @@ def look(homeless, free, places, spacing, others, space, crowded, taken):
             column_at(columns[t, 4], np.float32, rows),
         )
         close = spacing * spacing if t == table and spacing > 0 else np.float32(0.0)
-        # a table without obstacles has no radius to be read
+        # a table without obstacles may have no radius
         radius = column_at(columns[t, 5 if apart[t] >= 0 else 2], np.float32, rows)
         for k in range(homeless.size):
             i = homeless[k]
             ax, ay, az, kin, body = places[i, 0], places[i, 1], places[i, 2], False, False
-            for row in range(rows if free[i] else 0):  # no branches: this compiles to vector code
+            for row in range(rows if free[i] else 0):  # branch-free, so that it vectorizes
                 dx, dy, dz = offset(ax, ay, az, x[row], y[row], z[row], space)
                 distance2, near = dx * dx + dy * dy + dz * dz, apart[t] + radius[row]
                 kin |= alive[row] & (distance2 < close)

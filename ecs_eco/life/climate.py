@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def temperatures(table: Table, world: SpatialWorld) -> np.ndarray:
-    """Return the temperatures of bodies, or of their places if bodies have none: f32[high] [K]."""
+    """Return the temperatures f32[high] [K] of bodies, or of their surroundings if bodies have none."""
     p, high = table[Position], table.high
     if "temperature" in table.species.properties:
         own: np.ndarray = table[Physical].temperature[:high]

@@ -1,4 +1,4 @@
-"""The columns, fields and ledgers that make substances move and add up."""
+"""The columns, fields and ledgers needed for substances to move and add up."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def contain(world: SpatialWorld, config: WorldConfig) -> None:
-    """Fill the fields of substances."""
+    """Fill the substance fields."""
     for name, kind in config.fields.items():
         if kind.substance is not None:
             field = world.fields[name]
@@ -40,8 +40,8 @@ def _lakes(world: SpatialWorld, field: Field) -> np.ndarray:
 
 
 def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give `Matter` to the tables whose substances move: by reactions, exchange, decay, smells or newborn,
-    or because they eat food with substances; and to their remains."""
+    """Add `Matter` to tables whose substances move, by reactions, exchange, decomposition, smells, births or
+    food that contains substances, and to tables of their remains."""
     kinds: dict[str, Any] = {**config.objects, **config.species}
     moves = [
         name
@@ -57,7 +57,7 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
         )
     ]
     left = [left for name in moves if (left := getattr(kinds[name], "remains", None)) is not None]
-    # in remains of another shape than the body's the same amounts have another concentration
+    # the same amounts have another concentration in remains whose shape differs from the body's
     left += [
         species.remains
         for name, species in config.species.items()

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
-    """Return the share of growth and of sprouting seeds that defense leaves to each: f32[high], or one for
-    all."""
+    """Return the share of growth and of sprouting seeds that remains after paying for defense: f32[high], or
+    one number for all."""
     defence = table.species.defence
     if defence.cost == 0 and not table.species.traits:
         return np.float32(1.0)

@@ -21,10 +21,11 @@ BROUGHT = "brought_in"
 
 
 def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | None) -> None:
-    """Distribute an amount [mol] evenly over the cells of a field with centers in a region, or over all; over
-    the one cell at its middle if it contains no center. No cell falls below 0.
+    """Distribute an amount [mol] evenly over the cells of a field whose centers are in a region, or over all
+    cells; if the region contains no center, the cell at its middle gets everything. No cell falls below 0.
 
-    For a smell without a substance it is an amount in its own unit. Raises UnknownName for an unknown field.
+    For a smell without a substance, the amount is in the smell's own unit. Raises UnknownName for an unknown
+    field.
     """
     if name not in world.fields:
         raise UnknownName(unknown_name("dose", "field", name, world.fields))
@@ -42,8 +43,8 @@ def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | N
 def dose_bodies(
     world: SpatialWorld, table: Table, substance: str, amount: float, region: Region | None
 ) -> None:
-    """Give each living body of a table in a region an amount [mol] of a substance, or remove up to its
-    content."""
+    """Give each living body of a table in a region an amount [mol] of a substance, or remove an amount up to
+    its content."""
     if substance not in world.substances or Chemistry not in table:
         raise UnknownName(
             unknown_name(
@@ -79,7 +80,7 @@ def _columns(field: Any, region: Region | None) -> np.ndarray:
 
 @njit
 def give(rows: np.ndarray, bodies: Bodies, s: int, amount: float) -> float:
-    """Add an amount [mol] of a substance to bodies; return the total [mol]."""
+    """Add an amount [mol] of a substance to each body; return the total [mol]."""
     volume, brought = bodies.volume, 0.0
     for row in rows:
         before = held(bodies, row, s)

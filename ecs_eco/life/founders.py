@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NERVOUS_SPREAD = 0.25  # hungry to well fed, so that they do not all starve in the same tick
+NERVOUS_SPREAD = 0.25  # hungry to well fed, so that founders do not all starve in the same tick
 Values = dict[tuple[type, str], np.ndarray]
 
 
@@ -35,10 +35,10 @@ def newcomers(
     within: Any = None,
     place: Sequence[float] | None = None,
 ) -> Values:
-    """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; of plants
-    only as many as have a site.
+    """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; plants
+    without a site are left out.
 
-    They all appear at `place` [m], or at random places: in the region `within`, or anywhere.
+    All appear at `place` [m], or at random places in the region `within` or anywhere.
     """
     values = scatter(table, world, identity, within)
     way = getattr(kind, "reproduction", None)
@@ -67,7 +67,7 @@ def newcomers(
 
 
 def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
-    """Return by what share of `metabolism.energy` that of founders is larger or smaller, at most."""
+    """Return the maximum deviation of founders' energy from `metabolism.energy`, as a share of it."""
     way = getattr(kind, "metabolism", None)  # objects with energy have no spread
     if Metabolism not in table or way is None:
         return 0.0
@@ -126,7 +126,7 @@ def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any
 def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values, within: Any = None) -> None:
     """Move plants to free sites, drawn without replacement; plants without a site are dropped."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
-    # differs from the draws of Spread in the first tick, and from those of other species
+    # unlike the draws of Spread in the first tick and those of other species
     key, salt = world.key, (table.place + 1) << 20
     order = np.argsort(
         random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable"

@@ -1,4 +1,4 @@
-"""The gaits of a species, and those of its members if genes code for them."""
+"""The gaits of a species, or of its members if genes code for them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
-SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers for both directions
+SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # sign of each direction
 
 
 class Gaits(NamedTuple):
-    """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, default) of speed, turn,
-    climb and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
+    """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, default) for speed, turn,
+    climb and pitch, (column of command, −1, −1) for a continuous action, or (0, 0, −1) for none."""
 
     layout: np.ndarray
-    speeds: np.ndarray  # f32[k] [m/s], or [high, k], each organism's own
+    speeds: np.ndarray  # f32[k] [m/s], or [high, k] if individual
     costs: np.ndarray
     turns: np.ndarray  # [rad/s]
     climbs: np.ndarray  # [m/s]
@@ -30,8 +30,8 @@ class Gaits(NamedTuple):
 
 
 def own_gaits(table: Table) -> Gaits | None:
-    """Return the gaits of a table; if a gene codes for any of them, all as arrays [high, k] and drag [high],
-    each organism's own."""
+    """Return the gaits of a table; if a gene codes for any of them, all are individual: arrays [high, k] and
+    drag [high]."""
     shared: Gaits | None = table.species.gaits
     traits = table.species.traits
     if shared is None or not traits or not any(key.startswith("locomotion.") for key in traits):
@@ -39,7 +39,7 @@ def own_gaits(table: Table) -> Gaits | None:
     layout, drag = shared.layout, shared.drag
     way, groups = table.species.locomotion, table.species.nerves.groups
     names = groups.get("speed", [])
-    if layout[0, 1] < 0:  # of a continuous speed, in the order that cost_between requires
+    if layout[0, 1] < 0:  # for a continuous speed, in the order that cost_between requires
         names = list(way.speed)
     speeds = _each(table, [(f"speed.{a}", way.speed.get(a, 0.0)) for a in names])
     costs = _each(table, [(f"cost.{a}", way.cost.get(a, 0.0)) for a in names])

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 Targets = dict[str, tuple[type, str, int | None]]
-# components whose defaults are set with those of the species' bodies and brains
+# components whose defaults are set together with the species' bodies and brains
 OF_NEWBORN = ("Policy", "Body", "Biology", "Physical", "Chemistry")
 
 
 def add_heredity(
     world: SpatialWorld, table: Table, species: Species, founder: np.ndarray | None = None
 ) -> None:
-    """Give a table its genome, the columns that its genes write, and those of individual brains, as
+    """Give a table its genome, the columns that its genes write, and the columns of individual brains, as
     needed."""
     for name in species.components:
         table.add_component(world.config.function(name))
@@ -51,7 +51,7 @@ def add_heredity(
         if minds is not None:
             shapes["policy.weights"] = minds.shapes
         layout = layout_of(section, traits, shapes)
-        highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank after the letters
+        highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank follows the letters
         table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
         networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}
@@ -74,8 +74,8 @@ def add_heredity(
 
 
 def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the letters u8[loci] that code for the species' own values, and which of these all founders
-    share bool[loci]; `networks` are weights f32[size] by trait, as of a file."""
+    """Return the letters u8[loci] that code for the species' values, and which of them all founders share,
+    bool[loci]; `networks` are weights f32[size] by trait, for example from a file."""
     row, shared = layout.own(), layout.coded()
     for i, code in enumerate(layout.genes):
         if code.trait is None or code.trait.name not in networks:
@@ -100,10 +100,10 @@ def apply_heredity(
     changed: Collection[str] | None = None,
     before: Species | None = None,
 ) -> None:
-    """Set the inherited brains, individual traits that no gene codes for, and the operators that create
-    genomes.
+    """Set how brains are inherited, the individual traits that no gene codes for, and the operators that
+    create genomes.
 
-    Rebuilds operators if `changed` is None, or contains one of their dotted keys in the species' section. For
+    Rebuilds operators if `changed` is None or contains one of their dotted keys in the species' section. For
     a living species with the section `before`, only traits that differ are set.
     """
     heredity = table.species.heredity
@@ -131,9 +131,9 @@ def _traits(world: SpatialWorld, species: Species) -> dict[str, Trait]:
 def apply_traits(
     table: Table, traits: Mapping[str, Trait], before: Mapping[str, Trait] | None = None
 ) -> None:
-    """Set the columns of individual traits of newborn, unless a gene codes for them.
+    """Set the columns of newborns' individual traits, unless a gene codes for them.
 
-    For a living table with the traits `before`, those that differ are set for the living, too.
+    For a living table with the traits `before`, those that differ are also set for living organisms.
     """
     written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
     columns = {
@@ -145,7 +145,7 @@ def apply_traits(
         if trait.component not in columns or trait.component in OF_NEWBORN:
             continue
         if (trait.component == "Traits" and trait.index is None) or trait.component == "Instincts":
-            continue  # all share it, or it is a whole network
+            continue  # shared by all, or a whole network
         if before is not None and (name not in before or before[name].default == trait.default):
             continue
         component, at = columns[trait.component], ... if trait.index is None else trait.index
@@ -158,8 +158,8 @@ def apply_traits(
 def _targets(
     table: Table, species: Species, traits: dict[str, Any], networks: Mapping[str, np.ndarray]
 ) -> Targets:
-    """Add the components to which genes write, with the species' own values as defaults; return where each
-    gene writes."""
+    """Add the components to which genes write, with the species' values as defaults; return where each gene
+    writes."""
     coded = [
         (gene, traits[gene.trait])
         for gene in all_genes(species)

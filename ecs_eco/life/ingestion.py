@@ -1,4 +1,4 @@
-"""Transfer of substances from the eaten to their eaters."""
+"""Transfer of substances from eaten organisms to their eaters."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ def swallow(
     eaten: np.ndarray,
     share: float | np.ndarray,
 ) -> None:
-    """Move the substances of the eaten (rows i64[k]) into their eaters (rows i64[k], in canonical order).
+    """Move the substances of eaten organisms (rows i64[k]) into their eaters (rows i64[k], in canonical
+    order).
 
-    The assimilated share, one for all or one for each row of the eaters' table, mixes with the content of the
-    eater's body; the rest enters the fields at its position.
+    The assimilated share, a number or one for each row of the eaters' table, mixes with the content of the
+    eater's body; the rest enters the fields at the eater's position.
     """
     if not eaten.size or Matter not in table or Chemistry not in prey:
         return
@@ -43,8 +44,8 @@ def swallow(
 def ingest(
     eaters: np.ndarray, eaten: np.ndarray, share: Number, bodies: Bodies, foods: Bodies, left: np.ndarray
 ) -> np.ndarray:
-    """Empty the eaten, fill the eaters, write the unassimilated rest to `left` f64[k, substances] [mol];
-    return the amounts eaten f64[substances] [mol]."""
+    """Empty the eaten organisms, fill their eaters, and write the unassimilated rest to `left` f64[k,
+    substances] [mol]; return the amounts eaten f64[substances] [mol]."""
     taken, volume = np.zeros(bodies.molarity.shape[1]), bodies.volume
     for i in range(eaten.size):
         row, food = eaters[i], eaten[i]

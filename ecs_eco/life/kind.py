@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.heredity import Heredity
     from ecs_eco.nervous.nerves import Nerves
 
-PLAIN = Body(radius=1.0)  # of a table without a section
+PLAIN = Body(radius=1.0)  # body in a table without a section
 
 
 @dataclass
@@ -28,24 +28,24 @@ class Kind:
     values derived from it, and values that change while the world lives.
 
     Every key of the section is an attribute: `table.species.metabolism`. A key that the section lacks, or any
-    key of a table without a section, has its default.
+    key of a table without a section, has its default value.
     """
 
     section: Species | ObjectType | None = None
     """Its section of the world file; None for a table built by hand."""
 
     radius: float | None = None
-    """Radius of the largest body [m]: genes, and the dead that become objects,
-    may make it larger than the section's."""
+    """Radius [m] of the largest body: genes, and dead organisms that become objects, may make it larger than
+    the section's radius."""
     standard_mass: float | None = None
-    """Mass to which its costs of living refer [kg], if growth or a gene makes masses differ."""
+    """Mass [kg] to which costs of living refer, if growth or a gene makes masses differ."""
     used: bool = False
     """Whether land use harvests or plants its members."""
 
     # nervous system and genes
     nerves: Nerves | None = None
     gaits: tuple[Any, ...] | None = None
-    """The effect of its actions of locomotion: layout, speeds, costs, turns, climbs, pitches, drag."""
+    """The effects of its locomotion actions: layout, speeds, costs, turns, climbs, pitches, drag."""
     own_ranges: frozenset[int | None] = frozenset()
     """Sensors whose radius is individual."""
     own_places: frozenset[int | None] = frozenset()
@@ -56,28 +56,28 @@ class Kind:
 
     # life and death
     eaten: dict[str, float] = field(default_factory=dict)
-    """Food → the energy that all its members gained from it in the last tick."""
+    """Food → the energy that all members gained from it in the last tick."""
     barren: bool = False
     """Whether an intervention has switched off its reproduction: `reproduction` is then None."""
     refused: int = 0
-    """Births that `max_count` refused since the last record."""
+    """Births refused because of `max_count` since the last record."""
     nursery: Table | None = None
-    """The table that its newborn enter; None: its own."""
+    """The table that newborns enter; None: this table."""
 
     # caches of systems, which persist from tick to tick
     life_history: tuple[Any, tuple[Any, ...]] | None = None
     sites: np.ndarray | None = None
 
     def __getattr__(self, key: str) -> Any:
-        """Return the value of a key of the section, or its default if the section lacks it; it is then an
-        attribute, until the section is replaced."""
+        """Return the value of a key of the section, or its default if the section lacks it; the value is then
+        an attribute until the section is replaced."""
         if key.startswith("_"):
             raise AttributeError(key)
         vars(self)[key] = value = self._value(key)
         return value
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Set an attribute; drop values derived from a former section."""
+        """Set an attribute; drop values derived from the previous section."""
         super().__setattr__(name, value)
         if name in ("section", "barren"):
             for key in vars(self).keys() - type(self).__dataclass_fields__.keys():
@@ -104,7 +104,7 @@ class Kind:
 
     @property
     def foods(self) -> list[Diet]:
-        """Its diet, in order of the names of the food."""
+        """Its diet, ordered by the names of the foods."""
         return sorted(self.diet, key=lambda food: food.eats)
 
     def feels(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Real land in a world: relief, water, classes of land cover, roads and fences."""
+"""Real land in a world: relief, water, land-cover classes, roads and fences."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GROUNDS = {"open": OPEN, "water": WATER, "rock": ROCK}
 
 
 def lay(terrain: Terrain, land: Land, section: Section) -> None:
-    """Give a terrain the relief, water, classes, roads and fences of `land`, by the section of a world
+    """Give a terrain the relief, water, classes, roads and fences of `land`, as set in a section of a world
     file."""
     classes = list(section.classes.values())
     terrain.height += land.elevation

@@ -21,25 +21,25 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 FLOWS = {
-    "endowed": "initial content, from nowhere: founders, immigrants, newborn without a provider",
-    "eaten": "taken from the eaten, into their eaters",
-    "reacted": "produced, minus consumed, by reactions",
+    "endowed": "initial content without a source: founders, immigrants, newborns without a provider",
+    "eaten": "from eaten organisms into their eaters",
+    "reacted": "production minus consumption by reactions",
     "taken_up": "from fields into bodies: breathed, drunk, taken up by roots",
     "released": "from bodies into fields: excreted, leaked, released by decay, not assimilated",
     "emitted": "from bodies into the fields of their smells",
     "decayed": "decayed in fields",
-    "brought_in": "from outside the world, minus the outflow: air, rain, unlimited milk",
-    "remains": "from the dead into their remains",
-    "lost": "lost: with the dead that leave no remains, or because no field contains it",
+    "brought_in": "from outside the world, minus outflow: air, rain, unlimited milk",
+    "remains": "from dead organisms into their remains",
+    "lost": "lost with dead organisms that leave no remains, or because no field contains the substance",
     "set": "set by hand, between ticks",
 }
-"""The flows of the ledger of matter and their meaning; positive into the holder of a substance [mol]."""
+"""The flows of the ledger of matter and their meaning; positive [mol] if a holder gains the substance."""
 
 MIGRATION = {
     "imported": "carried by migrants from other islands",
     "exported": "carried by migrants to other islands",
 }
-"""Further flows of the ledger of matter of an island [mol]."""
+"""Further flows [mol] in the ledger of matter of an island."""
 
 NUMBER = {flow: i for i, flow in enumerate([*FLOWS, *MIGRATION])}
 NO_RESIDUE = np.zeros((0, 0), np.float32)
@@ -47,7 +47,7 @@ NO_RESIDUE = np.zeros((0, 0), np.float32)
 
 class Bodies(NamedTuple):
     """The content of a table's bodies: volume f64[rows] [L], molarity and residue f32[rows, substances]
-    [mol/L]; no residue without a component `Matter`."""
+    [mol/L]; residue is empty without the component `Matter`."""
 
     volume: np.ndarray
     molarity: np.ndarray
@@ -55,13 +55,12 @@ class Bodies(NamedTuple):
 
 
 def is_island(world: Any) -> bool:
-    """Return whether a world may exchange migrants with others: its ledgers have export and import."""
+    """Return whether a world may exchange migrants with others; if so, its ledgers contain exports and imports."""
     return world.config is not None and world.config.archipelago is not None
 
 
 def litres(radius: Any, shape: Any = None) -> Any:
-    """Return the volume of bodies [L]: of spheres, or of a shape that has the fields of `Shape`; `radius`
-    in meters."""
+    """Return the volume [L] of bodies: spheres, or a shape with the fields of `Shape`; `radius` is in meters."""
     r = np.asarray(radius, np.float64)
     if shape is None:
         return 4000 * math.pi / 3 * power(r, 3)
@@ -78,12 +77,12 @@ def volumes(table: Table) -> np.ndarray:
 
 
 def newborn_volumes(table: Table, radius: Any) -> Any:
-    """Return the volumes [L] of newborn with these radii [m] and the shape of their species."""
+    """Return the volumes [L] of newborns with these radii [m] and the shape of their species."""
     return litres(radius, SimpleNamespace(**table.defaults[Shape]) if Shape in table else None)
 
 
 def bodies(table: Table) -> Bodies:
-    """Return the content of the bodies of a table with Chemistry, in the order of rows."""
+    """Return the content of the bodies in a table with Chemistry, by row."""
     molarity = table[Chemistry].molarity
     if Matter in table:
         return Bodies(table[Matter].volume, molarity, table[Matter].residue)
@@ -93,8 +92,9 @@ def bodies(table: Table) -> Bodies:
 class Books:
     """The ledger of matter of one world: the flows of each substance since the start of a page.
 
-    `flows` f64[holders, substances, flows] [mol], positive into the holder: a table with Chemistry, or a
-    field of a substance. `stock` f64[holders, substances] [mol] is their content at the start of the page.
+    `flows` f64[holders, substances, flows] [mol] are positive into the holder, which is a table with
+    Chemistry or a substance field. `stock` f64[holders, substances] [mol] is the holders' content at the
+    start of the page.
     """
 
     def __init__(self, world: SpatialWorld) -> None:
@@ -108,7 +108,7 @@ class Books:
 
     @property
     def names(self) -> list[str]:
-        """The holders by name, tables first."""
+        """The names of the holders, tables first."""
         return [name for _, name in self.holders]
 
     def book(
@@ -118,7 +118,7 @@ class Books:
         amount: np.ndarray | float,
         substance: int | slice = slice(None),
     ) -> None:
-        """Record an amount [mol] that enters a holder: f64[substances], or that of one substance."""
+        """Record an amount [mol] that enters a holder: f64[substances], or a number for one substance."""
         self.flows[self.holders[holder], substance, NUMBER[flow]] += amount
 
     def watch(self, world: SpatialWorld) -> None:
@@ -130,13 +130,13 @@ class Books:
         world.on_arrival.append(lambda table, rows, origin: self.moved(table, rows, "imported"))
 
     def moved(self, table: Table, rows: np.ndarray, flow: str) -> None:
-        """Record the content of migrants, "imported" or "exported": rows i64[k]."""
+        """Record the content of migrants, "imported" or "exported", in rows i64[k]."""
         if ("table", table.name) in self.holders:
             sign = 1 if flow == "imported" else -1
             self.book(("table", table.name), flow, sign * total(rows, bodies(table)))
 
     def born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Record the content of newborn: rows i64[k]. Objects with a parent are its remains."""
+        """Record the content of newborns in rows i64[k]. Objects with a parent are that parent's remains."""
         if ("table", table.name) not in self.holders:
             return
         left = parents != 0 if table.species.is_object else np.zeros(rows.size, np.bool_)
@@ -145,8 +145,8 @@ class Books:
                 self.book(("table", table.name), flow, total(which, bodies(table)))
 
     def died(self, table: Table, rows: np.ndarray) -> None:
-        """Record the content of the dying, before their rows are free: rows i64[k]. The eaten are empty if
-        their eaters took their substances."""
+        """Record the content of dying organisms in rows i64[k], before the rows are freed. Eaten organisms
+        are empty if their eaters took their substances."""
         if ("table", table.name) not in self.holders:
             return
         left = remaining(self.world, table, rows)
@@ -163,9 +163,9 @@ class Books:
 
 
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return which of the dying leave their bodies behind: all but the eaten, and those with a cause of
-    `world.bodiless`, bool[k]; rows i64[k]."""
-    gone = np.zeros(256, np.bool_)  # for any code of a cause
+    """Return which dying organisms in rows i64[k] leave their bodies behind, bool[k]: all except eaten
+    organisms and those with a cause in `world.bodiless`."""
+    gone = np.zeros(256, np.bool_)  # for every possible cause code
     gone[: len(world.causes)] = [c.startswith("eaten") or c in world.bodiless for c in world.causes]
     return ~gone[table.cause[rows] - 1]
 
@@ -191,7 +191,7 @@ def book(world: SpatialWorld, table: Table, flow: str, amount: np.ndarray) -> No
 
 
 def first_fields(world: SpatialWorld) -> dict[str, str]:
-    """Return the first field of each substance that has one, by name."""
+    """Return the name of the first field of each substance that has one, by substance."""
     return {
         field.substance: name for name, field in reversed(world.fields.items()) if field.substance is not None
     }
@@ -199,7 +199,7 @@ def first_fields(world: SpatialWorld) -> dict[str, str]:
 
 @contextmanager
 def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
-    """Record the gains and losses of a table's bodies within this context: for systems that change
+    """Record the gains and losses of a table's bodies within this context, for systems that change
     concentrations."""
     if world.matter is None:
         yield
@@ -230,7 +230,7 @@ def release(
 
 
 def part_lost(rate: Any) -> Any:
-    """Return the share lost in a tick at a rate, 1 [1/tick]; f64[k] of f64[k]."""
+    """Return the share lost in a tick at a rate [1/tick], a number or f64[k]."""
     return -arrays.expm1(-rate) if isinstance(rate, np.ndarray) else -scalars.expm1(-rate)
 
 
@@ -252,7 +252,7 @@ def hold(bodies, row, s, value):
 
 @njit
 def total(rows: np.ndarray, bodies: Bodies) -> np.ndarray:
-    """Return the content of bodies of each substance: f64[substances] [mol]."""
+    """Return how much of each substance bodies contain in total: f64[substances] [mol]."""
     out = np.zeros(bodies.molarity.shape[1])
     for row in rows:
         for s in range(out.size):

@@ -1,4 +1,4 @@
-"""The meals that eaters of all species propose, and the decision which of them take place."""
+"""The meals that eaters of all species propose, and the choice of those that take place."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Appetite(NamedTuple):
-    """Animals that may eat, for kernels: f32[rows], or numbers for all."""
+    """Animals that may eat, for kernels: f32[rows], or numbers shared by all."""
 
     radius: Number  # [m]
     reach: Number  # [m]
     chance: Number  # probability of success per tick
     until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
-    column: int  # of the action eat, −1: none
+    column: int  # column of the action `eat`; −1: none
     cause: np.ndarray  # i32[rows], of death
     energy: np.ndarray
     digesting: np.ndarray  # i32[rows], remaining ticks
@@ -36,7 +36,7 @@ class Foods(NamedTuple):
     """Possible food, for kernels: f32[rows]."""
 
     radius: Number  # [m]
-    toughness: np.ndarray  # share of bites that fail, or an array of one for all; empty: none
+    toughness: np.ndarray  # share of bites that fail, or an array of length 1; empty: none
     cause: np.ndarray  # i32[rows], of death
 
 
@@ -57,13 +57,13 @@ class Eaten(NamedTuple):
     killer: np.ndarray
     uid: np.ndarray
     held: np.ndarray  # energy before all meals; empty: none
-    poison: np.ndarray  # or an array of one for all; empty: none
+    poison: np.ndarray  # or an array of length 1; empty: none
 
 
 class Effect(NamedTuple):
-    """The effect of a meal, for kernels: numbers, or arrays [rows], each eater's own."""
+    """The effect of a meal, for kernels: numbers, or arrays [rows] with a value per eater."""
 
-    gain: Number  # energy per meal, whatever the food contains
+    gain: Number  # energy per meal, regardless of what the food contains
     efficiency: Number  # share of the food's energy
     ceiling: Number  # maximum energy
     digestion: Number  # ticks
@@ -72,7 +72,7 @@ class Effect(NamedTuple):
 
 @dataclass(slots=True)
 class Meals:
-    """The meals of one table of one kind of food in this tick; numbers are entries of the two indexes."""
+    """The meals of one table on one kind of food in this tick; eaters and items are index entries."""
 
     table: Table
     prey: Table
@@ -80,19 +80,19 @@ class Meals:
     eaters: Index
     foods: Index
     target: np.ndarray
-    """The item that each eater proposes, −1 for none: i32[eaters]."""
+    """The item that each eater proposes: i32[eaters] (−1: none)."""
     distance2: np.ndarray
-    """The square of its distance: f32[eaters] [m^2]."""
+    """The squared distance to that item: f32[eaters] [m^2]."""
     effect: Effect
     poison: np.ndarray
     held: np.ndarray
     """The energy of the food before all meals."""
     best: np.ndarray
-    """The eater that gets each item, −1 for none, once decided: i32[foods]."""
+    """The eater that gets each item, once decided: i32[foods] (−1: none)."""
 
 
 def to_surfaces(meals: Meals) -> None:
-    """Reduce the distances of spheres to those of surfaces, as for other shapes."""
+    """Reduce distances between spheres to distances between surfaces, as for other shapes."""
     if Shape in meals.table or Shape in meals.prey:
         return
     some = np.flatnonzero(meals.target >= 0)
@@ -104,8 +104,8 @@ def to_surfaces(meals: Meals) -> None:
 
 
 def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give each item of one kind of food to the nearest of all that propose it; return the numbers of
-    these i32[foods], −1 for none, among all rivals, and distances squared and uids of the rivals."""
+    """Give each item of one kind of food to the nearest eater that proposes it; return that eater's index
+    among all rivals, i32[foods] (−1: none), and the rivals' squared distances and uids."""
     first, start = rivals[0], 0
     best, target, distance2, uid = first.best, first.target, first.distance2, first.eaters.uid
     if len(rivals) > 1:
@@ -122,7 +122,7 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
 
 
 def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
-    """Leave each eater of one table the nearest of the items that it has won; return the other meals."""
+    """Leave each eater of one table only the nearest item that it has won; return the other meals."""
     n = mine[0].eaters.n
     first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
     for k, meals in enumerate(mine):
@@ -135,8 +135,9 @@ def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
 
 
 def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
-    """Yield meals with the numbers of eaters and items i64[k], in an order in which an animal eats before
-    it is eaten: the nearest first, ties by lot, if any of the eaters dies; otherwise in the given order."""
+    """Yield meals with the entries of eaters and items i64[k], ordered so that an animal eats before it is
+    eaten: if any eater dies, the nearest meals come first, with ties broken at random; otherwise the given
+    order is kept."""
     items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
     eaters = [meals.best[item] for meals, item in zip(eaten, items, strict=True)]
     if not any(
@@ -160,7 +161,8 @@ def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.nda
 
 @njit
 def win(target, distance2, uid, food_uid, key, best):
-    """Write the nearest of those that propose an item to `best` i32[foods], −1 for none; ties by lot."""
+    """Write the nearest eater that proposes each item to `best` i32[foods] (−1: none); ties are broken at
+    random."""
     best[:] = -1
     for i in range(target.size):
         j = target[i]
@@ -180,8 +182,8 @@ def win(target, distance2, uid, food_uid, key, best):
 
 @njit
 def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter_uid, best):
-    """Remove meals from `best` whose eaters are themselves eaten, by `hunter` i32[eaters], in a meal that
-    is nearer, or as near with the lower lot."""
+    """Remove meals from `best` whose eaters are themselves eaten, by `hunter` i32[eaters], in a nearer meal,
+    or in an equally near one with the lower lot."""
     for i in range(target.size):
         j, h = target[i], hunter[i]
         if (
@@ -201,8 +203,8 @@ def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter
 
 @njit
 def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
-    """Update the nearest item of each eater: its kind in `first` i32[eaters], −1 for none, the square of
-    its distance, and its uid; ties by lot."""
+    """Update each eater's nearest item: its kind in `first` i32[eaters] (−1: none), its squared distance, and
+    its uid; ties are broken at random."""
     for j in range(best.size):
         i = best[j]
         if i >= 0 and (
@@ -215,7 +217,7 @@ def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
 
 @njit
 def postpone(best, kind, first, later):
-    """Move the meals that are not the first of their eaters to `later` i32[foods]; return their number."""
+    """Move the meals that are not their eater's first to `later` i32[foods]; return their number."""
     n = 0
     for j in range(best.size):
         later[j] = -1
@@ -227,7 +229,7 @@ def postpone(best, kind, first, later):
 
 @njit
 def hungry(best, rows, killed, digesting, energy, until):
-    """Remove from `best` eaters that can no longer eat; return the number of the others."""
+    """Remove from `best` eaters that can no longer eat; return how many eaters remain."""
     n = 0
     for j in range(best.size):
         i = best[j]

@@ -1,7 +1,7 @@
 """Migration between islands: the choice of migrants, their data, and their arrival.
 
-The choice follows from (seed, tick, uid) only, between two ticks. The new island receives a copy of the
-emigrants' columns; only the position is new. Migration counts as neither death nor birth.
+The choice is made between two ticks and depends only on (seed, tick, uid). The new island receives a copy of
+the emigrants' columns; only their positions are new. Migration counts as neither death nor birth.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 
 class Migrants(NamedTuple):
-    """Migrants of one species, in the order of uids."""
+    """Migrants of one species, in uid order."""
 
     uid: np.ndarray  # u64[k]
     born: np.ndarray  # i64[k], the tick of birth
-    to: np.ndarray  # i64[k], the number of the island of destination
+    to: np.ndarray  # i64[k], the number of the destination island
     columns: dict[str, np.ndarray]  # "Component.field" → [k, …]
 
 
 def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the emigrants of this island before the next tick: species → rows i64[k] in the order of
-    uids, and numbers of islands i64[k]."""
+    """Return the emigrants of this island before the next tick: species → rows i64[k] in uid order, and
+    numbers of the destination islands i64[k]."""
     plan = world.config.archipelago
     targets = np.array(plan.neighbours()[plan.number], np.int64)
     out = {}
@@ -52,7 +52,7 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def copied(world: SpatialWorld) -> dict[str, Migrants]:
     """Return copies of the emigrants before the next tick, by species; the world does not change.
 
-    Raises RuntimeError for an emigrant with a plain component on its entity of esper, which is not a column.
+    Raises a RuntimeError for an emigrant whose esper entity has a plain component, which is not a column.
     """
     leaving = emigrants(world)
     for name, (rows, _) in leaving.items():
@@ -79,10 +79,10 @@ def leave(world: SpatialWorld) -> None:
 
 
 def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants]]]) -> None:
-    """Add migrants at random places: (number of the island of origin, species → migrants), in the order of
-    these numbers, and of uids within a group. Migrants to other islands are left out.
+    """Add migrants at random places, given as (number of the island of origin, species → migrants), ordered
+    by this number and then by uid. Migrants to other islands are left out.
 
-    Raises CheckpointError for migrants whose columns differ from those of this island.
+    Raises a CheckpointError for migrants whose columns differ from this island's columns.
     """
     here = world.config.archipelago.number
     for origin, species in groups:
@@ -126,8 +126,8 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         )
         if mine != theirs:
             raise CheckpointError(
-                f"{table.name}: migrants have {name} as {theirs or 'no column'}, and this "
-                f"island as {mine or 'no column'}; a migrating species needs the same columns on all islands"
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island as "
+                f"{mine or 'no column'}; a migrating species needs the same columns on all islands"
             )
     return {known[name][:2]: values for name, values in columns.items()}
 

@@ -1,4 +1,4 @@
-"""Parameters of a user's own systems and sensors, in a living world."""
+"""Parameters of custom systems and sensors in a living world."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
-    """Yield a problem for each new parameter of a system that it does not store in an attribute of the
-    same name."""
-    fault = "cannot change in a living world: {} keeps no attribute {}"
+    """Return a problem for each changed parameter that its system does not store in an attribute of the same
+    name."""
+    fault = "cannot change in a living world, because {} has no attribute {}"
     return [
         Problem(
             ("systems", i, name),
@@ -30,7 +30,7 @@ def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
 
 
 def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
-    """Give the world's own systems and sensors their new parameters."""
+    """Give custom systems and sensors their new parameters."""
     for _, system, name, value in _changed(world, new):
         setattr(system, name, value)
     for kind, species in new.species.items():
@@ -42,7 +42,7 @@ def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
 
 
 def _changed(world: SpatialWorld, new: WorldConfig) -> Iterator[tuple[int, Any, str, Any]]:
-    """Yield the position in the list, the system, and the name and new value of each changed parameter."""
+    """Yield each changed parameter as (position of its system, the system, name, new value)."""
     for i, (before, now) in enumerate(zip(world.config.systems, new.systems, strict=False)):
         old = before.parameters if isinstance(before, Use) else {}
         for name, value in now.parameters.items() if isinstance(now, Use) else ():

@@ -19,8 +19,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
-    """Yield the columns of the objects of a type that are at single places, and of those between two
-    places."""
+    """Yield the columns of a type's objects at single places, then of its objects between two places."""
     if kind.at:
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         values: Values = {(Position, axis): place[:, i] for i, axis in enumerate("xyz")}
@@ -33,8 +32,8 @@ def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
 
 
 def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
-    """Return the columns of capsules or boxes that reach from place to place: ways f64[n, 4] [m] are x, y
-    of one end and of the other; everything else is as in `body`."""
+    """Return the columns of capsules or boxes that reach from one place to another: ways f64[n, 4] [m] are x,
+    y of both ends; everything else is as in `body`."""
     ahead, length = ways[:, 2:] - ways[:, :2], arrays.hypot(*(ways[:, 2:] - ways[:, :2]).T)
     middle = ways[:, :2] + ahead / 2
     height = body.extents[2] / 2 if space.volume else 0.0
@@ -52,6 +51,6 @@ def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
 
 
 def _as_long(body: BodyConfig, length: float) -> BodyConfig:
-    """Return the same body with another length [m]; its mass changes, too, if it has a density."""
+    """Return the same body with another length [m]; its mass also changes if it has a density."""
     longer = {"length": length} if body.size is None else {"size": [length, *body.size[1:]]}
     return BodyConfig.model_validate(body.model_dump() | longer)

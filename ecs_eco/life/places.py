@@ -1,4 +1,4 @@
-"""Places for newborn: drawn near their parents or anywhere, free of obstacles."""
+"""Places for newborns: drawn near their parents or anywhere, free of obstacles."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 TRIES = 8  # places tried before a birth fails
-APART = random.LOT + (1 << 8)  # purpose of the draws that order newborn which keep apart from each other
+APART = random.LOT + (1 << 8)  # purpose of the draws that order newborns for `keep_apart`
 
 
 class Around(NamedTuple):
-    """The possible places of newborn: around x, y, z f32[k] [m], within `dispersal` [m] (below 0:
-    anywhere) and at least `spacing` [m] from others of their species: both f32, or both f32[k]."""
+    """Possible places of newborns: within `dispersal` [m] of x, y, z f32[k] [m] (negative: anywhere), and at
+    least `spacing` [m] from other members of their species. Both are f32, or both are f32[k]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -44,7 +44,7 @@ class Around(NamedTuple):
     spacing: Any
 
     def of(self, which: np.ndarray) -> Around:
-        """Return those of some newborn, i64[n]."""
+        """Return the possible places of some newborns, i64[n]."""
         x, y, z, dispersal, spacing = self
         if isinstance(spacing, np.ndarray):
             dispersal, spacing = dispersal[which], spacing[which]
@@ -52,8 +52,8 @@ class Around(NamedTuple):
 
 
 def range_of(table: Table, way: Any) -> tuple[Any, Any]:
-    """Return the `dispersal` and `spacing` of a table's newborn, as in `Around`: both f32, or both
-    f32[high] of their parents' rows."""
+    """Return the `dispersal` and `spacing` of a table's newborns, as in `Around`: both f32, or both f32[high]
+    by the parent's row."""
     spacing: Any = np.float32(way.spacing)
     near: Any = np.float32(-1.0)
     if way.place != "anywhere":
@@ -67,7 +67,7 @@ def range_of(table: Table, way: Any) -> tuple[Any, Any]:
 
 
 def around(table: Table, way: Any, parents: np.ndarray) -> Around:
-    """Return the possible places of the newborn of parents in rows i64[k]."""
+    """Return the possible places of newborns of parents in rows i64[k]."""
     p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):
         spacing, near = spacing[parents], near[parents]
@@ -75,7 +75,7 @@ def around(table: Table, way: Any, parents: np.ndarray) -> Around:
 
 
 def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.ndarray) -> np.ndarray:
-    """Find (x, y, z, whether it is free) for each newborn, drawn for `identity` u64[k]: f32[k, 4]."""
+    """Find a place for each newborn, drawn for `identity` u64[k]: (x, y, z, whether it is free), f32[k, 4]."""
     space, ground = world.space.extent, ground_of(world)
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = random.by_lot(world.key, identity, APART)
@@ -95,8 +95,8 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
 def _forbidden(
     table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Return whether a member of its species is too near to the place of each newborn of `who` i64[n], and
-    whether a body occupies it: bool[2, n]; false for places of other processes."""
+    """Return for the place of each newborn in `who` i64[n] whether a member of its species is too near, and
+    whether a body occupies it: bool[2, n]; false for places in other processes."""
     space, own, spacing = world.space, world.index(table), where.spacing
     asked, forbidden = free, np.zeros((2, who.size), np.bool_)
     if world.bands.divided:
@@ -122,14 +122,14 @@ def _forbidden(
 
 
 def takes_room(table: Table) -> bool:
-    """Return whether newborn keep clear of the bodies of a table: opaque ones, unless it was built by
-    hand."""
+    """Return whether newborns keep clear of a table's bodies: they do if the bodies are opaque and the table
+    was not built by hand."""
     kind = table.species
     return table.n > 0 and kind.section is not None and kind.body.opaque and Body in table.columns
 
 
 def radius_of(table: Table) -> float:
-    """Return the radius of the smallest sphere around a newborn without its own genes [m]."""
+    """Return the radius [m] of the smallest sphere around a newborn, ignoring its genes."""
     radius, way = float(table.defaults[Body]["radius"]), table.species.growth
     if Shape in table:
         radius *= bound_of(table)
@@ -137,7 +137,7 @@ def radius_of(table: Table) -> float:
 
 
 def bound_of(table: Table) -> float:
-    """Return the radius of the smallest sphere around a body of a table, in radii of that body."""
+    """Return the radius of the smallest sphere around a body of a table, in units of the body's radius."""
     if Shape not in table:
         return 1.0
     form = {field: float(value) for field, value in table.defaults[Shape].items()}
@@ -156,8 +156,7 @@ def draw_places(
     out: np.ndarray,
     free: np.ndarray,
 ) -> None:
-    """Draw a place for each newborn i of `homeless`; free[i] tells whether neither water nor rock forbids
-    it."""
+    """Draw a place for each newborn i in `homeless`; free[i] is true unless water or rock covers it."""
     salt, lengths, torus = attempt << 10, space.lengths, space.torus
     for i in homeless:
         u, v, w = (
@@ -180,7 +179,7 @@ def draw_places(
                 else where.z[i]
             )
         free[i] = True
-        if ground.kind.size > 1:  # fences leave a place free
+        if ground.kind.size > 1:  # fences do not block a place
             kind = ground_at(ground, x, y)
             free[i] = kind not in (WATER, ROCK)
         out[i, 0], out[i, 1], out[i, 2] = x, y, z
@@ -197,7 +196,7 @@ def _crowded(
     space: Extent,
     crowded: np.ndarray,
 ) -> None:
-    """Find the places with a member of the species within `spacing`, for those newborn i of `who` that are
+    """Mark the places that have a member of the species within `spacing`, for newborns i in `who` that are
     checked."""
     ox, oy, oz = own.x, own.y, own.z
     near = np.empty(ox.size, np.int64)
@@ -224,9 +223,9 @@ def keep_apart(
     free: np.ndarray,
     out: np.ndarray,
 ) -> int:
-    """Give each newborn i of `homeless` its place, out[i, 3] = 1, if it is free and not crowded, and no
-    other newborn of this tick has one within `spacing`; move those without a place to the front of
-    `homeless`, and return their number."""
+    """Give each newborn i in `homeless` its place (out[i, 3] = 1) if it is free and not crowded, and no other
+    newborn of this tick has a place within `spacing`; move newborns whose place a body occupies to the front
+    of `homeless`, and return their number."""
     n = 0
     for k in range(homeless.size):
         if crowded[k]:
@@ -284,8 +283,8 @@ def _occupied_by_solids(
     point: np.ndarray,
     taken: np.ndarray,
 ) -> None:
-    """Do the same as `_occupied` for capsules and boxes, whose surfaces must be at least `radius` [m] from
-    a free place."""
+    """Like `_occupied`, but for capsules and boxes, whose surfaces must be at least `radius` [m] from a free
+    place."""
     form, r = others.form, np.float64(radius)
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     for k in range(who.size):

@@ -1,4 +1,4 @@
-"""The soil's substances that seeds need to sprout."""
+"""The substances from the soil that seeds need to sprout."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def root(
     world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray], site: np.ndarray
 ) -> np.ndarray:
-    """Take the substances of newborn with these columns from the soil below them; return which of them
-    find all, bool[k]. They take it in an order drawn for their sites u64[k]."""
+    """Take the substances of newborns with these columns from the soil below them; return which newborns find
+    everything they need, bool[k]. They take it in a random order, drawn for their sites u64[k]."""
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
     needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
     n = values[Position, "x"].size
@@ -43,14 +43,14 @@ def root(
     taken = np.zeros(len(world.substances))
     taken[needed] = molarity[needed].astype(np.float64) * volume[rooted].sum()
     book(world, table, "taken_up", taken)
-    book(world, table, "endowed", -taken)  # which the birth records again
+    book(world, table, "endowed", -taken)  # because the birth records it again
     for s in needed if world.matter is not None else ():
         world.matter.book(("field", fields[world.substances[s]]), "taken_up", -taken[s], s)
     return rooted
 
 
 def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
-    """Return the number of the cell of a field at each place: i64[k]."""
+    """Return the index of a field's cell at each place: i64[k]."""
     nx, ny, nz = field.shape
     i, j, k = (
         cells_of(values[Position, axis], field.inverse[q], n)
@@ -61,7 +61,7 @@ def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np
 
 @njit
 def claim(cell, wanted, soil, rooted):
-    """Give each of k newborn in turn its whole demand from its cells of the soil, or nothing."""
+    """Give each of k newborns, in order, its whole demand from its cells of the soil, or nothing."""
     for i in range(rooted.size):
         for k in range(len(soil)):
             if soil[k][cell[i, k]] < wanted[i, k]:

@@ -27,8 +27,8 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     """Give a living world another configuration, effective from the next tick.
 
     Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
-    newborn get the new values. A species that stops learning discards the experience that it has not learned
-    from; one that begins starts with none.
+    newborns get the new values. A species that stops learning discards experience that it has not yet learned
+    from; a species that begins to learn starts without experience.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     config : str, Path, Mapping or WorldConfig
         The new configuration.
     learners : iterable of str
-        Species whose `policy.learn` follows the new configuration even if the world was built with another.
+        Species whose `policy.learn` follows the new configuration even if the world was built with another
+        setting.
 
     Raises
     ------
@@ -136,7 +137,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
 
 def _experience(table: Table, wanted: bool) -> None:
-    """Add the columns that individual learning needs, next to the policies; or remove them."""
+    """Add the columns that individual learning needs, next to the policies, or remove them."""
     table.columns.pop(Experience, None)
     table.defaults.pop(Experience, None)
     table.renew_handles()
@@ -144,7 +145,7 @@ def _experience(table: Table, wanted: bool) -> None:
         return
     table.add_component(Experience)
     columns: Any = (table.columns, table.defaults)
-    for held in columns:  # in the order in which a world is built
+    for held in columns:  # in the same order as when a world is built
         order = [c for c in held if c is not Experience]
         order.insert(order.index(Policy) + 1, Experience)
         for component in order:

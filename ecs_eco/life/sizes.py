@@ -1,4 +1,4 @@
-"""The size and mass of newborn and of founders, if these differ within a species, and their consequences."""
+"""The sizes and masses of newborns and founders that differ within a species, and the consequences."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ TINY = np.float32(1e-30)  # [kg]
 
 
 def of_newborn(table: Table, values: Values, n: int) -> Values:
-    """Return mass and radius of `n` newborn whose other columns are `values`, as far as they differ from
-    these and from the species' own."""
+    """Return the masses and radii of `n` newborns with the other columns `values`, where they differ from
+    these and from the species' values."""
     way, at = table.species.growth, table.species.traits.get("growth.newborn")
     share = 1.0 if way is None else way.newborn if at is None else values[Traits, "value"][:, at]
     return _bodies(table, values, n, share)
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
-    """Return mass and radius of `n` adults whose other columns are `values`, as far as they differ from
-    these and from the species' own."""
+    """Return the masses and radii of `n` adults with the other columns `values`, where they differ from these
+    and from the species' values."""
     return _bodies(table, values, n, 1.0)
 
 
 def masses_differ(species: Species) -> bool:
-    """Return whether the members of a species, a section of the world file, may have different masses:
-    they grow, a gene codes for the mass, or one for the radius of a body with a density."""
+    """Return whether the members of a species, a section of the world file, may have different masses,
+    because they grow or a gene codes for mass or for the radius of a body with a density."""
     coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
     return (
         species.growth is not None
@@ -44,7 +44,8 @@ def masses_differ(species: Species) -> bool:
 
 
 def radii_differ(table: Table) -> bool:
-    """Return whether the bodies of a species may have different radii: they grow, or a gene codes for it."""
+    """Return whether the bodies of a species may have different radii, because they grow or a gene codes for
+    it."""
     heredity = table.species.heredity
     return table.species.growth is not None or (
         heredity is not None and any(target[:2] == (Body, "radius") for target in heredity.targets.values())
@@ -52,15 +53,15 @@ def radii_differ(table: Table) -> bool:
 
 
 def share_of_adult(table: Table) -> np.ndarray:
-    """Return the mass of each body as a share of that of an adult, at most 1: f32[high]."""
+    """Return each body's mass as a share of its adult mass, at most 1: f32[high]."""
     share = table[Body].mass[: table.high] / np.maximum(table[Stature].mass[: table.high], TINY)
     least: np.ndarray = np.minimum(share, np.float32(1))
     return least
 
 
 def of_size(table: Table, store: Any) -> Any:
-    """Return the maximum energy of bodies of a species, of which adults can store `store`, a number or an
-    array [high]: that, or, if the young store less, an array [high] of its type."""
+    """Return the maximum energy of a species' bodies if adults can store `store`, a number or an array
+    [high]: `store` itself or, if the young store less, an array [high] of its type."""
     way = table.species.growth
     if way is None:
         return store
@@ -71,8 +72,8 @@ def of_size(table: Table, store: Any) -> Any:
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
-    """Return bodies with a share of the adult's mass, of the same shape; adults weigh their density ×
-    volume if their radius is heritable and their mass is not."""
+    """Return bodies of the adult's shape with a share of its mass; the mass of adults is density × volume if
+    radius is heritable and mass is not."""
     grows = table.species.growth is not None
     adult: type = Stature if grows else Body
     out: Values = {}

@@ -1,4 +1,4 @@
-"""Torpor, for the systems in which torpid organisms take no part."""
+"""Torpor, for systems that skip torpid organisms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 NONE_LEFT = np.float32(0.0)
 LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
-"""The energy below which organisms cannot fall, by whether their species falls into torpor."""
+"""The minimum energy of organisms, by whether their species falls into torpor."""
 
 
 def awake(table: Table) -> np.ndarray:

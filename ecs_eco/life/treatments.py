@@ -1,7 +1,7 @@
-"""Treatments that are applied as a world is built: each removes a factor, to measure its contribution.
+"""Treatments applied when a world is built; each removes a factor to measure its contribution.
 
-`controls=` of a world and "controls" in manifests and checkpoints list their names; `ecs_eco.lab.treatments`
-has these and all others.
+A world's `controls=` and "controls" in manifests and checkpoints list their names; `ecs_eco.lab.treatments`
+contains these and all other treatments.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 def no_reflexes(species: Iterable[Kind]) -> None:
-    """Remove all reflexes, of the species and of genes."""
+    """Remove all reflexes, declared by the species or coded by genes."""
     for kind in species:
         if kind.nerves is not None:
             kind.nerves.reflex = None
 
 
 def neutral_drift(species: Iterable[Kind]) -> None:
-    """Switch off the expression of genes, which are still inherited, cross and mutate: all organisms have the
-    values of their species."""
+    """Switch off the expression of genes, which are still inherited, crossed and mutated, so that all
+    organisms have the values of their species."""
     for heredity in _heredities(species):
         if heredity.layout is not None:
             heredity.expression = False
@@ -35,8 +35,8 @@ def neutral_drift(species: Iterable[Kind]) -> None:
 def shuffled_genome(species: Iterable[Kind]) -> None:
     """Give a newborn the genes and inherited weights of random living members instead of its parents.
 
-    Genes that keep their owner alive are still more common among the living; genes that make it breed more
-    are not passed on.
+    Genes that keep their carriers alive still become more common among the living; genes that make their
+    carriers breed more have no advantage.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True
@@ -58,7 +58,7 @@ TREATMENTS: dict[str, Callable[[Iterable[Kind]], None]] = {
 
 
 def apply(names: Sequence[str], world: SpatialWorld) -> None:
-    """Apply treatments to a world that is being built. Raises ConfigError for an unknown name."""
+    """Apply treatments to a world that is being built. Raises a ConfigError for an unknown name."""
     for name in names:
         if name not in TREATMENTS:
             near = nearest(name, TREATMENTS)

@@ -13,9 +13,9 @@ HIGHEST = np.finfo(np.float32).max
 
 
 class Will(NamedTuple):
-    """Reflexes and actions that are always on, for kernels."""
+    """Reflexes and always-active actions, for kernels."""
 
-    offsets: np.ndarray  # of each group, among all options
+    offsets: np.ndarray  # offset of each group among all options
     targets: np.ndarray  # action of each option, −1: none
     has_policy: bool
     reflex: np.ndarray  # y, i8[n, actions]
@@ -25,8 +25,7 @@ class Will(NamedTuple):
 
 @njit
 def all_finite(logits, values):
-    """Return whether all numbers of two flat arrays are finite; no branches, so that it compiles to vector
-    code."""
+    """Return whether all numbers in two flat arrays are finite. Branch-free, so that it vectorizes."""
     beyond = False
     for i in range(logits.size):
         beyond |= not abs(logits[i]) <= HIGHEST  # true for NaN
@@ -37,8 +36,8 @@ def all_finite(logits, values):
 
 @lone_njit
 def uniforms(first, last, key, uid, group, out):
-    """Draw the random numbers that select actions, of group number `group` and those after it: out f32[n,
-    groups], the same for the same uid."""
+    """Draw the random numbers out f32[n, groups] that select actions in group number `group` and the groups
+    after it; they are the same for the same uid."""
     for g in range(out.shape[1]):
         for k in range(last - first):
             i = np.uint64(first + k)
@@ -72,8 +71,8 @@ def decide(
 
 @njit
 def first_on(decision, row, start, n, neutral):
-    """Return the executed action of a group: the first that is on, in declared order, or the default if
-    none is."""
+    """Return the executed action of a group: the first active one in declared order, or the default if none
+    is active."""
     for a in range(n):
         if decision[row, start + a]:
             return a
@@ -82,8 +81,8 @@ def first_on(decision, row, start, n, neutral):
 
 @lone_njit
 def first_of(decision, first, size, start, n, neutral, way):
-    """Write `first_on` of the rows from `first` on to way i32[size]; no branches, because actions cannot
-    be predicted."""
+    """Write `first_on` of the rows from `first` on to way i32[size]. Branch-free, because actions are
+    unpredictable."""
     for i in range(size):
         way[i] = neutral
     for k in range(n):

@@ -1,5 +1,5 @@
-"""A species whose choices come from outside the world, as arrays: the observations of all members, then
-their choices."""
+"""A species whose choices come from outside the world: your program gets the observations of all members as
+an array and returns their choices."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ if TYPE_CHECKING:
 
 
 class Sensed(NamedTuple):
-    """The observations of the members of a species in a tick, and the outcome of their last choices.
+    """The observations of a species' members in a tick, and the outcome of their last choices.
 
     Attributes
     ----------
     x : array of float32, shape (n, channels)
-        Readings of those that sense. The world overwrites this array in the next tick.
+        Readings of the organisms that sense. The world overwrites this array in the next tick.
     uid : array of uint64, shape (n,)
-        The organism of each row.
+        uid of the organism in each row.
     reward : array of float32, shape (n,)
-        Reward for the last choice; 0 for newborn.
+        Reward for the last choice; 0 for newborns.
     dead : array of uint64, shape (k,)
-        uids of those that chose in the last tick and died.
+        uids of organisms that chose in the last tick and died.
     dead_x : array of float32, shape (k, channels)
-        What they sensed last.
+        Their last observations.
     dead_reward : array of float32, shape (k,)
-        The least happiness minus the happiness that they felt last.
+        The minimum happiness minus their last happiness value.
     dead_cause : tuple of str, length k
     """
 
     x: np.ndarray  # f32[n, channels]
     uid: np.ndarray  # u64[n]
-    reward: np.ndarray  # f32[n], of the last choice; 0 for the newborn
+    reward: np.ndarray  # f32[n], for the last choice; 0 for newborns
     dead: np.ndarray  # u64[k]
     dead_x: np.ndarray  # f32[k, channels], their last observations
-    dead_reward: np.ndarray  # f32[k], of their last choice: the minimum happiness minus their last happiness
+    dead_reward: np.ndarray  # f32[k], for their last choice: the minimum happiness minus their last happiness
     dead_cause: tuple[str, ...]  # [k]
 
 
@@ -60,12 +60,12 @@ class Pending(Outside):
     def __init__(self, some: bool) -> None:
         self.some = some  # whether choices for some members are enough
         self.given: Answer | None = None
-        self.uid = np.zeros(0, np.uint64)  # of those that sense in this tick
-        self.place = np.zeros(0, np.int64)  # of a row among them
+        self.uid = np.zeros(0, np.uint64)  # organisms that sense in this tick
+        self.place = np.zeros(0, np.int64)  # position of each row among them
         self.dead: list[tuple[np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]] = []
 
     def require(self, species: str) -> None:
-        """Raise ConfigError: choices cannot enter a whole tick."""
+        """Raise a ConfigError, because choices cannot enter a tick that runs as a whole."""
         raise ConfigError(
             [
                 Problem(
@@ -87,14 +87,14 @@ class Pending(Outside):
         return answer
 
     def note(self, nerves: Nerves, table: Table) -> None:
-        """Record who senses in this tick."""
+        """Record which organisms sense in this tick."""
         self.uid = table.uid[nerves.rows]
         if len(self.place) < len(table.uid):
             self.place = np.zeros(len(table.uid), np.int64)
         self.place[nerves.rows] = np.arange(len(nerves.rows))
 
     def mourn(self, world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
-        """Record the dying rows i64[k], before they are free."""
+        """Record the dying rows i64[k] before they are freed."""
         nerves = table.species.nerves
         if nerves is None or nerves.outside is not self or not len(self.uid):
             return
@@ -107,21 +107,21 @@ class Pending(Outside):
 
 
 class External:
-    """The door to a species for which your program decides: `observe`, then `act`, once per tick.
+    """Control of a species by your program: call `observe`, then `act`, once per tick.
 
-    `World.external` opens one. If several species have doors, the tick continues when the last of them acts.
-    Between `observe` and `act` a tick is under way: save and copy the world after `act`.
+    `World.external` opens it. If several species are controlled, the tick continues when the last of them
+    acts. Between `observe` and `act` the tick is incomplete, so save and copy the world after `act`.
 
     Attributes
     ----------
     channels : tuple of str
-        Names of the readings, columns of `Sensed.x`.
+        Names of the readings, the columns of `Sensed.x`.
     options : dict of str to tuple of str
         Names of the options of each group of actions; none for a continuous group.
     low : array of float32, shape (groups,)
-        Least choice of each group.
+        Smallest valid choice in each group.
     high : array of float32, shape (groups,)
-        Greatest choice of each group.
+        Largest valid choice in each group.
 
     Examples
     --------
@@ -157,7 +157,7 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Start the tick and return what the species senses; the same until `act`.
+        """Start the tick and return what the species senses; until `act`, further calls return the same.
 
         Returns
         -------
@@ -184,15 +184,15 @@ class External:
         Parameters
         ----------
         actions : array, shape (n, groups)
-            For each group the number of an option, or a number within the range of a continuous group.
+            For each group, the index of an option, or a number within the range of a continuous group.
         uid : array of uint64, shape (n,), optional
-            The organism of each row; default: the rows of `observe`.
+            uid of the organism in each row; default: the rows of `observe`.
 
         Raises
         ------
         ConfigError
-            Before anything changes, if an action is missing, given twice, impossible, or for an organism
-            that does not sense.
+            Before anything changes, if an action is missing, given twice, impossible, or given for an
+            organism that does not sense.
         """
         self._open()
         if not self._awaited.halves.begun:
@@ -209,7 +209,7 @@ class External:
         self._awaited.finish(self.world)
 
     def save(self, path: str | Path) -> str | Path:
-        """Write a checkpoint, as soon as the tick under way is over.
+        """Write a checkpoint as soon as the current tick is complete.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ class External:
         return path
 
     def close(self) -> None:
-        """Return the decisions to the species' own policy; not between `observe` and `act`.
+        """Return control to the species' own policy; not allowed between `observe` and `act`.
 
         Raises
         ------
@@ -234,7 +234,7 @@ class External:
             While a tick is under way.
         """
         if self._awaited.halves.begun:
-            raise RuntimeError(f'world.external("{self.species}"): a tick is under way; `act` first')
+            raise RuntimeError(f'world.external("{self.species}"): a tick is under way; call `act` first')
         if self._nerves.outside is self._pending:
             self._nerves.outside = self._before
         if self._mourn in self.world.on_death:
@@ -245,7 +245,8 @@ class External:
             raise RuntimeError(f'world.external("{self.species}"): this control is closed; open another')
 
     def _places(self, uids: np.ndarray, source: str) -> np.ndarray:
-        """Return the positions of uids u64[k] among those that sense. Raises ConfigError."""
+        """Return the positions of uids u64[k] among organisms that sense. Raises a ConfigError for invalid
+        uids."""
         mine = self._pending.uid
         order = np.argsort(mine)
         at = np.minimum(np.searchsorted(mine[order], uids), max(0, len(mine) - 1))
@@ -254,7 +255,7 @@ class External:
         problems: list[Problem] = []
         if not there.all():
             problems.append(
-                self._problem("not among those that sense: dead, or of another species", uids[~there], source)
+                self._problem("does not sense: dead, or of another species", uids[~there], source)
             )
         if len(np.unique(uids)) < len(uids):
             one, count = np.unique(uids, return_counts=True)
@@ -272,7 +273,7 @@ class External:
             f"{fault} ({len(uids)} such)",
             listed(map(str, uids.tolist())),
             f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
-            "`observe` named",
+            "`observe` returned",
             source=source,
         )
 
@@ -283,16 +284,16 @@ class Awaited:
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.halves = Halves("decide")
-        self.saves: list[Any] = []  # paths of checkpoints to write at the end of the tick under way
+        self.saves: list[Any] = []  # paths of checkpoints to write at the end of the current tick
 
     def require(self) -> None:
-        """Raise ConfigError if a tick would find no choices; a hook before each tick."""
+        """Raise a ConfigError if a tick would find no choices; a hook before each tick."""
         for name, nerves in self._waiting(self.world):
             if not (self.halves.beginning and isinstance(nerves.outside, Pending)):
                 nerves.outside.require(name)
 
     def begin(self, world: SpatialWorld) -> None:
-        """Run the tick up to where choices are needed; all waiting species record who senses."""
+        """Run the tick until choices are needed; all waiting species record which organisms sense."""
         if self.halves.begun:
             return
         self.halves.begin(world)
@@ -301,7 +302,7 @@ class Awaited:
                 nerves.outside.note(nerves, world.tables[name])
 
     def finish(self, world: SpatialWorld) -> None:
-        """Continue the tick if no species waits any more."""
+        """Continue the tick if no species is waiting anymore."""
         outside = [nerves.outside for _, nerves in self._waiting(world)]
         pending = [one for one in outside if isinstance(one, Pending)]
         if all(one.given is not None for one in pending):
@@ -321,8 +322,8 @@ class Awaited:
 
 
 def expect(world: SpatialWorld) -> Awaited:
-    """Return the world's record of species that wait for choices; from now on it refuses ticks without
-    them."""
+    """Return the world's record of species that wait for choices; from now on, the world refuses ticks
+    without choices."""
     if world.awaited is None:
         world.awaited = Awaited(world)
         world.before_tick.append(world.awaited.require)
@@ -331,7 +332,7 @@ def expect(world: SpatialWorld) -> Awaited:
 
 
 def _mourner(world: SpatialWorld, pending: Pending) -> Any:
-    """Return a hook that lets `pending` record the dead, without a reference to the world."""
+    """Return a hook through which `pending` records the dead, without a reference to the world."""
     of = weakref.proxy(world)
 
     def mourn(table: Table, rows: np.ndarray) -> None:
@@ -341,7 +342,7 @@ def _mourner(world: SpatialWorld, pending: Pending) -> Any:
 
 
 def _spread(answer: Answer, places: np.ndarray, n: int) -> Answer:
-    """Return an answer for n organisms, given for those at `places` i64[k]."""
+    """Return an answer for n organisms from an answer for the organisms at `places` i64[k]."""
     choice = np.zeros((n, answer.choice.shape[1]), np.int16)
     numbers, told = np.zeros((n, answer.numbers.shape[1]), np.float32), np.zeros(n, np.bool_)
     choice[places], numbers[places], told[places] = answer.choice, answer.numbers, True
@@ -358,15 +359,15 @@ def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nerves_of(world: Any, species: str) -> Nerves:
-    """Return the nervous system of a species that can be controlled. Raises ConfigError."""
+    """Return the nervous system of a species. Raises a ConfigError if it cannot be controlled."""
     nerves: Nerves | None = world.table(species).species.nerves
     fault = allowed = ""
     if nerves is None or not nerves.policy:
         fault, allowed = "the policy has nothing to choose here", 'policy.kind = "external"'
     elif nerves.learning:
-        fault, allowed = "its own policy learns from its own choices", f'learn={{"{species}": False}}'
+        fault, allowed = "its own policy is learning from its own choices", f'learn={{"{species}": False}}'
     elif nerves.outside is not None and not isinstance(nerves.outside, Nobody):
-        fault, allowed = "it is controlled already", "one control at a time; `close` ends it"
+        fault, allowed = "it is already controlled", "one control at a time; `close` ends it"
     elif world.bands.size > 1:
         fault, allowed = "the world runs in several processes", "one process"
     if fault or nerves is None:

@@ -1,5 +1,5 @@
-"""A formula as a list of steps that one kernel executes for all organisms: the same numbers, bit by bit,
-as numpy gives in `ecs_eco.config.formula`, without an array for each operation."""
+"""A formula as a list of steps that one kernel executes for all organisms. The results are bit-identical to
+numpy's in `ecs_eco.config.formula`, without an array for each operation."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit
 
-BLOCK = 256  # organisms that take a step at once
+BLOCK = 256  # organisms that take a step together
 NUMBER, READ, ADD, SUBTRACT, MULTIPLY, DIVIDE, LEAST, MOST = range(8)
 OPERATIONS: dict[type[ast.AST], int] = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE}
 FUNCTIONS = {"min": LEAST, "max": MOST}
-FEW = 8  # readings: numpy sums more of them in another order
+FEW = 8  # readings; numpy sums more of them in another order
 
 Step = tuple[int, float]
 
 
 class Steps(NamedTuple):
-    """Steps in the order of execution: each pushes a number on a stack, or replaces the top two by one."""
+    """Steps in the order of execution; each pushes a number onto a stack or replaces the top two with one."""
 
     operation: np.ndarray  # i64[steps]
     operand: np.ndarray  # f32[steps]: a number, or which channel is read
-    height: int  # of the stack at most
+    height: int  # maximum height of the stack
 
 
 AS_READ = Steps(np.array([READ], np.int64), np.zeros(1, np.float32), 1)
@@ -37,8 +37,8 @@ class _Unknown(Exception):
 
 
 def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None:
-    """Return the steps of a formula that `compile_formula` has accepted; None if a part of it has no step:
-    for example functions of the C library, whose bits a kernel would not reproduce."""
+    """Return the steps of a formula that `compile_formula` has accepted; None if a part of it has no step,
+    for example functions of the C library, which a kernel would not reproduce bit by bit."""
     try:
         steps = list(_steps(ast.parse(" ".join(text.split("\n")).strip(), mode="eval").body, readings))
     except (_Unknown, RecursionError):
@@ -85,7 +85,7 @@ def _folded(
 
 
 def _read(channels: tuple[int, ...]) -> Iterator[Step]:
-    """Read one channel, or the mean over several as `mean_of` computes it."""
+    """Read one channel, or the mean of several as in `mean_of`."""
     if len(channels) >= FEW:
         raise _Unknown
     if len(channels) > 1:
@@ -117,8 +117,8 @@ def take_steps(x, start, size, operation, operand, pile):
 
 @lone_njit
 def _combine(kind, number, first, second, size):
-    """Replace the top two numbers by the result of an operation, with numpy's rule for equals (0 and −0:
-    the second) and for NaN."""
+    """Replace the top two numbers with the result of an operation, following numpy's rules for equal numbers
+    (0 and −0: the second) and NaN."""
     for i in range(size):
         a, b = first[i], second[i]
         if kind == NUMBER:

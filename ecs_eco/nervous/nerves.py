@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 class Nerves:
     """Senses, actions and networks of one species, and this tick's observations of all its members.
 
-    `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows`
+    `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` is the same by uid, for observers of the world, and None while sensing is under way. Each network
-    is optional: without reflex y is 0, without policy z is 0, without happiness the reward is 0. The policy
-    is one `brain` for all, trained by `learner`, or one for each of the `individuals`, in the columns of
-    Policy and Experience. `ranges` are the limits of the continuous groups, each with a single action of its
-    own name.
+    `sensed` is the same by uid, for observers of the world, and empty while sensing is under way. Each
+    network is optional: without a reflex network y is 0, without a policy z is 0, and without a happiness
+    network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain for each of
+    the `individuals`, in the columns of Policy and Experience. `ranges` are the limits of the continuous
+    groups, each of which has a single action with the group's name.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Nerves:
         self.automatic = np.array(
             [a in automatic or f"{g}.{a}" in automatic for g, a in self.actions], np.bool_
         )
-        self.always = self.automatic.copy()  # on unless a reflex blocks it
+        self.always = self.automatic.copy()  # active unless a reflex blocks it
         self.always[self.ranges.columns] = True
         self.reflex: Network | None = None
         self.happiness: Network | None = None
@@ -80,9 +80,9 @@ class Nerves:
         self.brain: PolicyNetwork | None = None
         self.learner: TorchLearner | None = None
         self.individuals: Individuals | None = None
-        # whether there is a policy network; one without a brain draws every action with equal probability
+        # whether there is a policy; without a brain, it draws every action with equal probability
         self.policy = False
-        self.outside: Any = None  # `nervous.outside.Outside`, in the place of a network
+        self.outside: Any = None  # `nervous.outside.Outside`, which replaces a network
         self.learning = False
         self.heads()
         self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
@@ -90,13 +90,13 @@ class Nerves:
         self.sensed = NOTHING_SENSED
         self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
         self._x = np.zeros(0, np.float32)
-        self._rows = (self.readout(0), self._x)  # x, and the same by row
+        self._rows = (self.readout(0), self._x)  # x, and a copy that is contiguous by row
         self.thoughts: Thoughts | None = None  # of the last tick, for observers
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:
-        """Lay out the policy's choices: one per group that is not automatic, the continuous ones last; a
-        single action gets "not" as its alternative."""
+        """Lay out the policy's choices: one per group that is not automatic, continuous groups last; a single
+        action gets "not" as its alternative."""
         sizes, targets = [], []
         for group, (start, n) in self.columns.items():
             if self.automatic[start : start + n].all() or group in self.ranges.groups:
@@ -135,7 +135,8 @@ class Nerves:
         """Return which organisms execute an action, "graze" or "speed.run": bool[capacity], in the order of
         rows.
 
-        Of a group one action is executed: the first that is on, in declared order, or the default if none is.
+        One action per group is executed: the first active one in declared order, or the default if none is
+        active.
         """
         group = self.actions[column := self.column(action)][0]
         start, n = self.columns[group]
@@ -160,7 +161,7 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return the value of a name in a formula: a channel, or the mean over several: f32[n]."""
+        """Return the value of a name in a formula, a channel or the mean of several: f32[n]."""
         return mean_of(x, self.readings[name])
 
     # --- inference and learning, shared or individual --------------------------------------------------------
@@ -169,7 +170,7 @@ class Nerves:
         """Return the policy's logits f32[n, options] and values f32[n] for the current observations; zeros if
         there is no network.
 
-        Raises FloatingPointError with species, tick and organism if a number is not finite.
+        Raises a FloatingPointError that names species, tick and organism if a number is not finite.
         """
         if self.individuals is not None:
             thought = self._ask_each(table, world, self.rows, self.x_by_row)
@@ -196,7 +197,7 @@ class Nerves:
     def _ask_each(
         self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Run the networks of individuals of these rows on x, each with its own memory."""
+        """Run the individual networks of these rows on x, each with its own memory."""
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
@@ -211,7 +212,7 @@ class Nerves:
         return logits, values
 
     def keep(self, table: Table) -> None:
-        """Store the memories that follow from this tick."""
+        """Store the memories after this tick."""
         table[Memory].state[self.rows] = self._later
 
     def _complain(self, table: Table, world: SpatialWorld, thought: tuple[np.ndarray, np.ndarray]) -> None:
@@ -229,9 +230,10 @@ class Nerves:
             )
 
     def react(self, table: Table) -> np.ndarray | None:
-        """Return y of the reflex network for the current observations: i8[n, actions]; None if there is none.
+        """Return the reflex network's y for the current observations, i8[n, actions]; None without such a
+        network.
 
-        Afterwards `shift` is what it adds to continuous actions; their y is 0.
+        Afterwards, `shift` is what the network adds to continuous actions, whose y is 0.
         """
         if self.reflex is None:
             self.shift = None
@@ -246,7 +248,7 @@ class Nerves:
         return y
 
     def feel(self, table: Table) -> np.ndarray | None:
-        """Return the happiness of the current observations: f32[n]; None if there is no such network."""
+        """Return the happiness for the current observations, f32[n]; None without a happiness network."""
         return (
             None
             if self.happiness is None
@@ -279,26 +281,26 @@ class Nerves:
             self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory, numbers)
 
     def credit(self, table: Table, reward: np.ndarray) -> None:
-        """Give reward f32[n] to the last decisions of those that sense now."""
+        """Assign reward f32[n] to the last decisions of the organisms that sense now."""
         if self.individuals is not None:
             self.individuals.credit(table[Experience], self.rows, reward)
         elif self.learner is not None:
             self.learner.rollout.credit(self.rows, reward)
 
     def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Give reward f32[k] to the last decisions of the dying rows i64[k]; the experience of individual
+        """Assign reward f32[k] to the last decisions of the dying rows i64[k]; the experience of individual
         learners dies with them."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
     def leave(self, rows: np.ndarray) -> None:
         """Close the records of rows i64[k] that emigrate: shared learners leave their experience behind,
-        individual learners take it along."""
+        individual learners take it with them."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.leave(rows)
 
     def learn(self, table: Table, world: SpatialWorld) -> None:
-        """Update the shared brain if its rollout is full, or those of the individuals whose rollout is."""
+        """Update the shared brain if its rollout is full, or the brains of individuals whose rollouts are full."""
         try:
             self._learn(table, world)
         except FloatingPointError as error:
@@ -318,8 +320,8 @@ class Nerves:
                 self.reports.append({"tick": world.tick, **report})
 
     def _learn_alone(self, table: Table, world: SpatialWorld, due: np.ndarray) -> None:
-        """Train some of those that sense now, each on its own experience; due i64[k] are their positions
-        among them."""
+        """Train some of the organisms that sense now, each on its own experience; due i64[k] are their
+        positions among all that sense."""
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
@@ -343,7 +345,7 @@ class Nerves:
         )
         self.reports[:] = [
             {"tick": world.tick, **report}
-        ]  # keep only the last: some species learn in nearly every tick
+        ]  # only the latest report, because some species learn in nearly every tick
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         owner = getattr(network, "__self__", network)  # of a method
@@ -358,14 +360,13 @@ class Nerves:
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Return a `state()` in which organisms are given by uid, not by row; `rows` i64[n] are the living
-        in the order of uids."""
+        rows in uid order."""
         if self.learner is None:
             return self.state()
         return {f"learner.{k}": v for k, v in self.learner.by_uid(rows).items()}
 
     def reorder(self, order: np.ndarray) -> None:
-        """Follow the organisms to other rows: the organism of row `order[i]`, i64[capacity], is now in row
-        i."""
+        """Follow organisms to other rows: the organism from row `order[i]`, i64[capacity], is now in row i."""
         if self.learner is not None:
             self.learner.rollout.reorder(order)
         place = np.empty_like(order)
@@ -373,8 +374,8 @@ class Nerves:
         self.rows = place[self.rows]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return everything that a run changes: the weights and, if it learns, optimizer state and
-        rollout."""
+        """Return everything that a run changes: the weights and, if the species learns, the optimizer state
+        and the rollout."""
         out: dict[str, np.ndarray] = {}
         if self.brain is not None:
             out |= {f"brain.{k}": v for k, v in self.brain.state().items()}

@@ -1,4 +1,4 @@
-"""Reflex and happiness networks as a species declares them; organisms may have individual weights."""
+"""The reflex and happiness networks that a species declares; organisms may have individual weights."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
 
-One with a true attribute `individual` is called as network(x, table, rows):
-it reads weights of the rows i64[n].
+A network whose attribute `individual` is true is called as network(x, table, rows) and reads the weights of
+rows i64[n].
 """
 
 
 class ReflexNetwork:
-    """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1.
+    """y, the sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1.
 
-    For continuous actions the sum itself is added, and a connection counts as the action's whole range.
+    For continuous actions, the sum itself is added, and a connection counts as the action's whole range.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class ReflexNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the reaction to x f32[n, channels]; of `rows` i64[n] of a table if weights or thresholds
-        are individual."""
+        """Return the reaction to x f32[n, channels]; individual weights and thresholds come from `rows`
+        i64[n] of a table."""
         return np.sign(self.total(x, table, rows)).astype(np.int8)
 
     def total(self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None) -> np.ndarray:
@@ -105,13 +105,12 @@ class HappinessNetwork:
     def __call__(
         self, x: np.ndarray, table: Table | None = None, rows: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the happiness for x f32[n, channels]; of `rows` i64[n] of a table if weights are
-        individual."""
+        """Return the happiness for x f32[n, channels]; individual weights come from `rows` i64[n] of a table."""
         if self.function is not None:
             felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
         elif self.formula is not None:
             values, nerves = {}, self.nerves
-            for name in self.formula.names:  # most represent one channel
+            for name in self.formula.names:  # most names represent one channel
                 channels = nerves.readings[name]
                 values[name] = x[:, channels[0]] if len(channels) == 1 else mean_of(x, channels)
             felt = self.formula(values)
@@ -133,7 +132,7 @@ class HappinessNetwork:
 
 
 def last_reward(table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return the reward of dying f32[k]: the minimum happiness minus the last happiness of the dying rows
+    """Return the reward for dying f32[k]: the minimum happiness minus the last happiness of the dying rows
     i64[k]; 0 if there is no happiness network."""
     nerves = table.species.nerves
     if nerves.happiness is None:
@@ -144,7 +143,7 @@ def last_reward(table: Table, rows: np.ndarray) -> np.ndarray:
 
 
 def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
-    """Return one channel of x f32[n, channels], or the mean over several: f32[n]."""
+    """Return one channel of x f32[n, channels], or the mean of several: f32[n]."""
     if len(channels) == 1:
         return x[:, channels[0]]
     if len(channels) < 8:
@@ -161,16 +160,16 @@ def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
 def _asked(
     function: Any, word: str, x: np.ndarray, table: Table | None, rows: np.ndarray | None
 ) -> np.ndarray:
-    """Return the output of a function for x f32[n, channels]; of a network with heritable weights, with
-    each organism's own."""
-    x = np.ascontiguousarray(x)  # the order of sums in libraries depends on it
+    """Return the output of a function for x f32[n, channels]; a network with heritable weights uses each
+    organism's weights."""
+    x = np.ascontiguousarray(x)  # the order of sums in libraries depends on the layout
     if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
         return np.asarray(function(x))
     return np.asarray(function.each(x, own[rows]))
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the channels of several readings one after another, and where each begins: i64[…],
+    """Return the concatenated channels of several readings, and where each reading begins: i64[…],
     i64[readings + 1]."""
     flat = [channel for reading in rows for channel in reading]
     return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
@@ -178,7 +177,7 @@ def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
 
 @njit
 def read(x, i, channels, first, last):
-    """Return the mean of some channels of organism i, x f32[channels, n]."""
+    """Return the mean of some channels of organism i in x f32[channels, n]."""
     total = np.float32(0.0)
     for k in range(first, last):
         total += x[channels[k], i]

@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 
 class Answer(NamedTuple):
-    """External choices for those that sense in this tick."""
+    """External choices for the organisms that sense in this tick."""
 
     choice: np.ndarray  # i16[n, categorical groups]: options of each
     numbers: np.ndarray  # f32[n, continuous groups], in units of half the range
-    told: np.ndarray | None = None  # bool[n]: whose choices they are; None: of all
+    told: np.ndarray | None = None  # bool[n], the organisms with choices; None: all
 
 
 class Outside:
-    """A decision maker in the place of a species' network; `partial`: it decides for some, and the network
-    for the rest."""
+    """A decision maker that replaces a species' network; `partial` means that it decides for some organisms,
+    and the network for the rest."""
 
     partial = False
 
     def require(self, species: str) -> None:
-        """Raise ConfigError if there will be no choices in the coming tick."""
+        """Raise a ConfigError if there will be no choices in the coming tick."""
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
         """Return the choices of this tick."""
@@ -44,7 +44,7 @@ class Nobody(Outside):
     """An external policy before its control is opened."""
 
     def require(self, species: str) -> None:
-        """Raise ConfigError."""
+        """Raise a ConfigError."""
         raise ConfigError(
             [
                 Problem(
@@ -57,7 +57,7 @@ class Nobody(Outside):
         )
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
-        """Raise ConfigError."""
+        """Raise a ConfigError."""
         self.require(table.name)
         raise AssertionError
 
@@ -69,7 +69,7 @@ class Function(Outside):
         self.function, self.named = function, function_name(named)
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
-        """Call the function. Raises ConfigError for invalid choices."""
+        """Call the function. Raises a ConfigError for invalid choices."""
         uid = table.uid[nerves.rows]
         chosen = self.function(nerves.x, uid)
         return taken(nerves, table, nerves.rows, chosen, f"{self.named}, tick {world.tick}")
@@ -77,7 +77,7 @@ class Function(Outside):
 
 def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
     """Return the options of each group in which a policy chooses, in the order of its choices: continuous
-    ones last, without options. A single action can be left out."""
+    groups last, without options. A group with a single action also has the option of not acting."""
     names: dict[str, tuple[str, ...]] = {}
     for group, (start, n) in nerves.columns.items():
         if group in nerves.ranges.groups or nerves.automatic[start : start + n].all():
@@ -88,10 +88,11 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
 
 
 def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
-    """Return choices [k, groups] for rows i64[k] as they are executed.
+    """Return choices [k, groups] for rows i64[k] in the form in which they are executed.
 
-    A column for each group of `options_of`: the number of an option, or a number within the range of a
-    continuous group. Raises ConfigError that names the organism, the group, the value and what is expected.
+    `chosen` has a column for each group of `options_of`: the index of an option, or a number within the range
+    of a continuous group. Raises a ConfigError that names the organism, the group, the value and the expected
+    values.
     """
     values, names = np.asarray(chosen), options_of(nerves)
     shape, discrete = (len(rows), len(names)), len(nerves.offsets) - 1
@@ -123,7 +124,7 @@ def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, sou
 
 
 def _in_halves(nerves: Nerves, values: np.ndarray) -> np.ndarray:
-    """Return numbers f32[k, continuous groups] in units of half their species' range."""
+    """Return numbers f32[k, continuous groups] in units of half the species' range."""
     low, high = nerves.ranges.low, nerves.ranges.high
     half = np.where(high > low, (high - low) / 2, np.float32(1))
     numbers: np.ndarray = ((values - (low + high) / 2) / half).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Ranges of a species' continuous actions, and the execution of what was drawn."""
+"""Ranges of a species' continuous actions, and the execution of drawn numbers."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Ranges:
     """The limits of each continuous action, in the order of the columns of Motor.
 
-    Built from group: ((lowest, highest), column of its action in the decision, the number if no choice is
-    made, None for the one nearest to 0).
+    Built from group: ((lowest, highest), column of its action in the decision, number if no choice is made;
+    None: the number nearest to 0).
     """
 
     def __init__(self, ranges: Mapping[str, tuple[tuple[float, float], int, Any]]) -> None:
@@ -34,9 +34,9 @@ class Ranges:
         return len(self.groups)
 
     def of(self, table: Table, rows: np.ndarray) -> Ranges:
-        """Return these ranges or, if genes code for any of their numbers, those of rows i64[n]: low, high
-        and rest f32[n, k]. If a genome gives a lower limit above the upper one, the upper one is used for
-        both."""
+        """Return these ranges or, if genes code for any of their numbers, the ranges of rows i64[n]: low,
+        high and rest f32[n, k]. If a genome codes for a lower limit above the upper limit, the upper limit is
+        used for both."""
         keys = {
             f"actions.{group}.continuous.{end}": column[k]
             for k, group in enumerate(self.groups)
@@ -53,7 +53,7 @@ class Ranges:
         return own
 
     def command(self, numbers: np.ndarray | None, shift: np.ndarray | None) -> np.ndarray:
-        """Return the executed numbers, f32[n or 1, k]: numbers f32[n, k] of the policy in units of half
-        the range (None: no policy), shifted by the reflex f32[n, k], and clipped to the range."""
+        """Return the executed numbers f32[n or 1, k]: the policy's numbers f32[n, k] in units of half the
+        range (None: no policy), shifted by the reflex f32[n, k] and clipped to the range."""
         chosen = np.atleast_2d(self.rest) if numbers is None else in_units(numbers, self.low, self.high)
         return chosen if shift is None else np.clip(chosen + shift, self.low, self.high)

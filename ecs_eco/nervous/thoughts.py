@@ -29,9 +29,9 @@ class Thoughts(NamedTuple):
 class Minds(NamedTuple):
     """The nervous systems of k organisms in the last tick.
 
-    If a species has continuous actions, y, z and the decision are f32; for these actions, in their units,
-    they are what the reflex added, what the policy drew (the resting value without a policy), and what was
-    executed.
+    If a species has continuous actions, y, z and the decision are f32; for these actions they contain, in the
+    actions' units, what the reflex added, what the policy drew (the resting value without a policy), and what
+    was executed.
     """
 
     x: np.ndarray  # f32[k, channels], their observations
@@ -42,7 +42,7 @@ class Minds(NamedTuple):
 
 
 def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the living that sensed in the last tick, as rows i64[k] in the order of uids and positions
+    """Return the living organisms that sensed in the last tick, as rows i64[k] in uid order and positions
     i64[k] in `nerves.rows`.
 
     `who` u64[…] are the requested uids; None: all.
@@ -58,8 +58,8 @@ def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, n
 
 
 def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
-    """Return observations, network outputs and decisions of organisms of a table: rows and positions as
-    `thinkers` returns them."""
+    """Return the observations, network outputs and decisions of organisms in a table, given their rows and
+    positions from `thinkers`."""
     nerves = table.species.nerves
     thoughts = nerves.thoughts
     y = (
@@ -75,8 +75,8 @@ def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
 
 
 def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what the reflex added to continuous actions, what the policy chose and what was executed,
-    each f32[k, continuous groups]: rows and positions as `thinkers` returns them."""
+    """Return what the reflex added to continuous actions, what the policy chose and what was executed, each
+    f32[k, continuous groups], given rows and positions from `thinkers`."""
     nerves, thoughts = table.species.nerves, table.species.nerves.thoughts
     shape = len(at), len(nerves.ranges)
     shift = np.zeros(shape, np.float32) if thoughts.shift is None else thoughts.shift[at]
@@ -97,8 +97,8 @@ def with_numbers(
 
 
 def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k, options]
-    and choices [k, groups]."""
+    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] for logits [k, options] and
+    choices [k, groups]."""
     k, n = len(choice), len(nerves.actions)
     z = np.repeat(nerves.automatic[None].astype(np.uint8), k, axis=0)
     p = np.full((k, n), np.nan, np.float32)
@@ -114,6 +114,6 @@ def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple
 
 
 def softmax(logits: np.ndarray) -> np.ndarray:
-    """Return the probabilities f64[k, options] of logits f32[k, options]."""
+    """Return the probabilities f64[k, options] for logits f32[k, options]."""
     e = arrays.exp(logits.astype(np.float64) - logits.max(axis=1, keepdims=True))
     return e / e.sum(axis=1, keepdims=True)

@@ -1,7 +1,7 @@
 """Positions and surroundings: edges, neighbors, sight, fields, terrain, sun and water.
 
-Kernels of this package take views (named tuples of arrays), arrays and numbers. Their use by organisms
-belongs to `ecs_eco.nervous` and `ecs_eco.systems`.
+Kernels of this package take views (named tuples of arrays), arrays and numbers. Code that uses them for
+organisms belongs in `ecs_eco.nervous` and `ecs_eco.systems`.
 """
 
 from ecs_eco.space.field import Field

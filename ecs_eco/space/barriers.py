@@ -1,5 +1,4 @@
-"""Capsules and boxes that stop every solid body, however fast: solid shapes, other than spheres, that
-cannot move."""
+"""Barriers: immovable solid capsules and boxes, which stop every solid body, however fast it moves."""
 
 import math
 from typing import TYPE_CHECKING
@@ -17,13 +16,12 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-SHORT = 1e-4  # share of a displacement by which it ends before a barrier
+SHORT = 1e-4  # share of a displacement that is left in front of a barrier
 POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a point
 
 
 def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
-    """Return the solid capsules and boxes that cannot move, of all tables `but` one; None if there are
-    none."""
+    """Return the immovable solid capsules and boxes of all tables except `but`; None if there are none."""
     names = [
         n
         for n, t in world.tables.items()
@@ -41,10 +39,10 @@ def hold_back(
     world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray, z: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
     """Clip displacements f32[n, 3] [m] from places f32[n] at the edges of the space, and shorten those that
-    lead into a barrier, so that they end before it. Return the factors of shortening, f32[n].
+    lead into a barrier so that they end just before it. Return the shortening factors f32[n].
 
-    A body within a barrier may leave it but goes no deeper. Around a torus a displacement may be longer than
-    the torus, up to the sum of both sides.
+    A body inside a barrier can leave it but cannot go deeper. On a torus, a displacement may be longer than
+    the torus, up to the sum of its sides.
     """
     space, share = world.space, np.ones(x.size, np.float32)
     for axis, at in enumerate((x, y, z)):
@@ -58,8 +56,8 @@ def hold_back(
 def stop(
     world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
-    """Stop the living of a table, with displacements f32[n, 3] [m] from places f32[rows, 3] [m], before
-    barriers; return the factors of shortening, f32[n]."""
+    """Stop the living members of a table, displaced by f32[n, 3] [m] from places f32[rows, 3] [m], in front
+    of barriers; return the shortening factors f32[n]."""
     p, space, rows = table[Position], world.space, table.rows()
     x, y, z = before[rows].T.copy()
     share = hold_back(world, walls, x, y, z, way)
@@ -81,8 +79,8 @@ def shorten(
     way: np.ndarray,
     share: np.ndarray,
 ) -> None:
-    """Run `hold_back` for displacements first … last − 1, in parts of half a torus, for each of which it
-    checks the nearest images."""
+    """Run `hold_back` for displacements first … last − 1, in parts of at most half a torus, and check the
+    nearest images for each part."""
     (x, y, z), lengths, torus, n = places, space.lengths, space.torus, len(walls.form)
     near, seen = np.empty(n, np.int64), np.zeros(n + 1, np.int64)
     half = np.float64(min(lengths[0], lengths[1])) / 2 if torus else np.inf
@@ -110,8 +108,7 @@ def shorten(
 
 @njit
 def _free_part(px, py, pz, wx, wy, wz, walls, space, point, near, seen):
-    """Return the share of a displacement of at most half a torus at which a barrier begins, 1 if there is
-    none."""
+    """Return the share of a displacement (at most half a torus) at which a barrier begins; 1 if there is none."""
     images, free, form = 2 if space.torus else 1, 1.0, walls.form
     x, y, z = px + wx / 2, py + wy / 2, pz + wz / 2
     for q in range(around(x, y, z, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, walls, space, seen, near)):

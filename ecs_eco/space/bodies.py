@@ -35,7 +35,7 @@ def opaque_ground(world: "SpatialWorld") -> Ground:
 
 
 def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
-    """Return the heights of the bodies in these rows, where their eyes are: f32[n] [m]."""
+    """Return the heights f32[n] [m] of the bodies in these rows; their eyes are at the top."""
     if Shape not in table:
         return 2 * table[Body].radius[rows]
     _, _, height, rounding = extents(table)
@@ -43,7 +43,7 @@ def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
 
 
 def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the tables whose bodies block sight: of spheres, and of other shapes."""
+    """Return the names of the tables whose bodies block sight, first of spheres, then of other shapes."""
     spheres: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
     for name, table in world.tables.items():
@@ -82,7 +82,7 @@ def solids(world: "SpatialWorld", names: Sequence[str]) -> Solids:
 
 
 def form_of(table: "Table", rows: np.ndarray) -> np.ndarray:
-    """Return the forms f32[n, 9] of the bodies in these rows, as `ecs_eco.space.shapes` takes them."""
+    """Return the forms f32[n, 9] of the bodies in these rows, as defined in `ecs_eco.space.shapes`."""
     p, radius, form = table[Position], table[Body].radius[rows], np.zeros((rows.size, 9), np.float32)
     for i, column in enumerate((p.x, p.y, p.z)):
         form[:, i] = column[rows]
@@ -95,14 +95,14 @@ def form_of(table: "Table", rows: np.ndarray) -> np.ndarray:
 
 
 def bound(table: "Table") -> float:
-    """Return the radius of the smallest sphere around any body of a table [m]."""
+    """Return the radius [m] of the smallest sphere that can enclose any body of a table."""
     form = np.abs(form_of(table, table.rows()))
     return float((np.sqrt((form[:, 3:6] ** 2).sum(axis=1)) + form[:, 6]).max(initial=0.0))
 
 
 def extents(table: "Table") -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return length, width and height of the box within each body of a table that has Shape, and the
-    radius of its rounding: f64[capacity] [m]."""
+    """Return the length, width and height of the box within each body of a table with Shape, and the radius
+    of its rounding: f64[capacity] [m]."""
     s, radius = table[Shape], table[Body].radius.astype(np.float64)
     length, width, height = (2 * half * radius for half in (s.half_length, s.half_width, s.half_height))
     return length, width, height, s.rounding * radius

@@ -16,7 +16,7 @@ AMBIENT = ("temperature", "pressure", "light")
 
 
 def check_surroundings(world: Surroundings) -> None:
-    """Raise ValueError that names a field, ground or ambient value that kernels cannot use."""
+    """Raise a ValueError that names a field, ground or ambient value that kernels cannot use."""
     for name, field in world.fields.items():
         finite = FINITE if field.substance is None else CONCENTRATION
         _check_form(f"field {name!r}: source", field.source, field.shape[::-1], finite[0].dtype)
@@ -53,6 +53,6 @@ def _check_form(name: str, values: np.ndarray, shape: tuple[int, ...], dtype: np
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
         raise ValueError(
-            f"{name} is {given}; expected: {np.dtype(dtype)}{list(shape)} without gaps; "
-            "write into it: [...] = …"
+            f"{name} is {given}; expected: {np.dtype(dtype)}{list(shape)} without gaps; assign in place: "
+            "[...] = …"
         )

@@ -1,4 +1,4 @@
-"""Water on a relief: the hollows that it fills, and how much land drains into each cell."""
+"""Water on a relief: the hollows it fills, and how much land drains into each cell."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ecs_eco.compiled.jit import njit
 
 
 def drained(height: np.ndarray, sea: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the level f64[ny, nx] [m] to which water would rise everywhere before it ran off, and the number
-    of cells that drain through each cell, i64[ny, nx], itself included.
+    """Return the level f64[ny, nx] [m] to which water would rise in each cell before it ran off, and the
+    number of cells i64[ny, nx] that drain through each cell, including itself.
 
-    Water leaves over the rim and into the `sea`, bool[ny, nx]. Hollows are filled from the lowest outlet
-    (priority flood: Barnes, Lehman & Mulla 2014, algorithm 2); each cell drains to the neighbor, of eight,
-    from which it was reached.
+    Water leaves at the edge of the map and into the `sea`, bool[ny, nx]. Hollows are filled from the lowest
+    outlet (priority flood: Barnes, Lehman & Mulla 2014, algorithm 2); each cell drains to the one of its
+    eight neighbors from which it was reached.
     """
     level = height.astype(np.float64)
     into, order = np.full(height.size, -1, np.int64), np.empty(height.size, np.int64)
@@ -27,8 +27,9 @@ def drained(height: np.ndarray, sea: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 @njit
 def fill(level, sea, into, order):
-    """Raise `level` where water collects; write the cell into which each drains, −1 off the map, and the
-    cells from outlets upward. Of equally low cells the one with the lower number comes first."""
+    """Raise `level` where water collects; write the cell into which each cell drains (−1: off the map), and
+    all cells in order from the outlets upward. Among equally low cells, the one with the lower index comes
+    first."""
     ny, nx = level.shape
     known = np.zeros(level.size, np.bool_)
     queue = [(np.float64(0.0), np.int64(0)) for _ in range(0)]
@@ -56,7 +57,7 @@ def fill(level, sea, into, order):
 
 @njit
 def gather(into, order, area):
-    """Add the cells of each to the one into which it drains, from the highest down."""
+    """Add each cell's count to the cell into which it drains, from the highest cell down."""
     for k in range(order.size - 1, -1, -1):
         if into[order[k]] >= 0:
             area[into[order[k]]] += area[order[k]]

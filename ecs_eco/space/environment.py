@@ -1,4 +1,4 @@
-"""Surroundings of organisms: light, temperature, pressure, sun, water, and functions of place."""
+"""Surroundings of organisms: light, temperature, pressure, sun, water, and functions of position."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.terrain import Terrain
 
 Quantity = Callable[..., np.ndarray]
-"""f(world, x, y, z) of places f32[n] [m] returns a number for each place, or one for all."""
+"""f(world, x, y, z), with coordinates f32[n] [m], returns a number for each place or one for all."""
 
 
 class Environment(dict[str, Quantity]):
-    """Functions of place by quantity ("light", "temperature" [K], "pressure" [Pa]); each replaces a constant
-    in `ambient`.
+    """Functions of position by quantity ("light", "temperature" [K], "pressure" [Pa]); each replaces a
+    constant in `ambient`.
 
-    A sun, a water and a year provide their own functions; a function set by the user takes precedence.
+    The sun, the water and the year provide such functions; functions set by the user take precedence.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""A scalar field over the space: emitted, diffusing and decaying, as a smell or a dissolved substance."""
+"""A scalar field that is emitted, diffuses and decays, such as a smell or a dissolved substance."""
 
 import math
 from typing import Any
@@ -30,7 +30,7 @@ class Field:
     Attributes
     ----------
     value : array of float32, shape (nz, ny, nx)
-        Amount per cell; of a substance, float64 concentrations [mol/L].
+        Amount per cell; for a substance, concentrations [mol/L] as float64.
 
     Notes
     -----
@@ -67,7 +67,7 @@ class Field:
         )
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
-        """Add amounts to the cells of given places, with the next `pass_time`.
+        """Add amounts to the cells at given places in the next `pass_time`.
 
         Parameters
         ----------
@@ -78,8 +78,8 @@ class Field:
         _deposit(self.source, Places(x, y, z), amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
-        """Make it hold the concentrations of a substance [mol/L], in float64 so that nothing is lost:
-        initially `initial` f64[nz, ny, nx]; a plane is a layer of `depth` [m]."""
+        """Make the field hold concentrations [mol/L] of a substance, initially `initial` f64[nz, ny, nx], as
+        float64 so that nothing is lost. A plane counts as a layer with this `depth` [m]."""
         size = [*self.space.size[:2], depth] if len(self.space.size) == 2 else self.space.size
         self.litres = 1000 * math.prod(size) / math.prod(self.shape)
         self.substance, self.initial, self.renewal = substance, initial, renewal
@@ -87,7 +87,7 @@ class Field:
         self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
 
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Add amounts of the field's substance to the cells of given places, at once.
+        """Add amounts of the field's substance to the cells at given places immediately.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class Field:
         _deposit(self.value, Places(x, y, z), amount / self.litres, self.inverse)
 
     def held(self) -> float:
-        """Return the amount of the field's substance in it.
+        """Return how much of its substance the field contains.
 
         Returns
         -------
@@ -109,8 +109,8 @@ class Field:
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Advance the field by `dt` seconds: sources flow in evenly while it diffuses, decays and is renewed.
-        The arguments of `emit` may be given here.
+        """Advance the field by `dt` seconds: emissions flow in evenly while it diffuses, decays and is
+        renewed. You can pass the arguments of `emit` here.
 
         Diffusion takes as many explicit steps as stability requires. Amounts follow dc/dt = source − decay c
         + renewal (initial − c), solved exactly.
@@ -152,7 +152,7 @@ class Field:
         return steps, (a[0], a[1], a[2]), kind(left), kind(arrives)
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
-        """Write the field at given places, interpolated linearly between the centers of cells.
+        """Write the field at given places, interpolated linearly between cell centers.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ def _flow(
     torus: bool,
 ) -> None:
     """Add amounts to the source, scale source and field by their remaining shares, and diffuse the sum in
-    steps, back and forth between two arrays: after an odd number of steps the result is in `other`."""
+    steps that alternate between two arrays; after an odd number of steps, the result is in `other`."""
     _deposit(source, places, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):
@@ -219,7 +219,7 @@ def _diffuse(now, new, a, torus):
                 now[k, north],
                 new[k, j],
             )
-            for i in range(1, nx - 1):  # no branches: this compiles to vector code
+            for i in range(1, nx - 1):  # branch-free, so that it vectorizes
                 c = row[i]
                 flow = ax * (row[i - 1] + row[i + 1] - c - c) + ay * (front[i] + back[i] - c - c)
                 flow += az * (lower[i] + upper[i] - c - c)
@@ -235,7 +235,7 @@ def _diffuse(now, new, a, torus):
 
 @njit
 def at(value, x, y, z, inverse, torus):
-    """Return the field at one place, linear between the centers of cells."""
+    """Return the field at one place, interpolated linearly between cell centers."""
     nz, ny, nx = value.shape
     gx, gy, gz = (
         x * inverse[0] - np.float32(0.5),

@@ -1,10 +1,10 @@
-"""The gate for values from outside a tick: a value is finite and within its limits, is brought within them,
-or is refused by name.
+"""Checks of values from outside a tick: values must be finite and within their limits; others are brought
+within them or refused with an error that names them.
 
-Outside means everything that no system wrote within a tick: spawned organisms, values written to columns,
-handles, fields and ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is
-wrapped, and so is a heading; a place on a wall is moved to just before it. Within a tick nothing is checked:
-kernels stay within their arrays whatever the numbers, and the debug mode reports the system that wrote a bad
+They apply to everything that no system wrote within a tick: spawned organisms, values written to columns,
+handles, fields and ground between ticks, checkpoints, interventions. Places beyond the edge of a torus are
+wrapped, and so are headings; a place on a wall is moved just inside it. Within a tick nothing is checked:
+kernels stay within their arrays whatever the values, and debug mode reports the system that wrote a bad
 value.
 """
 
@@ -24,14 +24,14 @@ from ecs_eco.space.geometry import back_into
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-# lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
+# a place up to this many lengths of the world away is wrapped around a torus; float32 still resolves it
 FURTHEST = 1000
-TURN = np.float32(2 * np.pi)  # [rad] systems write values from 0 to this, both included
+TURN = np.float32(2 * np.pi)  # [rad] systems write values from 0 to this, inclusive
 
 
 class Limits(NamedTuple):
-    """The range of a field of a component in one table: low to high, both included; `length` is that of an
-    axis of the space [m], or of a full turn [rad]."""
+    """The range of a component's field in one table: low to high, inclusive; `length` is the length of an
+    axis of the space [m], or a full turn [rad]."""
 
     component: type[Any]
     field: str
@@ -42,7 +42,7 @@ class Limits(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Component.field, as in messages."""
+        """Component.field, as used in messages."""
         return f"{self.component.__name__}.{self.field}"
 
     @property
@@ -51,7 +51,7 @@ class Limits(NamedTuple):
         if self.length:
             unit, what = ("rad", "circle") if self.field == "heading" else ("m", "torus")
             back = (
-                f"; up to ±{FURTHEST * self.length:g} {unit} is wrapped around the {what}"
+                f"; values up to ±{FURTHEST * self.length:g} {unit} are wrapped around the {what}"
                 if self.around
                 else ""
             )
@@ -61,13 +61,13 @@ class Limits(NamedTuple):
         return f"{self.low:g} to {self.high:g}"
 
     def outside(self, values: np.ndarray) -> np.ndarray:
-        """Return which of values [k, …] are beyond the limits or not finite: bool[k]."""
+        """Return which values [k, …] are beyond the limits or not finite: bool[k]."""
         wrong = ~((values >= self.low) & (values <= self.high))
         return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
-        """Return places f32[k] [m] wrapped into the space and headings [rad] into the circle, if they are
-        outside and this is possible; others unchanged."""
+        """Return places f32[k] [m] or headings [rad], wrapped into the space or the circle if they are
+        outside and wrapping is possible."""
         if self.around:
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
@@ -78,8 +78,8 @@ class Limits(NamedTuple):
         )
 
     def refuse(self, label: str, values: np.ndarray) -> None:
-        """Raise ValueError if a value is outside; `label` names its owner, with {} for the row of the
-        first one."""
+        """Raise a ValueError if a value is outside; `label` names its owner, with {} for the row of the first
+        such value."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])
@@ -94,14 +94,14 @@ class Limits(NamedTuple):
 class Looked(NamedTuple):
     """The fields that the gate checks in every table of a world."""
 
-    key: list[Any]  # what it was derived from
+    key: list[Any]  # the values it was derived from
     tables: tuple["Table", ...]
     columns: list[scan.ColumnGroup]  # by type
-    limits: list[list[Limits | None]]  # of these columns; None: of the causes of death
+    limits: list[list[Limits | None]]  # limits of these columns; None: causes of death
 
 
 def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[Limits]:
-    """Return the limits of a table's fields; `heavy` includes those of heavy columns."""
+    """Return the limits of a table's fields; `heavy` includes heavy columns."""
     key = (*table.columns, *table.dims.values())
     known = table.limits.get(heavy)
     if known is None or known[0] != key:
@@ -110,7 +110,7 @@ def limits_of(world: Surroundings, table: "Table", heavy: bool = False) -> list[
 
 
 def _look(world: Surroundings, known: Looked | None) -> Looked:
-    """Return the fields to check: `known` as long as no table or column has been replaced."""
+    """Return the fields to check: `known`, unless a table or column has been replaced."""
     tables = tuple(world.tables.values())
     key = [Columns.replaced, len(world.causes), *tables, *[table.dims for table in tables]]
     if known is not None and known.key == key:
@@ -150,11 +150,11 @@ def _limits(world: Surroundings, table: "Table", heavy: bool) -> Iterator[Limits
 
 @lru_cache(256)
 def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, Any]]:
-    """Return the fields of a component that are checked, with types and limits as declared, None if there
-    are none: the same in every table."""
+    """Return the checked fields of a component with their types and declared limits (None: no limits); they
+    are the same in every table."""
     out = []
     for field, (kind, default) in component.fields.items():
-        # its default is not finite: any number is allowed
+        # if the default is not finite, any number is allowed
         if (kind.blocked and not heavy) or not np.isfinite(default).all():
             continue
         low, high = kind.limits or (None, None)
@@ -167,11 +167,11 @@ def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, An
 
 
 def admit(world: Surroundings, refuse: bool = True, known: Looked | None = None) -> Looked:
-    """Wrap or refuse the values that were written since the last tick: columns of the living, fields, ground,
+    """Wrap or refuse the values written since the last tick: columns of living organisms, fields, ground,
     ambient values, requested births.
 
-    Returns the checked fields, which saves time if you pass them to the next call. Raises ValueError that
-    names the organism, the field, the value and the limits, unless the debug mode will raise it.
+    Returns the checked fields; passing them to the next call saves time. Raises a ValueError that names the
+    organism, the field, the value and the limits, unless debug mode will raise it.
     """
     if refuse:
         check_surroundings(world)
@@ -195,7 +195,7 @@ def _refuse_cause(table: "Table", known: int) -> None:
     row = int(np.flatnonzero(table.cause > known)[0])
     raise ValueError(
         f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
-        f"expected: 0 to {known}, as world.cause(name) gives them"
+        f"expected: 0 to {known}, as returned by world.cause(name)"
     )
 
 
@@ -213,10 +213,10 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
 def newborn(
     world: Surroundings, table: "Table", values: Mapping[tuple[type, str], Any], label: str
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns of newborn with their places wrapped into the space. Raises ValueError for values
+    """Return the columns of newborns with their places wrapped into the space. Raises a ValueError for values
     beyond their limits.
 
-    `label` names the newborn in the message, with {} for the number of the first one.
+    `label` names the newborn in the message, with {} for the index of the first invalid one.
     """
     out = {}
     for limits in limits_of(world, table, heavy=True):
@@ -231,7 +231,7 @@ def newborn(
 
 
 def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
-    """Return the result of a user's function for n places as an array of n numbers. Raises ValueError for
+    """Return the result of a user's function for n places as an array of n numbers. Raises a ValueError for
     any other result."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 
-BLOCK = 128  # places whose cells are computed at once
+BLOCK = 128  # places whose cells are computed together
 
 
 class Extent(NamedTuple):
@@ -33,7 +33,7 @@ class Places(NamedTuple):
 
 
 class Space:
-    """A plane or a volume with edges that wrap around or stop; a volume has walls below and above.
+    """A plane or a volume whose edges wrap around or are walls; a volume always has walls below and above.
 
     Parameters
     ----------
@@ -41,12 +41,13 @@ class Space:
         Extent along each axis [m], two or three numbers.
     edges : {"torus", "walls"}
     cell : float, optional
-        Desired side of the cells of the neighbor index [m]; cells are a little larger, so that whole ones fit.
+        Desired side of the cells of the neighbor index [m]; cells may be slightly larger so that a whole
+        number fits.
 
     Raises
     ------
     ValueError
-        For another size, or other edges.
+        If the size or the edges are invalid.
 
     Examples
     --------
@@ -72,9 +73,9 @@ class Space:
         """Choose the side of the index cells [m]; there are at most 4 million cells."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        # a smaller cell would not grow, and no length would contain a whole number of them
+        # a smaller cell would not grow in the loop below, and the number of cells would overflow
         cell = max(cell, 1e-300)
-        # in floats: integers of numpy wrap around
+        # in floats, because numpy integers wrap around
         while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:
             cell *= 1.25
         self.cell = float(cell)
@@ -87,24 +88,24 @@ class Space:
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
         self.extent = Extent(*self.shape, self.inverse, self.lengths, self.torus, self.volume)
         side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest side of a cell
-        # how many cells a search radius [m] spans to each side: few radii are asked for, but often
+        # cells that a search radius [m] spans to each side; cached, because the same few radii recur
         self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
 
 
 def cells_within(side: float, most: int, radius: float) -> int:
-    """Return how many cells of a side [m], at most `most`, a radius [m] spans; 0 for NaN."""
+    """Return how many cells with this side [m], at most `most`, a radius [m] spans; 0 for NaN."""
     cells = radius / side
     return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
 
 @njit
 def wrapped(d, length):
-    """Return the shortest of the differences that are equal on a ring of this length."""
+    """Return the shortest difference equivalent to d on a ring of this length."""
     return d - length * np.float32(np.floor(d / length + np.float32(0.5)))
 
 
 def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
-    """Return coordinates brought back into the space: around a torus, or to the wall.
+    """Return coordinates wrapped around a torus, or clipped at the walls.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
 
 @njit
 def into(v, length, torus):
-    """Return a coordinate brought into [0, length): around a torus, or to the wall; 0 for NaN."""
+    """Return a coordinate wrapped into [0, length) on a torus, or clipped at the walls; 0 for NaN."""
     zero = np.float32(0.0)
     if torus:
         v = v - length * np.float32(np.floor(v / length))
@@ -143,8 +144,8 @@ def into(v, length, torus):
 
 @njit
 def cell_of(place, n):
-    """Return which of n cells contains a place, in units of cells: the nearest cell if it lies beyond
-    them, 0 for NaN."""
+    """Return which of n cells contains a place given in units of cells; the nearest cell if it lies outside,
+    0 for NaN."""
     zero, end = np.float32(0.0), np.float32(n)
     place = place if place > zero else zero
     place = place if place < end else end
@@ -153,8 +154,8 @@ def cell_of(place, n):
 
 @lone_njit
 def cells_at(first, size, places, shape, inverse, cell):
-    """Write the number of the cell of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as
-    `cell_of` computes it; `shape` is (nz, ny, nx). No branches, so that it compiles to vector code."""
+    """Write the cell index of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as in
+    `cell_of`; `shape` is (nz, ny, nx). Branch-free, so that it vectorizes."""
     (x, y, z), (nz, ny, nx) = places, shape
     ix, iy, iz = inverse[0], inverse[1], inverse[2]
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)
@@ -179,7 +180,7 @@ def floor_between(place, low, high):
 
 @njit
 def half_cells(way, inverse, lengths):
-    """Return the length of a path [m] in half cells of a map, at most that of both sides of the space."""
+    """Return the length of a path [m] in half cells of a map, at most the sum of both sides of the space."""
     each = max(inverse[0], inverse[1]) * np.float32(2.0)
     n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)
     n = n if n > np.float32(0.0) else np.float32(0.0)
@@ -187,6 +188,6 @@ def half_cells(way, inverse, lengths):
 
 
 def cells_of(v: np.ndarray, inverse: float, n: int) -> np.ndarray:
-    """Return which of n cells, `inverse` per meter, contains each coordinate f32[k] [m]: i64[k], as
-    `cell_of` does."""
+    """Return which of n cells, `inverse` per meter, contains each coordinate f32[k] [m], as in `cell_of`:
+    i64[k]."""
     return np.nan_to_num(v * inverse, nan=0.0, posinf=n, neginf=0.0).clip(0, n - 1).astype(np.int64)

@@ -1,5 +1,5 @@
-"""The neighbor index: the living of one table sorted by cell, and by uid within a cell; rebuilt in O(n),
-or updated if only births and deaths took place."""
+"""The neighbor index: the living members of one table sorted by cell and, within a cell, by uid; rebuilt in
+O(n), or updated if only births and deaths have occurred."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class Index:
     n : int
     rows : array of int64, shape (n,)
     x : array of float32, shape (n,)
-        Coordinates [m]; `y` and `z` have the others.
+        Coordinates [m]; `y` and `z` hold the other two.
     start : array of int64, shape (cells + 1,)
         Cell c contains the entries start[c] to start[c + 1].
 
     Notes
     -----
-    The order of entries follows from places and uids alone. It is the canonical order of all sums and ties, so
-    that results do not depend on the order of rows.
+    The order of entries depends only on places and uids. It is the canonical order for sums and ties, so
+    results do not depend on the order of rows.
     """
 
     def __init__(self, space: Space) -> None:
@@ -64,10 +64,10 @@ class Index:
         self._spare: Entries | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long, with places in
-        [0, size): places outside count as in the nearest cell."""
+        """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long. Places outside
+        [0, size) count as in the nearest cell."""
         if alive.size > self._cell.size:
-            self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # leaves space for newborn
+            self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # spare rows for newborns
         if self.start.size != self.space.n_cells + 1:
             self._allocate(self._cell.size)
         self.flat, self.top = sort_cells(
@@ -76,8 +76,8 @@ class Index:
         self._show()
 
     def renew(self, table: Table, places: Columns) -> bool:
-        """Remove the dead and insert the newborn since the last build, if nothing else has happened to the
-        table; return False, with nothing changed, if sorting everything is as fast."""
+        """Remove entities that have died and insert newborns since the last build, if nothing else has
+        happened to the table; return False without any change if sorting everything is as fast."""
         gone, their, born, uids = changes(table, self.version)
         k = gone.size + born.size
         if (
@@ -116,12 +116,12 @@ class Index:
 
 
 def changes(table: Table, version: int) -> list[np.ndarray]:
-    """Return rows i64[k] and uids u64[k] of the entities that left a table after a version, then of those
-    that came."""
+    """Return the rows i64[k] and uids u64[k] of entities that left a table after a version, then of entities
+    that joined it."""
     changed: list[np.ndarray] = []
     for noted in (table.gone, table.newborn):
         k = len(noted)
-        while k and noted[k - 1][0] > version:  # the latest are few
+        while k and noted[k - 1][0] > version:  # few changes are more recent
             k -= 1
         later = noted[k:]
         changed += (
@@ -141,7 +141,7 @@ def sort_cells(
     """Sort the living rows by cell (counting sort, x fastest), then by uid within a cell (insertion sort).
     Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
 
-    The dead are sorted, too, behind the last cell: a branch for each would take longer.
+    Dead rows are sorted too, after the last cell, because a branch for each row would take longer.
     """
     (x, y, z), (rows, sx, sy, sz, su, start) = places, into
     n_cells = space.nx * space.ny * space.nz
@@ -189,12 +189,12 @@ def put_in(
     before: Entries,
     after: Entries,
 ) -> bool:
-    """Copy the entries of an index, without the dead and with the newborn, into other arrays; return whether
-    the z of any newborn is not 0. Both have the same `start`.
+    """Copy the entries of an index into other arrays, without the dead and with newborns; return whether any
+    newborn's z is not 0. Both share the same `start`.
 
-    `gone` and `born` are rows, with uids. The uids of the newborn are in ascending order and larger than all
-    others: each comes last in its cell. Entities that were born and have died since are left out: `now` are
-    the uids of the rows.
+    `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
+    others, so each newborn comes last in its cell. Entities that were born and have died since are left out;
+    `now` contains the current uid of each row.
     """
     (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
     rows, sx, sy, sz, su, start = before
@@ -203,7 +203,7 @@ def put_in(
     touched, last, next_ = np.int32(-2), np.full(n_cells, -1, np.int32), np.empty(born.size, np.int32)
     for k in range(gone.size):
         of = cell[gone[k]] if gone[k] < cell.size else n_cells
-        if of < n_cells:  # otherwise no entity of this row was in the index
+        if of < n_cells:  # otherwise the index had no entity in this row
             for i in range(start[of], start[of + 1]):
                 if su[i] == their[k]:
                     su[i] = 0
@@ -220,7 +220,7 @@ def put_in(
     for c in range(n_cells):
         begin, end, k = np.uint64(start[c]), np.uint64(start[c + 1]), last[c]
         start[c] = to
-        for i in range(begin, end):  # no branches
+        for i in range(begin, end):  # branch-free
             rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
             to += np.uint64(su[i] != 0)
         while k >= 0:
@@ -234,7 +234,7 @@ def put_in(
 
 @njit
 def insert(i, cell, rows, su):
-    """Move entry i of a cell to its place by uid among those before it."""
+    """Move entry i of a cell to its position by uid among the entries before it."""
     u, row, j = su[i], rows[i], i
     while j > 0 and su[j - 1] > u and cell[rows[j - 1]] == cell[row]:
         su[j] = su[j - 1]
@@ -246,10 +246,9 @@ def insert(i, cell, rows, su):
 
 @lone_njit
 def find_cells(alive, x, y, z, space, cell):
-    """Write the cell of each living row, as `cell_of` computes it, and the number of cells for the dead:
-    i32[rows].
+    """Write the cell i32[rows] of each living row, as in `cell_of`; dead rows get the number of cells.
 
-    No branches, so that it compiles to vector code.
+    Branch-free, so that it vectorizes.
     """
     nx, ny, nz, inverse = np.int32(space.nx), np.int32(space.ny), np.int32(space.nz), space.inverse
     zero, one = np.float32(0.0), np.int32(1)

@@ -13,8 +13,8 @@ Value = Callable[[Any], float]
 
 
 class LandMaps:
-    """Factors of each cell, f32[ny, nx], or None if all are 1: growth, pace and cost of the land classes;
-    `shelter`, shares, or None if all are 0. `wet` bool[ny, nx]: streams. `sha256` identifies the land."""
+    """Maps f32[ny, nx] of the land classes' factors of growth, pace and cost (None: all are 1), and of their
+    share of `shelter` (None: all are 0). `wet` bool[ny, nx] marks streams; `sha256` identifies the land."""
 
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:
         self.kinds, self.sha256 = land.kinds, land.sha256
@@ -33,7 +33,7 @@ def _map(kinds: np.ndarray, classes: Sequence[Any], value: Value, usual: float) 
 
 
 def at_places(factors: np.ndarray, terrain: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the values of a map f32[ny, nx] of a terrain at places f32[n] [m]: f32[n]."""
+    """Return the values f32[n] of a terrain's map f32[ny, nx] at places f32[n] [m]."""
     out: np.ndarray = factors[
         cells_of(y, terrain.inverse[1], terrain.shape[0]), cells_of(x, terrain.inverse[0], terrain.shape[1])
     ]

@@ -1,8 +1,8 @@
-"""The nearest neighbors of all entries of one index among those of another: 16 seekers in cell order at a
-time.
+"""Nearest neighbors of all entries of one index in another, for 16 seekers in cell order at a time.
 
-The lanes of a block are neighbors in a row of cells, so they share their candidates; their positions, least
-distances and nearest entries stay in vector registers. About 18 ns per seeker with four targets in reach.
+The lanes of a block are neighbors in a row of cells, so they share candidates; their positions, smallest
+distances and nearest entries stay in vector registers. A search takes about 18 ns per seeker with four
+targets in reach.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ class Search(NamedTuple):
 
     reach: int  # cells to each side
     radius2: np.float32  # [m^2]
-    same: bool  # whether seekers are targets, too
+    same: bool  # whether seekers are also targets
     flat: bool  # whether z is 0 everywhere
 
 
@@ -42,11 +42,11 @@ def nearest(
     kernel: Callable[..., None] | None = None,
     more: tuple[Any, ...] = (),
 ) -> None:
-    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if there is none,
-    and its distance squared.
+    """Write the entry of each seeker's nearest target closer than `radius` [m] (−1: none), and its squared
+    distance.
 
-    `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 if there
-    is none. A seeker is not its own target if both indexes are the same. `split(kernel, n, *arguments)` runs
+    `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 without
+    a target. A seeker is not its own target if both indexes are the same. `split(kernel, n, *arguments)` runs
     a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by `more`.
     """
     space = seekers.space
@@ -67,7 +67,8 @@ def search_of(seekers: Index, targets: Index, radius: float) -> Search:
 
 @njit
 def _compare(a, b, i0, search, targets, shift_x, shift_y, block):
-    """Offer the targets a … b − 1 to all lanes of a block whose first seeker is i0; flat: all z are 0."""
+    """Compare the targets a … b − 1 with all lanes of a block whose first seeker is i0; `flat` means that all
+    z are 0."""
     if a >= b:
         return
     tx, ty, tz, same, flat = targets.x, targets.y, targets.z, search.same, search.flat
@@ -93,7 +94,7 @@ def _compare(a, b, i0, search, targets, shift_x, shift_y, block):
 
 @njit
 def _compare_wrapped(a, b, i0, search, targets, shift_x, shift_y, space, block):
-    """Do the same as `_compare` for a block that spans the torus: every difference is wrapped by itself."""
+    """Like `_compare`, but for a block that spans the torus: every difference is wrapped separately."""
     if a >= b:
         return
     tx, ty, tz, same, flat = targets.x, targets.y, targets.z, search.same, search.flat
@@ -118,8 +119,7 @@ def _compare_wrapped(a, b, i0, search, targets, shift_x, shift_y, space, block):
 
 @njit
 def _fill(block, mine, i0, m, radius2):
-    """Copy the places of the m seekers from i0 on into a block, and those of the last one into the
-    remaining lanes."""
+    """Copy the places of m seekers from i0 on into a block, and repeat the last one in the remaining lanes."""
     store(block, 3 * LANES, spread(radius2))
     store(block, 4 * LANES, spread(np.float32(-1)))
     if m == LANES:
@@ -145,8 +145,8 @@ def seek(
         found.entry,
         found.distance2,
     )
-    # x, y, z, least distance, its target, and an infinity among zeros: one array, so that
-    # no check for overlap is compiled in
+    # x, y, z, smallest distance, its target, and an infinity among zeros: one array, so that the compiler
+    # adds no check for overlap
     block = np.zeros(7 * LANES, np.float32)
     block[6 * LANES - 1] = np.inf
     Lx, Ly = lengths[0], lengths[1]
@@ -177,7 +177,7 @@ def seek(
                         shift_y = -Ly if tr < 0 else Ly
                         tr += ny if tr < 0 else -ny
                     base = (tl * ny + tr) * nx
-                    for part in range(3):  # left of the seam, within, right of it
+                    for part in range(3):  # left of the map, on it, right of it
                         shift_x = np.float32(0.0)
                         if whole:
                             if part != 1:

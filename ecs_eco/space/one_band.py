@@ -1,7 +1,7 @@
-"""The bands of a world divided among processes, as systems see them: this class is for a single process.
+"""The bands of a world divided among processes, as systems see them; this class is for a single process.
 
 A system declares which part of its work may be divided, and which arrays hold the results; `ecs_eco.bands`
-divides it among processes. Every process does the rest of the work itself.
+divides that part among processes. Every process does the rest of the work itself.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ _everything = nullcontext()
 class OneBand:
     """A single process, whose band is the whole map.
 
-    `size` is the number of processes that hold this world, and `rank` the number of this one. `divided` means
-    that each holds only a part: its own organisms, and copies of those just beyond its edges, ghosts, whose
-    own processes decide their fate.
+    `size` is the number of processes that hold this world, and `rank` is the index of this process. `divided`
+    means that each process holds only a part of the world: its own organisms and ghosts, which are copies of
+    organisms just beyond its edges. The process that owns an organism decides its fate.
     """
 
     size, rank = 1, 0
     divided = False
-    inherited: Callable[..., Any] | None = None  # what newborn inherit from parents in other processes
+    inherited: Callable[..., Any] | None = None  # what newborns inherit from parents in other processes
 
     def stops(self) -> bool:
-        """Return whether a world that is asked to stop may do so by itself; otherwise all stop at the same
-        tick."""
+        """Return whether a process that is asked to stop may stop alone; otherwise all processes stop at the
+        same tick."""
         return True
 
     def part(self, n: int) -> tuple[int, int]:
@@ -43,15 +43,15 @@ class OneBand:
         return 0, n
 
     def whole(self, n: int, *arrays: np.ndarray) -> None:
-        """Complete arrays [n, …] of which each process has written the rows of its `part(n)`."""
+        """Complete arrays [n, …] in which each process has written the rows of its `part(n)`."""
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return an array [n, …] of which each process has the rows of its `part(n)`."""
+        """Return the whole array [n, …] of which each process has the rows of its `part(n)`."""
         return part
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within this context, `World.split` over the entries of an index, or over its rows of cells, runs
-        for this process's band only; afterwards complete the `outputs` [index.n, …]."""
+        for this process's band only; at the end, the `outputs` [index.n, …] are completed."""
         return _everything
 
     def mine(self, names: Iterable[str]) -> list[str]:
@@ -69,11 +69,11 @@ class OneBand:
         return self
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
-        """Do the same as `over` for outputs that ghosts do not need: their rows are undefined."""
+        """Like `over`, but for outputs that ghosts do not need; the rows of ghosts are undefined."""
         return self.over(index, *outputs)
 
     def entries(self, index: Index) -> slice:
-        """Return which entries of an index are not ghosts: they are contiguous."""
+        """Return the entries of an index that are not ghosts; they are contiguous."""
         return slice(0, index.n)
 
     def living(self, table: Table) -> np.ndarray:
@@ -81,15 +81,15 @@ class OneBand:
         return table.alive
 
     def count(self, table: Table) -> int:
-        """Return the number of the living of a table, in all processes."""
+        """Return the number of living members of a table in all processes."""
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] concatenated over all processes: in canonical order, if each part is."""
+        """Return arrays [n, …] concatenated over all processes, in canonical order if each part is."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:
-        """Return the litters of all processes in the order of their parents' uids."""
+        """Return the litters of all processes, ordered by their parents' uids."""
         return litters
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
@@ -101,22 +101,22 @@ class OneBand:
         return flags
 
     def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
-        """Return the occupant of each site i64[ny, nx], −1 for none: the rows of plants, or their uids if
-        no process has all rows."""
+        """Return the plant on each site i64[ny, nx] (−1: none), given by its row, or by its uid if no process
+        has all rows."""
         return stands
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Record what individuals have learned in this tick, an entry each; return it."""
+        """Record what individuals have learned in this tick, with one entry per individual; return it."""
         return arrays
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world, in the one process that displays it or writes it to a file; None
-        elsewhere."""
+        """Return the whole world in the one process that displays it or writes it to a file; None in the
+        others."""
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return the result of a function of the whole of a divided world, in all processes."""
+        """Return in all processes the result of a function of the whole divided world."""
         raise NotImplementedError
 
     def collect(self, recorder: object) -> None:
-        """Bring the records of all processes since the last call to the one that writes them."""
+        """Send the records of all processes since the last call to the process that writes them."""

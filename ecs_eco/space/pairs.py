@@ -1,7 +1,7 @@
-"""All pairs of a place and a body that are closer than a radius, from the neighbor index.
+"""All pairs of a place and a body that are closer than a radius, found with the neighbor index.
 
-Two passes over the cells in reach, one that counts and one that writes, let threads share the places, and the
-order of the result depends only on places and the index.
+Two passes over the cells in reach, one that counts and one that writes, let threads divide the places among
+them. The order of the result depends only on the places and the index.
 """
 
 from collections.abc import Callable
@@ -21,16 +21,16 @@ class Pairs(NamedTuple):
     Attributes
     ----------
     rows : array of int64, shape (k,)
-        Rows of the first table, or numbers of places.
+        Rows of the first table, or indices of places.
     others : array of int64, shape (k,)
         Rows of the other table.
     distance : array of float32, shape (k,)
-        From center to center, the shorter way around on a torus [m].
+        Distance [m] between centers, the shorter way around on a torus.
     """
 
-    rows: np.ndarray  # i64, rows of the first table, or numbers of the places
+    rows: np.ndarray  # i64, rows of the first table, or indices of places
     others: np.ndarray  # i64, rows of the other table
-    distance: np.ndarray  # f32 [m], from center to center, the shorter way around a torus
+    distance: np.ndarray  # f32 [m], between centers, the shorter way around on a torus
 
 
 def pairs(
@@ -43,10 +43,9 @@ def pairs(
 ) -> Pairs:
     """Return every pair of a place and a target closer to it than its radius.
 
-    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] are their labels in the result, `radius`
-    f32[n] [m]. Pairs come in the order of the places, and for each of them in that of the index. If places
-    belong to the targets' own index (`same`), no entity is paired with itself. `split(kernel, n, *arguments)`
-    runs a kernel over 0…n in parts.
+    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] label them in the result, and `radius` is
+    f32[n] [m]. Pairs are ordered by place, then by index entry. If places belong to the targets' own index
+    (`same`), no entity is paired with itself. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space, n = targets.space, len(rows)
     start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
@@ -64,13 +63,13 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
     """Return places [n, axes] [m] as x, y, z f32[n] within the space: wrapped around a torus, unchanged
     between walls.
 
-    Raises ValueError for a wrong shape, for numbers that are not finite, and for places beyond the walls.
+    Raises a ValueError for a wrong shape, numbers that are not finite, and places beyond the walls.
     """
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
         raise ValueError(
-            f"places: an array of the shape {array.shape}; expected (n, {axes}): "
-            f"{', '.join('xyz'[:axes])} of each [m]"
+            f"places: an array of shape {array.shape}; expected (n, {axes}): "
+            f"{', '.join('xyz'[:axes])} of each place [m]"
         )
     if (wrong := np.argwhere(~np.isfinite(array))).size:
         place, axis = wrong[0]
@@ -92,13 +91,13 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
 def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
 
-    An array has one for each of them or, if they are the `rows` i64[n] of a table, one for each of its rows.
-    Raises ValueError for other lengths, and for negative numbers or NaN.
+    An array contains one radius per seeker or, if seekers are the `rows` i64[n] of a table, one per row of
+    the table. Raises a ValueError for other lengths, negative numbers and NaN.
     """
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
         allowed = f"({n},), one for each place" if rows is None else f"({least},) or more, one for each row"
-        raise ValueError(f"radius: an array of the shape {array.shape}; expected a number, or {allowed}")
+        raise ValueError(f"radius: an array of shape {array.shape}; expected a number, or {allowed}")
     if array.ndim == 1 and rows is not None:
         array = array[rows]
     if not (array >= 0).all():
@@ -115,9 +114,9 @@ def _run(split: Callable[..., None] | None, n: int, *arguments: object) -> None:
 
 @njit
 def _cells(place, reach, length, inverse, n, torus):
-    """Return the first and the last cell of a search along one axis; around a torus the first may be below
-    0 and the last beyond n, and no cell comes twice."""
-    wider = reach + np.float32(1e-5) * length  # than rounding
+    """Return the first and last cell of a search along one axis; on a torus, the first may be below 0 and the
+    last beyond n, but no cell occurs twice."""
+    wider = reach + np.float32(1e-5) * length  # by more than rounding
     low, high = (place - wider) * inverse, (place + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)
@@ -127,7 +126,7 @@ def _cells(place, reach, length, inverse, n, torus):
 
 @njit
 def _shorter(d, length):
-    """Return a difference of two places on a ring, or that of the other way around if it is shorter."""
+    """Return the difference of two places on a ring, the shorter way around."""
     half = np.float32(0.5) * length
     d = d - length if d > half else d
     return d + length if d < -half else d
@@ -137,7 +136,7 @@ def _shorter(d, length):
 def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
     """Return how many of the targets begin … end − 1, except `own`, are near a place."""
     n, tx, ty, tz = np.int64(0), targets.x, targets.y, targets.z
-    for t in range(begin, end):  # no branches: this compiles to vector code
+    for t in range(begin, end):  # branch-free, so that it vectorizes
         dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
         if seam:
             dx, dy = _shorter(dx, lengths[0]), _shorter(dy, lengths[1])
@@ -147,11 +146,11 @@ def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
 
 @njit
 def _write(begin, end, own, x, y, z, radius2, targets, seam, lengths, n, stop, entry, distance2):
-    """Write the targets that `_count` counts, from n on, until all are found at `stop`; return the position
-    after them.
+    """Write the targets that `_count` counts from position n on, until all are found at `stop`; return the
+    position after the last one.
 
-    Every target is written, and overwritten by the next one if it was not near: that costs less than a
-    branch.
+    Every target is written, and overwritten by the next one if it was not near, because that costs less than
+    a branch.
     """
     tx, ty, tz = targets.x, targets.y, targets.z
     for t in range(begin, end):
@@ -179,8 +178,8 @@ def pair(
     entry: np.ndarray,
     distance2: np.ndarray,
 ) -> None:
-    """Count the targets near the places first … last − 1 into start[place + 1]; or, if `distance2` is not
-    empty, write them from start[place] on."""
+    """Count the targets near places first … last − 1 in start[place + 1] or, if `distance2` is not empty,
+    write them from start[place] on."""
     (px, py, pz), (nx, ny, nz, inverse, lengths, torus, _) = places, space
     counts, tstart = distance2.size == 0, targets.start
     for i in range(first, last):
@@ -193,7 +192,7 @@ def pair(
         for k in range(z0, z1 + 1):
             for j in range(y0, y1 + 1):
                 base = (k * ny + (j + ny) % ny) * nx
-                for part in range(-1, 2):  # left of the edge, within, right of it
+                for part in range(-1, 2):  # left of the map, on it, right of it
                     a, b = max(x0, part * nx) - part * nx, min(x1, part * nx + nx - 1) - part * nx
                     if a > b:
                         continue

@@ -10,11 +10,12 @@ import numpy as np
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.space.geometry import Space
 
-CORNERS = 64  # of the border of a circle
+CORNERS = 64  # corners of a circle's border
 
 
 class Region:
-    """A circle [x, y, radius], around a torus, or a rectangle [x0, y0, x1, y1] on the ground [m]."""
+    """A circle [x, y, radius], which may wrap around a torus, or a rectangle [x0, y0, x1, y1] on the ground
+    [m]."""
 
     def __init__(self, space: Space | None, numbers: Sequence[float]) -> None:
         self.space: Any = space  # None if only the border is needed
@@ -31,8 +32,8 @@ class Region:
         return arrays.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places in the region that pairs of numbers in [0, 1) select, all equally likely:
-        f32[n, 2]."""
+        """Return the places f32[n, 2] in the region that pairs of numbers in [0, 1) select; all places are
+        equally likely."""
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v
@@ -45,7 +46,7 @@ class Region:
         return np.minimum(place.astype(np.float32), np.nextafter(self.space.lengths[:2], np.float32(0)))
 
     def border(self) -> np.ndarray:
-        """Return the corners of its border, with the first one repeated at the end: f64[k, 2]."""
+        """Return the corners of the border, with the first one repeated at the end: f64[k, 2]."""
         if not self.round:
             x0, y0, x1, y1 = self.numbers
             return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])

@@ -1,7 +1,7 @@
-"""Check the columns of all tables in one call per type: a world that runs tick by tick pays for it in every
-tick.
+"""Check the columns of all tables with one call per type, because a world may pay for it in every tick.
 
-This kernel takes their addresses, which are valid until a column is replaced: see `engine.addresses`.
+The kernel takes the addresses of the columns, which are valid until a column is replaced; see
+`engine.addresses`.
 """
 
 from typing import Any, NamedTuple
@@ -14,18 +14,18 @@ from ecs_eco.engine.table import Table
 
 
 class ColumnGroup(NamedTuple):
-    """Columns of one type, of any tables, with the limits of their values: arrays [k]."""
+    """Columns of one type from any tables, with the limits of their values: arrays [k]."""
 
-    arrays: tuple[np.ndarray, ...]  # flat; they keep the addresses alive
+    arrays: tuple[np.ndarray, ...]  # flat; kept because only their addresses are used
     addresses: np.ndarray  # u64
-    table: np.ndarray  # i64, the number of each column's table
+    table: np.ndarray  # i64, index of each column's table
     each: np.ndarray  # i64, values per organism
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
     def of(cls, entries: list[tuple[int, np.ndarray, Any, Any]]) -> "ColumnGroup":
-        """Return the group of (number of the table, column, low, high), columns of one type."""
+        """Return the group of columns of one type, given as (index of the table, column, low, high)."""
         table, arrays, low, high = zip(*entries, strict=True)
         return cls(
             tuple(array.reshape(-1) for array in arrays),
@@ -37,8 +37,8 @@ class ColumnGroup(NamedTuple):
         )
 
     def first_outside(self, start: int, rows: np.ndarray) -> int:
-        """Return the number of the first column, from `start` on, with a value outside low … high or NaN,
-        -1 if there is none; `rows` i64 is the number of rows of each table, those of the dead included."""
+        """Return the index of the first column from `start` on with a value outside low … high or NaN, -1 if
+        there is none; `rows` i64 is the number of rows of each table, including dead rows."""
         outside: int = _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
         return outside
 
@@ -53,7 +53,7 @@ def _first_outside(addresses, table, each, low, high, start, rows):
     for k in range(start, addresses.size):
         n = each[k] * rows[table[k]]
         column, least, most, outside = column_at(addresses[k], low, n), low[k], high[k], False
-        for i in range(n):  # no branches: this compiles to vector code
+        for i in range(n):  # branch-free, so that it vectorizes
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:
             return k

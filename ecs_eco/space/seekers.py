@@ -1,5 +1,5 @@
-"""The living of a table that look for neighbors: their positions, and the nearest member of another table
-to each."""
+"""The living members of a table that look for neighbors: their positions, and each one's nearest member of
+another table."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Seekers:
     """The living members of a table in an order that does not depend on rows.
 
-    Sensors receive one, and systems make one in `update`. Never hold one across ticks.
+    Sensors receive a `Seekers`, and systems create one in `update`. Never keep it across ticks.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class Seekers:
     n : int
     rows : array of int64, shape (n,)
     index : Index
-        With uids and places.
+        Neighbor index, with uids and places.
     heading : array of float32, shape (n,)
-        [rad], counter-clockwise from the x axis; `cos` and `sin` have its cosine and sine.
+        [rad], counterclockwise from the x axis; `cos` and `sin` are its cosine and sine.
     radius : array of float32, shape (n,)
         [m]
     poses : Poses
@@ -64,7 +64,7 @@ class Seekers:
         mine = self.index
         self.poses = Poses(mine.x, mine.y, mine.z, mine.uid, self.cos, self.sin)
         self.half: tuple[np.ndarray, ...] | None = None
-        """Half of the length, width and height of each body, f32[n] [m]; None if all are spheres."""
+        """Half the length, width and height of each body, f32[n] [m]; None if all are spheres."""
         if Shape in table:
             *sides, rounding = (side[self.rows] for side in extents(table))
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
@@ -86,9 +86,9 @@ class Seekers:
         Returns
         -------
         rows : array of int64, shape (n,)
-            Rows of the other table; −1 where none is in reach.
+            Rows of the other table; −1 if none is in reach.
         distances : array of float32, shape (n,)
-            [m]; infinite where none is in reach.
+            [m]; infinite if none is in reach.
 
         Raises
         ------

@@ -2,10 +2,10 @@
 
 A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
 of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a
-rounding, a capsule length and rounding, a box no rounding. Two upright boxes, rotated about the vertical, are
-each the product of a rectangle and an interval: the square of their distance is that of the rectangles plus
-that of the intervals. Methods after Ericson, Real-Time Collision Detection (2005), sections 4.4, 4.5, 5.1 to
-5.3 and 5.5. Internal numbers are float64.
+rounding, a capsule has a length and a rounding, and a box has no rounding. Two upright boxes, rotated about
+the vertical, are each the product of a rectangle and an interval: their squared distance is the sum of the
+squared distances between the rectangles and between the intervals. Methods follow Ericson, Real-Time
+Collision Detection (2005), sections 4.4, 4.5, 5.1 to 5.3 and 5.5. Calculations use float64.
 """
 
 import math
@@ -19,7 +19,7 @@ from ecs_eco.compiled.jit import njit
 Size: TypeAlias = float | np.ndarray
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
 CONCENTRIC = 1e-9  # [m] a distance without a direction
-TURNED = 2e-7  # relative error of a corner, since cosine and sine are float32
+TURNED = 2e-7  # relative error of a corner, because cosine and sine are float32
 
 
 def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
@@ -35,7 +35,7 @@ def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
 
 
 def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the surface [m^2] of such a body."""
+    """Return the surface area [m^2] of a box enlarged in the same way as in `volume`."""
     flat = length * width + width * height + height * length
     return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)
 
@@ -61,7 +61,7 @@ def bounds(form, i):
 
 @njit
 def _corner(form, i, k):
-    """Return corner k of the rectangle within a body, from its center."""
+    """Return corner k of the rectangle within a body, relative to its center."""
     a = np.float64(form[i, LENGTH]) if k & 1 else -np.float64(form[i, LENGTH])
     b = np.float64(form[i, WIDTH]) if k & 2 else -np.float64(form[i, WIDTH])
     c, s = np.float64(form[i, COS]), np.float64(form[i, SIN])
@@ -70,7 +70,7 @@ def _corner(form, i, k):
 
 @njit
 def nearest_on(form, e, dx, dy):
-    """Return the point of the rectangle within body e nearest to (dx, dy), both from its center."""
+    """Return the point of the rectangle within body e nearest to (dx, dy), both relative to its center."""
     c, s = np.float64(form[e, COS]), np.float64(form[e, SIN])
     a, b = np.float64(form[e, LENGTH]), np.float64(form[e, WIDTH])
     u, v = min(max(dx * c + dy * s, -a), a), min(max(dy * c - dx * s, -b), b)
@@ -79,8 +79,8 @@ def nearest_on(form, e, dx, dy):
 
 @njit
 def _part(form, i, other, e, dx, dy, tie):
-    """Return the distance of the rectangles of two bodies along the best of their four axes, negative if
-    they overlap, and that axis, from e to i (separating axes: Ericson 2005, section 5.2.1)."""
+    """Return the distance between the rectangles of two bodies along the best of their four axes, negative if
+    they overlap, and that axis from e to i (separating axes: Ericson 2005, section 5.2.1)."""
     best, ax, ay = -np.inf, 1.0, 0.0
     for k in range(4):
         c, s = (
@@ -99,8 +99,8 @@ def _part(form, i, other, e, dx, dy, tie):
 
 @njit
 def closest(form, i, other, e, dx, dy):
-    """Return the nearest points of the rectangles of two bodies that do not overlap, that of i and that of e,
-    both from the center of e; (dx, dy) is the center of i from the center of e.
+    """Return the nearest points on the rectangles of two bodies i and e that do not overlap, both relative to
+    the center of e; (dx, dy) is the center of i relative to the center of e.
 
     One of the two points is always a corner.
     """
@@ -128,11 +128,11 @@ def _size(form, i):
 
 @njit
 def contact(form, i, other, e, dx, dy, dz, volume, tie):
-    """Return the distance between the surfaces of two bodies [m], and the direction of the shortest push on i
-    that separates them, a unit vector. If they overlap, the distance is negative: the length of that push.
+    """Return the distance [m] between the surfaces of two bodies, and the direction, as a unit vector, of the
+    shortest push on i that separates them. If they overlap, the distance is minus the length of that push.
 
-    (dx, dy, dz) is the center of i from the center of e [m]. On a plane, heights do not count. `tie`, 1 or
-    −1, decides which way i goes if both have the same center.
+    (dx, dy, dz) [m] is the center of i relative to the center of e. On a plane, heights are ignored. `tie`, 1
+    or −1, decides the direction of i if both have the same center.
     """
     rounding = np.float64(form[i, ROUND]) + np.float64(other[e, ROUND])
     apart, nx, ny = _part(form, i, other, e, dx, dy, tie)
@@ -154,10 +154,10 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
 
 @njit
 def ray(form, e, ox, oy, oz, ux, uy, uz):
-    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 within it, infinite if the ray
-    misses it; the ray begins at (ox, oy, oz) from the body's center [m].
+    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 inside the body, infinite if
+    the ray misses it. The ray begins at (ox, oy, oz) [m] relative to the body's center.
 
-    Boxes by slabs (Ericson 2005, section 5.3.3), capsules by their cylinder and both spheres.
+    Boxes use the slab method (Ericson 2005, section 5.3.3); capsules are a cylinder and two spheres.
     """
     c, s = np.float64(form[e, COS]), np.float64(form[e, SIN])
     a, b, h, r = (
@@ -203,8 +203,8 @@ def ray(form, e, ox, oy, oz, ux, uy, uz):
 
 @njit
 def shift_to(d, length, limit, image):
-    """Return a difference d along an axis of a torus as that of the nearest image (0) or the next one (1);
-    infinite if that one is further than `limit` [m], beyond which it does not count."""
+    """Return the difference d along an axis of a torus for the nearest image (0) or the next one (1);
+    infinite if the next one is farther away than `limit` [m]."""
     d = d - length * math.floor(d / length + 0.5)
     if image == 0:
         return d
@@ -214,8 +214,9 @@ def shift_to(d, length, limit, image):
 
 @njit
 def image_of(dx, dy, space, image):
-    """Return displacements on a torus to the nearest image (0), or to the next image along x (1), y (2) or both
-    (3), infinite if it is farther than the torus is long; between walls, return them unchanged."""
+    """Return displacements on a torus to the nearest image (0), or to the next image along x (1), y (2) or
+    both (3), infinite if that image is farther away than the length of the torus; between walls, return them
+    unchanged."""
     if not space.torus:
         return dx, dy
     wide, high = space.lengths[0], space.lengths[1]
@@ -225,11 +226,9 @@ def image_of(dx, dy, space, image):
 
 @njit
 def touching(form, i, other, e, dx, dy, dz, space):
-    """Return the distance between the surfaces of two bodies [m], around a torus by the shorter way, negative
-    if they overlap; and the vector from the center of i to its point nearest to e.
-
-    (dx, dy, dz) is the center of i from the center of e [m].
-    """
+    """Return the distance [m] between the surfaces of two bodies, the shorter way around on a torus and
+    negative if they overlap, and the vector from the center of i to its point nearest to e. (dx, dy, dz) [m]
+    is the center of i relative to the center of e."""
     images, best, wx, wy, wz = 2 if space.torus else 1, np.inf, 0.0, 0.0, 0.0
     r = np.float64(form[i, ROUND])
     for image in range(images * images):

@@ -34,7 +34,7 @@ class Sight(NamedTuple):
 
 
 class Rays(NamedTuple):
-    """Rays in the horizontal plane, by their angles from the heading, and their hits, for kernels."""
+    """Rays in the horizontal plane, given by their angles from the heading, and their hits, for kernels."""
 
     cos: np.ndarray  # f32[rays], or f32[n, rays]
     sin: np.ndarray
@@ -62,7 +62,7 @@ def gather(x, y, z, reach, bodies, space, out):
     for k in range(max(cz - reach, 0), min(cz + reach, nz - 1) + 1):
         for j in range(y0, y1 + 1):
             row = (k * ny + (j + ny) % ny) * nx
-            for part in range(3):  # left of the seam, within, right of it
+            for part in range(3):  # left of the map, on it, right of it
                 a, b, base = max(x0, 0), min(x1, nx - 1), row
                 if part == 0:
                     a, b, base = x0, min(x1, -1), row + nx
@@ -86,7 +86,7 @@ def offset(ax, ay, az, bx, by, bz, space):
 
 @njit
 def rock_between(x, y, dx, dy, ground, space):
-    """Return the share of the displacement (dx, dy) at which rock begins, 2 if there is none."""
+    """Return the share of the displacement (dx, dy) at which rock begins; 2 if there is none."""
     if ground.kind.size == 1:
         return np.float32(2.0)
     lengths, torus = space.lengths, space.torus
@@ -106,10 +106,10 @@ def rock_between(x, y, dx, dy, ground, space):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
-    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me`
-    and `it`.
+    """Return whether a body other than `me` and `it`, the two ends, cuts the line from (x, y, z) along (dx,
+    dy, dz).
 
-    Checks the cells of the box around the line, widened by the largest radius of a body.
+    Checks the cells of the line's bounding box, widened by the largest radius of a body.
     """
     bx, by, bz, br, bu, _, start, margin = bodies
     nx, ny, nz, _, lengths, torus, _ = space
@@ -128,7 +128,7 @@ def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
         az = nz / lengths[2]
         k0 = floor_between((z + min(dz, zero) - margin) * az, 0, nz)
         k1 = floor_between((z + max(dz, zero) + margin) * az, -1, nz - 1)
-    # the box wraps around: use the image nearest to the line's middle
+    # if the box wraps around, use the image nearest to the line's middle
     around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)
     if torus:
         i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)
@@ -142,7 +142,7 @@ def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
                 row, fy = j + ny, y + lengths[1]
             elif j >= ny:
                 row, fy = j - ny, y - lengths[1]
-            for part in range(3):  # left of the seam, within, right of it
+            for part in range(3):  # left of the map, on it, right of it
                 a, b, base, fx = max(i0, 0), min(i1, nx - 1), (k * ny + row) * nx, x
                 if part == 0:
                     a, b, base, fx = i0, min(i1, -1), base + nx, x + lengths[0]
@@ -168,10 +168,10 @@ def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
 
 @njit
 def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground, found):
-    """Replace the nearest target of each seeker by the nearest that is in the field of view and not hidden by
-    a body, rock or hill, −1 if there is none.
+    """Replace each seeker's nearest target with the nearest one that is in the field of view and not hidden
+    by a body, rock or hill (−1: none).
 
-    Seekers without any target in reach stay as they are. Kernel over seekers first … last − 1.
+    Seekers without a target in reach do not change. Kernel over seekers first … last − 1.
     """
     ox, oy, oz, ou, cos, sin = seekers
     _, tx, ty, tz, tu, _ = targets
@@ -264,7 +264,7 @@ def cast(
             d2, most = dx * dx + dy * dy + dz * dz, radius + br[e]
             if bu[e] == ou[i] or d2 > np.float32(1.001) * most * most:
                 continue
-            # around a torus, its next images may be in reach, too
+            # on a torus, the next images of a body may also be in reach
             for image in range(4 if most + most > narrow else 1):
                 ax = dx - np.copysign(lengths[0], dx) if image % 2 else dx
                 ay = dy - np.copysign(lengths[1], dy) if image > 1 else dy
@@ -289,8 +289,8 @@ def cast(
 
 @njit
 def ways(dx, dy, d2, r2, ux, uy, best, way):
-    """Write how far along each ray the sphere at (dx, dy) begins, 0 within it, infinite if the ray misses
-    it; return whether any distance is shorter than `best`. `d2` is the squared distance [m²], `r2` the
+    """Write how far along each ray the sphere at (dx, dy) begins: 0 inside the sphere, infinite if the ray
+    misses it. Return whether any distance is shorter than `best`. `d2` is the squared distance [m²], `r2` the
     squared radius."""
     if d2 <= r2:
         way[:] = 0
@@ -308,7 +308,7 @@ def ways(dx, dy, d2, r2, ux, uy, best, way):
 
 @njit
 def wall_ahead(x, y, ux, uy, lengths):
-    """Return the distance to the rim of the space in a direction [m]."""
+    """Return the distance [m] to the edge of the space in a direction."""
     wall = np.float32(np.inf)
     if ux > 0:
         wall = min(wall, (lengths[0] - x) / ux)

@@ -1,5 +1,5 @@
-"""Sight among capsules and boxes: rays that meet them, lines that they cut, and the nearest body of a
-kind, measured to its nearest point."""
+"""Sight among capsules and boxes: rays that hit them, lines that they cut, and the nearest body of a kind,
+measured to its nearest point."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from ecs_eco.space.terrain import Ground, hill_between
 
 @njit
 def meets(form, e, x, y, z, wx, wy, wz, space):
-    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if
-    it misses it."""
+    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if it
+    is missed."""
     images, best = 2 if space.torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):
@@ -28,8 +28,8 @@ def meets(form, e, x, y, z, wx, wy, wz, space):
 
 @njit
 def cut(x, y, z, wx, wy, wz, me, it, solids, space, seen, near):
-    """Return whether a capsule or box lies across the displacement (wx, wy, wz) from (x, y, z), other than
-    `me` and `it`; `seen` and `near` are those of `around`."""
+    """Return whether a capsule or box other than `me` and `it` lies across the displacement (wx, wy, wz) from
+    (x, y, z); `seen` and `near` are scratch arrays for `around`."""
     form, uid = solids.form, solids.uid
     n = around(
         x + wx / 2, y + wy / 2, z + wz / 2, abs(wx) / 2, abs(wy) / 2, abs(wz) / 2, solids, space, seen, near
@@ -45,8 +45,7 @@ def cut(x, y, z, wx, wy, wz, me, it, solids, space, seen, near):
 def cast_on_solids(
     first: int, last: int, seekers: Poses, solids: Solids, rays: Rays, ground: Ground, space: Extent
 ) -> None:
-    """Replace the hits of rays, as `sight.cast` writes them, by the capsules and boxes that they meet
-    before."""
+    """Replace the ray hits written by `sight.cast` with the capsules and boxes that the rays hit first."""
     ox, oy, oz, ou, cos, sin = seekers
     ray_cos, ray_sin, radius, eye, hit, distance = rays
     form, uid, kind = solids.form, solids.uid, solids.kind
@@ -76,9 +75,8 @@ def top_of(form, e):
 
 @njit
 def towards(form, e, x, y, z, limit, space):
-    """Return the displacement from (x, y, z) to the nearest point of a body, and its length squared;
-    infinite beyond `limit` [m]. The point of a sphere is its center; of a capsule, it is on the axis; of a
-    box, in the box."""
+    """Return the displacement from (x, y, z) to the nearest point of a body, and its squared length, infinite
+    beyond `limit` [m]. The point is the center of a sphere, on the axis of a capsule, or in a box."""
     images = 2 if space.torus else 1
     best, wx, wy, wz = np.inf, 0.0, 0.0, 0.0
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
@@ -110,8 +108,8 @@ def nearest_in_sight(
     found: Found,
 ) -> None:
     """Write for each seeker the nearest point of the nearest target in the field of view that no sphere,
-    capsule, box, rock or hill hides; the entry found is that of the seeker, or −1 if there is none. `spheres`
-    and `solids` are opaque."""
+    capsule, box, rock or hill hides; the entry found is the seeker's own, or −1 if there is no target.
+    `spheres` and `solids` are opaque."""
     ox, oy, oz, ou, cos, sin = seekers
     form, uid, radius, (target, distance2) = targets.form, targets.uid, sight.radius, found
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)

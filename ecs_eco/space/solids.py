@@ -1,5 +1,5 @@
-"""Bodies of any shape in one index: each is listed in all cells that it touches, so that a search finds a
-long wall along its whole length and reaches no further than one for small bodies."""
+"""Bodies of any shape in one index. Each is listed in all cells that it touches, so a search finds a long
+wall along its whole length but need not reach farther than a search for small bodies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,15 +10,13 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.space.geometry import Extent, Space, floor_between
 from ecs_eco.space.shapes import COS, LENGTH, ROUND, SIN, WIDTH, bounds
 
-FEW = 4  # cells; for a body over more cells, the corners of its bounds may not touch it
+FEW = 4  # cells; if a body covers more, the corners of its bounds may not touch it
 
 
 class Solids(NamedTuple):
     """Bodies of any shape of several tables: entry e of table `kind[e]` has the form `form[e]`, as in
-    `ecs_eco.space.shapes`, and the row `rows[e]`; cell c is touched by entry[start[c]:start[c + 1]].
-
-    The entries of one table are those of its index, in the same order.
-    """
+    `ecs_eco.space.shapes`, and the row `rows[e]`; entry[start[c]:start[c + 1]] touch cell c. The entries of
+    each table are in the order of its index."""
 
     form: np.ndarray  # f32[n, 9]
     rows: np.ndarray  # i64[n]
@@ -29,7 +27,7 @@ class Solids(NamedTuple):
 
 
 def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Solids:
-    """Return the solids of several tables, given as (form, rows, uid) of each."""
+    """Return the solids of several tables, each given as (form, rows, uid)."""
     none = (np.zeros((0, 9), np.float32), np.zeros(0, np.int64), np.zeros(0, np.uint64))
     form, rows, uid = (np.concatenate(parts) for parts in zip(none, *tables, strict=True))
     kind = np.repeat(np.arange(len(tables)), [len(t[0]) for t in tables]).astype(np.int32)
@@ -42,9 +40,9 @@ def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Sol
 
 @njit
 def cells_between(low, high, inverse, length, n, torus):
-    """Return the first and the last of the cells along an axis that low … high [m] touch; around a torus
-    the first may be below 0 and the last beyond n, and no cell comes twice."""
-    wider = 1e-5 * length  # than rounding
+    """Return the first and last cell along an axis that low … high [m] touches; on a torus, the first may be
+    below 0 and the last beyond n, but no cell occurs twice."""
+    wider = 1e-5 * length  # by more than rounding
     low, high = np.float32((low - wider) * inverse), np.float32((high + wider) * inverse)
     if not torus:
         first = min(floor_between(low, 0, n), n - 1)
@@ -55,8 +53,8 @@ def cells_between(low, high, inverse, length, n, torus):
 
 @njit
 def _misses(form, e, x, y, half_x, half_y):
-    """Return whether a cell with its center at (x, y) from that of a body, and with these half sides, does
-    not touch it, because it lies beyond one of its sides."""
+    """Return whether a cell with these half sides, centered at (x, y) relative to a body's center, lies
+    beyond one of the body's sides and so does not touch it."""
     c, s = abs(np.float64(form[e, COS])), abs(np.float64(form[e, SIN]))
     ahead = x * np.float64(form[e, COS]) + y * np.float64(form[e, SIN])
     aside = y * np.float64(form[e, COS]) - x * np.float64(form[e, SIN])
@@ -69,7 +67,7 @@ def _misses(form, e, x, y, half_x, half_y):
 
 @njit
 def listed(form: np.ndarray, space: Extent, start: np.ndarray, entry: np.ndarray) -> None:
-    """Count the entries of each cell into `start`, or, given an `entry` that holds them all, list them."""
+    """Count the entries of each cell in `start` or, if `entry` is not empty, list them there."""
     nx, ny, nz, inverse, lengths, torus, _ = space
     count = entry.size == 0
     wx, wy = 1.0 / np.float64(inverse[0]), 1.0 / np.float64(inverse[1])
@@ -106,10 +104,10 @@ def listed(form: np.ndarray, space: Extent, start: np.ndarray, entry: np.ndarray
 
 @njit
 def around(x, y, z, ex, ey, ez, solids, space, seen, out):
-    """Write the entries in the cells that a box of half this size [m] around a place touches, each once, in a
-    fixed order; return their number.
+    """Write the entries in the cells touched by a box with these half sides [m] around a place, each once and
+    in a fixed order; return their number.
 
-    `seen` i64[n + 1] is 0 at first and distinguishes calls; `out` i64[n] takes them all.
+    `seen` i64[n + 1] is initially 0 and distinguishes calls; `out` i64[n] can hold all entries.
     """
     nx, ny, nz, inverse, lengths, torus, _ = space
     start, entry = solids.start, solids.entry

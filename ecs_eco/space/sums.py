@@ -1,7 +1,7 @@
-"""Sums over all bodies in reach of a place, weighted by distance: 16 places at a time, as in `nearest`.
+"""Distance-weighted sums over all bodies in reach of a place, for 16 places at a time as in `nearest`.
 
-Seekers and bodies are taken in the order of their indexes: sums have the same bits for any order of rows and
-any number of threads. It takes up to twice the time of `nearest`.
+Seekers and bodies are taken in the order of their indexes, so sums are bit-identical for any order of rows
+and any number of threads. A sum takes up to twice as long as `nearest`.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from ecs_eco.space.index import Entries, Index
 LANES = 16
 NONE, LINEAR, INVERSE_SQUARE = 0, 1, 2  # how the weight of a body falls with its distance
 DECAYS = {"none": NONE, "linear": LINEAR, "inverse_square": INVERSE_SQUARE}
-TOUCHING2 = 1e-12  # [m^2] the smallest square of a distance
+TOUCHING2 = 1e-12  # [m^2] the smallest squared distance
 
 
 class Looking(NamedTuple):
@@ -55,13 +55,14 @@ def add_near(
     weight: np.ndarray,
     split: Callable[..., None] | None = None,
 ) -> None:
-    """Add to total f64[n] each target's value times its weight, and its weight to weight f64[n].
+    """Add each target's value times its weight to total f64[n], and its weight to weight f64[n].
 
-    `places` x, y, z f32[n] [m] are the seekers' own, or others in the space; `radius` f32[n] [m] is the range
-    of each, from its place to the center of a body. `value` and `size` [m], the body's radius, are f32 of the
-    targets in the order of their index. The weight at distance d is 1, 1 − d/radius, or 1/max(d, size)²
-    [1/m^2]; sums are float32 within a row of cells, float64 over all. A seeker is not its own target if both
-    indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    `places` x, y, z f32[n] [m] are the seekers' positions or other places in the space; `radius` f32[n] [m]
+    is each seeker's range, from its place to the center of a body. `value` and `size`, the radius of the body
+    [m], are f32 arrays in the order of the targets' index. The weight at distance d is 1, 1 − d/radius, or
+    1/max(d, size)² [1/m^2]; sums are float32 within a row of cells and float64 over all rows. A seeker is not
+    its own target if both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in
+    parts.
     """
     space = seekers.space
     _, ny, nz = space.shape
@@ -82,8 +83,8 @@ def add_near(
 
 @njit
 def _take(i0, m, mine, looking, space, block):
-    """Copy the places of m seekers from i0 on into a block: on a torus, beyond its edge if that is nearer
-    to the body."""
+    """Copy the places of m seekers from i0 on into a block; on a torus, a place may lie beyond the edge if
+    that is nearer to the seeker's body."""
     ox, oy, lengths = mine.x, mine.y, space.lengths
     px, py, pz, radius = looking
     hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
@@ -102,15 +103,15 @@ def _take(i0, m, mine, looking, space, block):
 
 @njit
 def cells_touched(block, axis, length, inverse, n, torus):
-    """Return the first and the last cell along an axis that the lanes of a block search.
+    """Return the first and last cell along an axis that the lanes of a block search.
 
-    Around a torus the first may be below 0, and the last beyond n; no cell comes twice.
+    On a torus, the first may be below 0 and the last beyond n, but no cell occurs twice.
     """
     start, low, high = axis * LANES, np.float32(np.inf), np.float32(-np.inf)
     for lane in range(LANES):
         place, reach = block[start + lane], block[7 * LANES + lane]
         low, high = min(low, place - reach), max(high, place + reach)
-    wider = np.float32(1e-5) * length  # than rounding
+    wider = np.float32(1e-5) * length  # by more than rounding
     low, high = (low - wider) * inverse, (high + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)
@@ -120,7 +121,7 @@ def cells_touched(block, axis, length, inverse, n, torus):
 
 @njit
 def _add(begin, end, i0, same, seam, targets, weighed, lengths, block, sums):
-    """Add the bodies begin … end − 1 to all lanes of a block whose first seeker is i0; `seam`: the
+    """Add the bodies begin … end − 1 to all lanes of a block whose first seeker is i0; `seam` means that the
     displacement may cross the edge of the torus."""
     tx, ty, tz, (value, size, decay) = targets.x, targets.y, targets.z, weighed
     zero, one, Lx, Ly = np.float32(0.0), np.float32(1.0), lengths[0], lengths[1]
@@ -167,7 +168,7 @@ def add_rows(
     """Run `add_near` for the seekers in the rows of cells first … last − 1."""
     nx, ny, nz, inverse, lengths, torus, _ = space
     ostart, tstart, (total, weight) = mine.start, targets.start, out
-    # x, y, z, radius², 1/radius, two sums, radius: one array, so that no check for overlap is compiled in
+    # x, y, z, radius², 1/radius, two sums, radius: one array, so that the compiler adds no check for overlap
     block, sums = np.zeros(8 * LANES, np.float32), np.empty(2 * LANES)
     for r in range(first, last):
         i0, stop = ostart[r * nx], ostart[r * nx + nx]
@@ -184,7 +185,7 @@ def add_rows(
             for k in range(z0, z1 + 1):
                 for j in range(y0, y1 + 1):
                     base = (k * ny + (j + ny) % ny) * nx
-                    for part in range(-1, 2):  # left of the edge, within, right of it
+                    for part in range(-1, 2):  # left of the map, on it, right of it
                         a, b = max(x0, part * nx) - part * nx, min(x1, part * nx + nx - 1) - part * nx
                         if a <= b:
                             _add(

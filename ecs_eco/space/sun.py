@@ -8,7 +8,7 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface, relative to a sun in the zenith; see `ecs_eco.config.models.water.Sun`."""
+    """Light at the surface, relative to the sun at the zenith; see `ecs_eco.config.models.water.Sun`."""
 
     def __init__(
         self,
@@ -22,7 +22,7 @@ class Sun:
         spring: float = 0.0,
     ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
-        self.spring = spring  # share of the year that has passed at the start, since spring
+        self.spring = spring  # share of the year that has passed since spring at the start
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
@@ -34,7 +34,7 @@ class Sun:
         )
 
     def light(self, time: float) -> float:
-        """Return the light at a time [s]; seasons of a year apply also without days."""
+        """Return the light at a time [s]; seasons also apply without a daily cycle."""
         season = self.season(time)
         if self.kind == "constant":
             return daily_mean(self.latitude, season) + self.moon * daily_mean(self.latitude, -season)
@@ -44,8 +44,8 @@ class Sun:
 
 
 def sine_of_elevation(share: float, latitude: float, declination: float) -> float:
-    """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
-    eq. 1.5.1)."""
+    """Return the sine of the sun's elevation at a share of the day since midnight; angles are in [rad] (Iqbal
+    1983, eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
     return scalars.sin(latitude) * scalars.sin(declination) + scalars.cos(latitude) * scalars.cos(
         declination
@@ -53,10 +53,10 @@ def sine_of_elevation(share: float, latitude: float, declination: float) -> floa
 
 
 def daily_mean(latitude: float, declination: float) -> float:
-    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq.
+    """Return the daily mean of the sine of the sun's elevation, which counts as 0 at night (Iqbal 1983, eq.
     4.2.15)."""
     up = scalars.sin(latitude) * scalars.sin(declination)
     swing = scalars.cos(latitude) * scalars.cos(declination)
-    # [rad] hour angle; polar day and night
+    # [rad] hour angle; π in the polar day, 0 in the polar night
     sunset = math.pi if up >= swing else (0.0 if up <= -swing else scalars.acos(-up / swing))
     return (sunset * up + swing * scalars.sin(sunset)) / math.pi

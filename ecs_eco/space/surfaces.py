@@ -20,8 +20,8 @@ def nearest_surface(
     world: "SpatialWorld", table: "Table", other: "Table", reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return for each member of a table, in the order of its index, the entry of the nearest member of
-    another in its index, i32[n], −1 if none is within `reach` [m], and the square of the distance f32[n]
-    [m^2]: 0 for those that touch."""
+    another table in that table's index, i32[n] (−1: none within `reach` [m]), and the squared distance f32[n]
+    [m^2], 0 for bodies that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
     target, distance2 = np.full(mine.uid.size, -1, np.int32), np.full(mine.uid.size, np.inf, np.float32)
     reached = np.float32(reach)
@@ -33,8 +33,8 @@ def nearest_surface(
 def seek_surface(
     first: int, last: int, mine: Solids, theirs: Solids, space: Extent, reach: np.float32, found: Found
 ) -> None:
-    """Run `nearest_surface` for entries first … last − 1; of bodies that overlap it takes the deepest, of
-    equals the one with the lower uid."""
+    """Run `nearest_surface` for entries first … last − 1; among overlapping bodies, the one with the deepest
+    overlap counts as nearest, and ties go to the lower uid."""
     form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):

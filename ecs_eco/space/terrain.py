@@ -34,9 +34,9 @@ class Terrain:
     """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side
     `cell` [m].
 
-    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those on its line when it is
-    put up can walk off to either side. `slope_cost` is the extra cost of locomotion per unit of upward slope,
-    as a share of the cost on the flat. `hides`: whether hills block sight.
+    Water stops walkers, and rock stops walkers and sight; a fence stops walkers, but animals on its line when
+    it is put up can walk off to either side. `slope_cost` is the extra cost of locomotion per unit of upward
+    slope, as a share of the cost on flat ground. `hides` means that hills block sight.
     """
 
     def __init__(
@@ -58,10 +58,10 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # declared in the world file; an intervention keeps the ground that it creates
-        self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
+        self.declared = True  # by the world file; otherwise an intervention created the ground and stores it
+        self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
-        self.land: LandMaps | None = None  # added by real land: see ecs_eco.space.land
+        self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
         self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None if all are 1
         self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
         if hills:
@@ -83,7 +83,8 @@ class Terrain:
         return Ground(self.ground, self.height, self.inverse)
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
-        """Return 1 at the center of a round place, 0 at its radius and beyond: f64[ny, nx]."""
+        """Return a map f64[ny, nx] that falls from 1 at the center of a round place to 0 at its radius and
+        beyond."""
         ny, nx = self.height.shape
         x = (np.arange(nx) + 0.5) / self.inverse[0] - place["at"][0]
         y = (np.arange(ny) + 0.5) / self.inverse[1] - place["at"][1]
@@ -121,8 +122,8 @@ class Terrain:
     def within_sites(
         self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray, centre_y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open: the center of the site
-        if the place itself, at the rim of a rock or a lake, is blocked."""
+        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open; a place blocked by the
+        edge of a rock or lake is replaced by the center of its site."""
         free = self.free(x, y)
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
@@ -132,18 +133,18 @@ class Terrain:
         Parameters
         ----------
         corners : array of float, shape (k, 2)
-            Its line [m]; on a torus it may continue beyond the edge.
+            Line of the fence [m]; on a torus it may extend beyond the edge.
         """
         self.fences.append(np.asarray(corners, float))
         self.draw_fences()
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
-        """Remove a fence, or all.
+        """Remove one fence, or all of them.
 
         Parameters
         ----------
         corners : array of float, shape (k, 2), optional
-            Its line [m]; default: all fences.
+            Line of the fence [m]; default: all fences.
 
         Raises
         ------
@@ -164,7 +165,7 @@ class Terrain:
         self.draw_fences()
 
     def draw_fences(self) -> None:
-        """Mark again the cells on which there are fences."""
+        """Redraw the fences on the map of the ground."""
         ny, nx = self.ground.shape
         self.ground[self.ground == FENCE] = OPEN
         for corners in self.fences:
@@ -181,22 +182,22 @@ class Terrain:
         Parameters
         ----------
         corners : array of float, shape (k, 2)
-            Its middle line [m].
+            Center line of the road [m].
         width : float
             [m]
         pace, cost : float
-            Factors of the speed of walkers on it, and of their costs per second.
+            Factors of walkers' speed on the road and of their costs per second.
         """
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()
 
     def unpave(self, corners: np.ndarray | None = None) -> None:
-        """Remove a road, or all.
+        """Remove one road, or all of them.
 
         Parameters
         ----------
         corners : array of float, shape (k, 2), optional
-            Its line [m]; default: all roads.
+            Center line of the road [m]; default: all roads.
 
         Raises
         ------
@@ -213,7 +214,7 @@ class Terrain:
         self.draw_roads()
 
     def draw_roads(self) -> None:
-        """Recompute the maps of pace and toll: of the land, and of the roads on it."""
+        """Recompute the maps of pace and toll from the land and the roads on it."""
         self.pace = self.toll = None
         land = self.land
         if land is not None and not (land.pace is None and land.cost is None):
@@ -227,13 +228,13 @@ class Terrain:
             self.pace[on], self.toll[on] = road.pace, road.cost
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what a run can change: the ground, and the fences and roads on it; nothing for ground
-        that is stored elsewhere."""
+        """Return the state that a run can change: the ground, and the fences and roads on it; empty for
+        ground that is stored elsewhere."""
         return self.fenced() if self.declared else {}
 
     def fenced(self) -> dict[str, np.ndarray]:
-        """Return the ground, and the corners of all fences with the number of each; roads follow, with
-        negative numbers and two more rows: width and pace, cost and 0."""
+        """Return the ground, the corners of all fences, and the number of corners of each; roads follow, with
+        negative numbers and two more rows (width and pace, cost and 0)."""
         lines = [
             *self.fences,
             *(np.array([*road.line, (road.width, road.pace), (road.cost, 0.0)]) for road in self.roads),
@@ -246,7 +247,7 @@ class Terrain:
         }
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load a `state()`. Raises ValueError for ground of another size."""
+        """Load a `state()`. Raises a ValueError if the ground has another size."""
         if state["ground"].shape != self.ground.shape:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
@@ -261,8 +262,8 @@ class Terrain:
             or not all((np.abs(line) <= far).all() for line in near)
         ):
             raise ValueError(
-                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
-                f"each; expected two finite numbers each, up to {far:g} m"
+                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of each fence; "
+                f"expected two finite numbers each, up to {far:g} m"
             )
         self.ground[...] = state["ground"]
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]
@@ -275,7 +276,7 @@ class Terrain:
 
 
 class Road(NamedTuple):
-    """A strip of ground along a line."""
+    """A road: a strip of ground along a line."""
 
     line: np.ndarray  # f64[k, 2] [m]
     width: float  # [m]
@@ -283,7 +284,7 @@ class Road(NamedTuple):
     cost: float  # factor of costs
 
     def covers(self, terrain: Terrain) -> np.ndarray:
-        """Return the cells whose center is on it or that its line crosses: bool[ny, nx]."""
+        """Return the cells whose centers are on the road or that its line crosses: bool[ny, nx]."""
         (ny, nx), space, out = terrain.shape, terrain.space, np.zeros(terrain.shape, np.bool_)
         i, j = cells_along(self.line * np.array([nx, ny]) / np.array(space.size[:2])).T
         if space.torus:
@@ -305,17 +306,17 @@ class Road(NamedTuple):
 
 
 def cells_along(corners: np.ndarray) -> np.ndarray:
-    """Return the cells (i, j) that a line through corners f64[k, 2] crosses, in units of cells: i64[n, 2].
+    """Return the cells (i, j), i64[n, 2], crossed by a line through corners f64[k, 2] in units of cells.
 
-    Each shares a side with the next, never only a corner, so there is no way through between them (Amanatides
-    & Woo 1987).
+    Each cell shares a side with the next, never only a corner, so there is no gap between them (Amanatides &
+    Woo 1987).
     """
     x, y = (int(np.floor(v)) for v in corners[0])
     cells = [(x, y)]
     for (ax, ay), (bx, by) in pairwise(corners.tolist()):
         dx, dy, ends = bx - ax, by - ay, (int(np.floor(bx)), int(np.floor(by)))
         for _ in range(abs(ends[0] - x) + abs(ends[1] - y)):
-            # the share of the segment at which it leaves this cell
+            # the share of the segment at which the line leaves this cell
             at_x = ((x + (dx > 0)) - ax) / dx if x != ends[0] else np.inf
             at_y = ((y + (dy > 0)) - ay) / dy if y != ends[1] else np.inf
             if at_x <= at_y:
@@ -348,8 +349,8 @@ def _hills(
 
 @njit
 def closed_between(x, y, dx, dy, ground, space):
-    """Return whether a fence, rock or water begins along the displacement (dx, dy), other than the one at
-    its start; checks every half cell."""
+    """Return whether a fence, rock or water other than the one at its start begins along the displacement
+    (dx, dy); checks every half cell."""
     on = ground_at(ground, x, y)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps + 1):
@@ -378,7 +379,7 @@ def is_open(x, y, dx, dy, ground, space):
 
 @njit
 def along(x, y, dx, dy, space):
-    """Return the position at a displacement (dx, dy)."""
+    """Return the position after a displacement (dx, dy)."""
     return into(x + dx, space.lengths[0], space.torus), into(y + dy, space.lengths[1], space.torus)
 
 
@@ -391,7 +392,7 @@ def ground_at(ground, x, y):
 
 @njit
 def height_at(ground, x, y, torus):
-    """Return the height [m] at a place, linear between the centers of cells."""
+    """Return the height [m] at a place, interpolated linearly between cell centers."""
     height, inverse = ground.height, ground.inverse
     ny, nx = height.shape
     gx, gy = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5)

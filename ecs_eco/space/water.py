@@ -18,7 +18,7 @@ GRAVITY = 9.81  # [m/s^2]
 class Water:
     """Profiles over depth.
 
-    `optical` f64[layers + 1] is the optical depth at the borders of the layers, from the surface down.
+    `optical` f64[layers + 1] is the optical depth at the boundaries of the layers, from the surface down.
     """
 
     def __init__(
@@ -41,8 +41,8 @@ class Water:
         self.optical = attenuation * self.layer * np.arange(self.n + 1)
 
     def shade(self, shadows: Iterable[tuple[np.ndarray, np.ndarray, float]]) -> None:
-        """Shade the water below bodies: (alive bool[n], z f32[n] [m], shaded area per body [m^2]) of each
-        kind.
+        """Shade the water below bodies, given as (alive bool[n], z f32[n] [m], shaded area per body [m^2])
+        for each kind.
 
         The optical depth of a layer is attenuation × thickness + bodies × shade / area of the water
         (Beer-Lambert).
@@ -61,8 +61,8 @@ class Water:
         return out
 
     def temperature(self, surface: float, z: np.ndarray) -> np.ndarray:
-        """Return the temperature [K] at heights z f32[n] [m]: a tanh from that of the surface to that of
-        the deep."""
+        """Return the temperature [K] at heights z f32[n] [m]: a tanh curve from the surface temperature to
+        the deep temperature."""
         if self.deep_temperature is None:
             return np.full(z.size, surface, np.float32)
         share = 0.5 * (1 + arrays.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
@@ -75,7 +75,7 @@ class Water:
 
 @njit
 def count(alive, z, height, inverse, counts):
-    """Count the living in each layer, from the surface down."""
+    """Count the living bodies in each layer, from the surface down."""
     for row in range(alive.size):
         if alive[row]:
             counts[cell_of((height - z[row]) * inverse, counts.size)] += 1
@@ -103,8 +103,7 @@ def drift(
     space: Extent,
     places: Places,
 ) -> None:
-    """Move the living with a current f32[k, 3] of (depth, u, v) and let them sink, between surface and
-    bottom."""
+    """Move living bodies with a current f32[k, 3] of (depth, u, v) and sink them between surface and bottom."""
     (x, y, z), lengths, torus = places, space.lengths, space.torus
     height = lengths[2]
     for row in range(first, last):
@@ -137,7 +136,7 @@ def carry(
     space: Extent,
     places: Places,
 ) -> None:
-    """Move the living with their own velocities: f32[n] each."""
+    """Move living bodies at individual velocities u, v, w f32[n]."""
     (x, y, z), lengths, torus = places, space.lengths, space.torus
     for row in range(alive.size):
         if alive[row]:

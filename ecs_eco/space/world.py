@@ -34,9 +34,9 @@ T = TypeVar("T")
 class SpatialWorld(World):
     """Entities in one space, and the systems that act on them.
 
-    `size` [m] and `edges` describe the space, `cell` [m] is the side of the cells of the neighbor index. The
-    rest is that of `ecs_eco.esper_bridge.world.World`. Attributes that higher packages set, such as its
-    configuration and recorder, are declared here, because systems use them.
+    `size` [m] and `edges` describe the space, and `cell` [m] is the cell side of the neighbor index.
+    Everything else is as in `ecs_eco.esper_bridge.world.World`. Attributes that higher packages set, such as
+    the configuration and the recorder, are declared here because systems use them.
     """
 
     def __init__(
@@ -51,18 +51,16 @@ class SpatialWorld(World):
         name: str = "world",
     ) -> None:
         self.space = Space(size, edges, cell)
-        self.bands = OneBand()  # more than one: ecs_eco.bands
+        self.bands = OneBand()  # for several processes, see ecs_eco.bands
         self.environment = Environment()
         self.fields: dict[str, Field] = {}
         self.terrain: Terrain | None = None
         self.substances: list[str] = []
-        self.bodiless: set[str] = (
-            set()
-        )  # causes of death that leave no body, in addition to those of being eaten
+        self.bodiless: set[str] = set()  # causes of death that leave no body, in addition to being eaten
         self.reproduction = True  # switched off during pre-training
-        self.config: Any = None  # the WorldConfig that it was built from
+        self.config: Any = None  # the WorldConfig that the world was built from
         self.recorder: Any = None
-        self.own_systems: list[Any] = []  # those that the configuration lists, in its order
+        self.own_systems: list[Any] = []  # systems that the configuration lists, in its order
         self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
         self.matter: Any = None  # the Books of its substances (ecs_eco.life.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
@@ -87,7 +85,7 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return after the tick under way, or before the next one; `stopped` is then true.
+        """Make `run` return after the current tick, or before the next one; `stopped` is then true.
 
         Examples
         --------
@@ -105,7 +103,7 @@ class SpatialWorld(World):
         Returns
         -------
         list of str
-            `tables` has them in alphabetical order, on which results depend.
+            `tables` lists them in alphabetical order, on which results depend.
 
         Examples
         --------
@@ -129,20 +127,20 @@ class SpatialWorld(World):
         self.environment.ambient = values
 
     def _admit(self, refuse: bool = True) -> None:
-        """Wrap or refuse the values that were written between ticks; see `ecs_eco.space.gate`."""
+        """Wrap or refuse the values written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
     def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the values of newborn with their places wrapped into the space. Raises ValueError for
+        """Return the values of newborns with their places wrapped into the space. Raises a ValueError for
         values beyond their limits."""
         return gate.newborn(self, table, values, label)
 
     # --- neighbors -------------------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the neighbor index of a table that has `Position`, up to date.
+        """Return the up-to-date neighbor index of a table that has `Position`.
 
         Parameters
         ----------
@@ -170,7 +168,7 @@ class SpatialWorld(World):
         if many and self._index_of(table).version != table.version:
             placed = [t for t in self.tables.values() if Position in t]
             stale = [t for t in placed if self._index_of(t).version != t.version]
-            stale.sort(key=lambda t: -t.n)  # the longest work begins first
+            stale.sort(key=lambda t: -t.n)  # start the longest work first
             self.together(*(lambda t=t: self._build(t) for t in stale))
         return self._build(table)
 
@@ -184,7 +182,7 @@ class SpatialWorld(World):
         return index
 
     def _build(self, table: Table) -> Index:
-        """Update an index; of several threads that need it, one does so and the others wait."""
+        """Update an index; if several threads need it, one updates it and the others wait."""
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
             index = self._index_of(table)
@@ -199,15 +197,15 @@ class SpatialWorld(World):
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
-        """Return all pairs of entities of two tables that are closer than a radius.
+        """Return all pairs of entities from two tables that are closer than a radius.
 
         Parameters
         ----------
         table, other : Table or str
             Both may be the same: an organism is never paired with itself, and two neighbors are two pairs.
         radius : float or array of float, shape (rows,)
-            Distance from center to center [m], the shorter way around on a torus; a number, or one for each
-            row of `table`.
+            Distance [m] between centers, the shorter way around on a torus; a number, or one for each row of
+            `table`.
 
         Returns
         -------
@@ -219,11 +217,11 @@ class SpatialWorld(World):
         UnknownName
             For an unknown table.
         ValueError
-            For a negative radius, or an array of another size.
+            For a negative radius or an array of the wrong size.
 
         Notes
         -----
-        Positions count as they are now. A system that has moved bodies in this tick first calls
+        Current positions are used. A system that has moved bodies in this tick must first run
         `table.version += 1`.
 
         Examples
@@ -259,7 +257,7 @@ class SpatialWorld(World):
         Returns
         -------
         Pairs
-            Numbers of places, rows of the table, and distances f32[k] [m], in the order of places.
+            Indices of places, rows of the table, and distances f32[k] [m], in the order of places.
 
         Raises
         ------
@@ -327,8 +325,8 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the current bodies of several tables in one index of a kind: the result of the last
-        `build()`, or of a new one."""
+        """Return the current bodies of several tables in one index of a kind: the last result of `build()` if
+        it is still valid, otherwise a new one."""
         with self.lock:  # several threads may need it at once
             version: tuple[int, ...] = ()
             for name in names:
@@ -339,7 +337,7 @@ class SpatialWorld(World):
             return kept[1]
 
     def _forget_neighbours(self) -> None:
-        """Make all indexes rebuild: the cells, or all positions, have changed."""
+        """Make all indexes rebuild, because the cells or all positions have changed."""
         self._indexes.clear()
         self._kept_merged.clear()
         self._touch()

@@ -1,7 +1,7 @@
-"""The behavior of entities, one system per file: it selects columns and calls one kernel.
+"""The behavior of entities, one system per file. Each system selects columns and calls a kernel.
 
-Systems never import each other; code that several systems share belongs to `ecs_eco.life`, `ecs_eco.nervous`,
-`ecs_eco.space` or a component. `schedule.py` defines their order.
+Systems never import each other; shared code belongs in `ecs_eco.life`, `ecs_eco.nervous`, `ecs_eco.space` or
+a component. `schedule.py` defines their order.
 """
 
 from typing import TYPE_CHECKING

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class Age(System):
-    """Every organism is `dt` seconds older after a tick.
+    """Each tick makes every organism `dt` seconds older.
 
-    Age follows from the tick of birth, rounded once: a sum of steps in float32 would drift. If an age was
-    set, it is counted from there.
+    Age is computed from the tick of birth and rounded once, because summing steps in float32 would drift. If
+    an age has been set, aging continues from that value.
     """
 
     needs = (Biology,)
@@ -46,12 +46,12 @@ class Age(System):
 
 @njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
-    """Set the age at the end of a tick [s] of the living of rows first … last − 1; `head_start` follows an
-    age that was set."""
+    """Set the age [s] of living organisms in rows first … last − 1 at the end of a tick; adjust `head_start`
+    if an age was set from outside."""
     for k in range(last - first):
         row = np.uint64(first + k)
         if alive[row]:
-            # a newborn has age 0 in its tick of birth, which comes after this system
+            # a newborn has age 0 in its tick of birth, because births follow this system
             before = (tick - born[row] - 1) * dt
             if age[row] != np.float32(before + head_start[row]):
                 head_start[row] = age[row] - before

@@ -26,12 +26,12 @@ TURN = random.LOT + (2 << 8)  # purpose of the draws that decide which animal bu
 
 
 class Build(System):
-    """An animal that decides to build, and has more energy than the cost, makes an object at its position: a
-    nest, a dam, a store of honey.
+    """An animal that decides to build and has more energy than the cost builds an object at its position,
+    such as a nest, a dam or a honey store.
 
-    It pays the cost, and gives the object the energy that objects of this type hold. New objects keep the
-    spacing to each other and the maximum number; if too many animals want to build, random draws decide. The
-    objects exist from the end of the tick.
+    It pays the cost, and the object receives the energy that objects of its type hold. New objects respect
+    the minimum spacing and the maximum number; if too many animals want to build, random draws decide which
+    ones do. The objects appear at the end of the tick.
     """
 
     needs = (Position, Body, Metabolism)
@@ -60,7 +60,7 @@ class Build(System):
     def build(
         self, table: Table, thing: Table, way: Way, world: SpatialWorld, cost: Number, spacing: Number
     ) -> None:
-        """Build objects of one type for one species, at a cost and a spacing of all, or of each [high]."""
+        """Build objects of one type for one species; cost and spacing are numbers or arrays [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
         worth = np.float32(0.0 if thing.species.energy is None else thing.species.energy.initial)
         price = np.broadcast_to(cost + worth, table.high)
@@ -92,8 +92,8 @@ class Build(System):
 
 
 def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWorld) -> np.ndarray:
-    """Return which of places f32[k, 3] [m] are at least `spacing` f64[k] [m] from all objects of a type,
-    from requested ones, and from the places before them: bool[k]."""
+    """Return whether each place f32[k, 3] [m] is at least `spacing` f64[k] [m] from all existing and
+    requested objects of a type and from earlier accepted places: bool[k]."""
     out = np.ones(len(places), np.bool_)
     if thing.n:
         out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
@@ -111,7 +111,7 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
 def keep_apart(
     places: np.ndarray, before: np.ndarray, spacing: np.ndarray, space: Extent, out: np.ndarray
 ) -> None:
-    """Remove from `out` the places closer than the spacing to a place in `before`, or to one that is kept."""
+    """Clear `out` for places closer than the spacing to a place in `before` or to an accepted place."""
     for i in range(len(places)):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):

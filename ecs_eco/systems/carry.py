@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 
 class Wishes(NamedTuple):
-    """The animals of one table that could pick up objects of one type: rows i64[k] of both, and their
-    distances."""
+    """Animals of one table that could pick up objects of one type: rows i64[k] in both tables, and distances."""
 
     table: Table
     thing: Table
@@ -32,12 +31,12 @@ class Wishes(NamedTuple):
 
 
 class Carry(System):
-    """An animal puts down its object if it decides to `drop`; one without object that decides to `take` picks
-    up the nearest object in reach that no animal carries.
+    """An animal that decides to `drop` puts down its object; an empty-handed animal that decides to `take`
+    picks up the nearest object within reach that no animal carries.
 
-    Nearer pairs of all species and objects go first, ties by lot. A carried object shares its carrier's
-    position, and falls when the carrier dies. Carrying costs energy. An animal without these actions takes
-    any object it can and keeps it.
+    Across all species and objects, the nearest pairs have precedence; ties are broken at random. A carried
+    object has its carrier's position and is dropped when the carrier dies. Carrying costs energy. An animal
+    without these actions picks up any object it can and keeps it.
     """
 
     needs = (Position, Body, Metabolism, Load)
@@ -52,7 +51,7 @@ class Carry(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Drop the objects of the dying, and those of emigrants, which arrive with empty hands."""
+        """Drop the objects of dying animals and of emigrants, which arrive empty-handed."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
         world.on_arrival.append(lambda table, rows, origin: put_down(table, rows))
@@ -73,7 +72,7 @@ class Carry(System):
             self.carry(table, things, self.world)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Put down objects of one species, and record which animals have empty hands."""
+        """Put down the objects that one species drops, and record which animals are empty-handed."""
         load, species = table[Load], table.species
         things = [world.tables[way.object] for way in species.carries]
         rows = table.by_uid()
@@ -89,7 +88,7 @@ class Carry(System):
         self._hands.append((table, things, empty))
 
     def carry(self, table: Table, things: list[Table], world: SpatialWorld) -> None:
-        """Move carried objects to their carriers, who pay for it."""
+        """Move carried objects to their carriers, and charge the carriers."""
         load, p, m, rows = table[Load], table[Position], table[Metabolism], table.by_uid()
         held = where(things, load.object[rows])
         for number, (way, thing) in enumerate(zip(table.species.carries, things, strict=True)):
@@ -107,7 +106,7 @@ class Carry(System):
             m.burnt[carriers] += before - m.energy[carriers]
 
     def let_fall(self, table: Table, rows: np.ndarray) -> None:
-        """Free the objects that the dying carry; rows i64[k] in the order of uids."""
+        """Release the objects that dying animals carry; rows i64[k] are in uid order."""
         if Load in table:
             things = [self.world.tables[way.object] for way in table.species.carries]
             for kind, thing in where(things, table[Load].object[rows]):
@@ -116,14 +115,14 @@ class Carry(System):
 
 
 def put_down(table: Table, rows: np.ndarray) -> None:
-    """Empty the hands of rows i64[k]."""
+    """Make the animals in rows i64[k] empty-handed."""
     if Load in table:
         table[Load].object[rows], table[Load].mass[rows] = 0, 0
 
 
 def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
-    """Return the number of the table among `things` and the row of each uid u64[k]: i64[k, 2]; −1 if there
-    is none."""
+    """Return the index of each uid's table among `things` and its row, i64[k, 2], for uids u64[k]; −1 if not
+    found."""
     out = np.full((uids.size, 2), -1, np.int64)
     for number, thing in enumerate(things):
         rows = thing.by_uid()
@@ -135,8 +134,8 @@ def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
 
 
 def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
-    """Return which animals execute an action of the group `carry`: bool[capacity]; `otherwise` for all if
-    a species has none of them."""
+    """Return which animals execute an action of the group `carry`, bool[capacity]; if the species lacks this
+    group, all living animals do if `otherwise` is true."""
     nerves: Any = table.species.nerves
     if nerves is None or "carry" not in nerves.groups:
         return table.alive & otherwise
@@ -147,8 +146,8 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
 
 
 def reachable(table: Table, thing: Table, reach: Number, empty: np.ndarray, world: SpatialWorld) -> Wishes:
-    """Return the objects of one type that animals with empty hands (bool[capacity]) can pick up within
-    `reach` [m], or each within its own f64[high]."""
+    """Return the pairs of an empty-handed animal (`empty` bool[capacity]) and an object of one type within
+    its `reach` [m], a number or f64[high]."""
     mine, theirs = table[Body].radius, thing[Body].radius
     widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
@@ -163,7 +162,7 @@ def reachable(table: Table, thing: Table, reach: Number, empty: np.ndarray, worl
 
 
 def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
-    """Give each object to the nearest animal of all species that still has empty hands, ties by lot."""
+    """Give each object to the nearest animal of any species that is still empty-handed; break ties at random."""
     if not wishes:
         return
     uid = np.concatenate([w.table.uid[w.takers] for w in wishes])
@@ -181,7 +180,7 @@ def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
 
 @njit
 def first_come(who, what):
-    """Return which of the pairs, in order, are the first ones of both of their numbers."""
+    """Return which pairs are accepted if pairs are taken in order and each member at most once."""
     out, has, gone = np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_)
     for i in range(who.size):
         if not has[who[i]] and not gone[what[i]]:

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 
 class Collide(System):
-    """Overlapping bodies push each other apart, each by half of the overlap; a body that cannot move pushes
-    by all of it.
+    """Overlapping bodies push each other apart by half the overlap each; if one of them cannot move, the
+    other moves by the whole overlap.
 
-    All pushes are computed from the positions before any push: the outcome does not depend on the order. The
-    edge of the space ends a push; no body is pushed through a capsule or box that cannot move, nor over rock,
-    water or a fence. Pushed bodies do not turn.
+    All pushes are computed from the positions before any push, so the outcome does not depend on their order.
+    Pushes stop at the edge of the space; no body is pushed through an immovable capsule or box, or across
+    rock, water or a fence. Pushed bodies do not turn.
     """
 
     needs = (Position, Velocity, Body)
@@ -41,8 +41,8 @@ class Collide(System):
         "Collision",
         where=("body.solid",),
         rules={
-            "": "Bodies with an overlap o move apart by o/2 each along the line through their centers; a "
-            "body moves by o if the other cannot move."
+            "": "Two bodies with overlap o each move o/2 apart along the line through their centers; if "
+            "one cannot move, the other moves by o."
         },
         changes=("Position",),
     )
@@ -90,13 +90,13 @@ class Collide(System):
 
 
 def moves(table: Table) -> bool:
-    """Return whether bodies of a table give way: those that move, and objects that can be pushed."""
+    """Return whether a table's bodies give way: they move, or are objects that can be pushed."""
     return Velocity in table or table.species.pushed
 
 
 def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32, push: np.ndarray) -> None:
-    """Add to push f32[n, 3] [m] the displacement of each body of a table out of the bodies of another, if
-    some are not spheres; rows are those of the table's index."""
+    """Add to push f32[n, 3] [m] each body's displacement out of the bodies of another table, if some are not
+    spheres; rows follow the table's index."""
     mine, theirs = solids(world, [table.name]), solids(world, [other.name])
     world.split(push_shapes, len(push), mine, theirs, world.space.extent, share, push)
 
@@ -105,7 +105,7 @@ def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float
 def push_shapes(
     first: int, last: int, mine: Solids, theirs: Solids, space: Extent, share: np.float32, push: np.ndarray
 ) -> None:
-    """Do the same as `push_apart` for bodies of any shape: along the shortest way out of each other."""
+    """Like `push_apart`, but for bodies of any shape, each pushed along the shortest path out of the other."""
     form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
     lengths, torus, volume = space.lengths, space.torus, space.volume
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
@@ -144,7 +144,7 @@ def push_apart(
     share: np.float32,
     push: np.ndarray,
 ) -> None:
-    """Add to push[i] the displacement out of every body that overlaps i; concentric ones part in a
+    """Add to push[i] the displacement out of every body that overlaps i; concentric bodies separate in a
     direction set by their uids."""
     rows, ox, oy, oz, ou, _ = mine
     bx, by, bz, br, bu, _, _, _ = bodies

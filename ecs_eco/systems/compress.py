@@ -1,4 +1,4 @@
-"""Pressure in bodies follows depth."""
+"""Pressure in bodies depends on depth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 
 class Compress(System):
-    """A compressible body has the pressure at its position; other bodies keep the pressure of their birth."""
+    """A compressible body has the ambient pressure at its position; other bodies keep the pressure they had
+    at birth."""
 
     needs = (Position, Physical)
     phase = "metabolise"
@@ -25,7 +26,7 @@ class Compress(System):
     asked_for = staticmethod(lambda table: table.species.body.compressible)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Set the pressure in one kind of bodies."""
+        """Set the pressure in one kind of body."""
         if table.species.body.compressible:
             p, high = table[Position], table.high
             around = world.surroundings("pressure", p.x[:high], p.y[:high], p.z[:high])
@@ -34,7 +35,7 @@ class Compress(System):
 
 @njit
 def equalise(alive, around, pressure):
-    """Set the pressure of the living to that around them [Pa]."""
+    """Set the pressure [Pa] in living bodies to the ambient pressure."""
     for row in range(alive.size):
         if alive[row]:
             pressure[row] = around[row]

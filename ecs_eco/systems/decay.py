@@ -21,7 +21,7 @@ CAUSE = "decayed"
 
 
 class Decay(System):
-    """Objects that hold energy lose a share of it per second, as heat and to microorganisms that are not
+    """Objects that hold energy lose a share of it per second, as heat and to microorganisms, which are not
     modeled: dE/dt = −decay E (Olson 1963). After a given time they vanish."""
 
     needs = (Metabolism,)
@@ -36,13 +36,13 @@ class Decay(System):
         world.cause(CAUSE)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Decay one type of objects."""
+        """Decay one type of object."""
         store = table.species.energy
         if store is None or store.decay == 0:
             return
         last = math.inf if store.left == 0 else -scalars.log(store.left) / (store.decay * world.dt)
         m = table[Metabolism]
-        # the tick of its creation does not count: that came after this system
+        # its tick of creation does not count, because objects are created after this system
         rot(
             table.alive[: table.high],
             table.born,
@@ -58,7 +58,7 @@ class Decay(System):
 
 @njit
 def rot(alive, born, tick, last, share, decayed, energy, burnt, cause):
-    """Remove a share of the energy of each; mark those that are `last` ticks old."""
+    """Remove a share of each object's energy; mark objects that are `last` ticks old."""
     for row in range(alive.size):
         if alive[row]:
             before = energy[row]

@@ -27,8 +27,8 @@ NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 
 class Decide(System):
-    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy selects one of each
-    group.
+    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy selects one action in
+    each group.
 
     For each continuous action the policy selects a number, which the reflex shifts.
     """
@@ -43,21 +43,22 @@ class Decide(System):
         rules={
             "": "The decision is `H(y + z)`, with `H(v) = 1` if v > 0 and 0 otherwise (Strannegård et al. "
             "2021). The reflex network outputs y: −1 blocks an action, 0 leaves it to the policy, 1 forces "
-            "it. The policy network outputs z, which is 1 for the action chosen in each group; z is 1 for "
-            "automatic actions, too. The first active action of a group is executed, or if there is none, the "
-            "default action.",
+            "it. The policy network outputs z, which is 1 for the action chosen in each group; z is also 1 "
+            "for automatic actions. The first active action in each group is executed; if none is active, "
+            "the default action is.",
             "policy.kind=individual": "Each individual has its own policy network: layers of tanh units "
             "(`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
             "policy.kind=shared": "All individuals of the species share one policy network: layers of tanh "
-            "units (`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
-            "policy.network": "The network is a torch module of the world's own code.",
+            "units (`hidden`), then a softmax over the actions of each group, from which the action is "
+            "drawn.",
+            "policy.network": "The network is a torch module defined in the world's Python code.",
             "policy.kind=function": "A function chooses the actions.",
             "policy.kind=external": "A program outside the model chooses the actions.",
             "actions.continuous": "A continuous action is drawn from a normal distribution, and reflexes "
             "shift it.",
         },
         changes=("Nervous.decision", "Motor", "Memory", "Experience"),
-        draws="the action of each group, with the probabilities of the policy",
+        draws="the action in each group, with the policy's probabilities",
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -110,8 +111,7 @@ class Decide(System):
 def _think(
     nerves: Nerves, table: Table, world: SpatialWorld
 ) -> tuple[bool, np.ndarray, np.ndarray, Answer | None]:
-    """Return whether the network of a species is needed, its output, and the choices of an external
-    policy."""
+    """Return whether a species' network is needed, its output, and an external policy's choices."""
     if not nerves.policy or not len(nerves.rows):
         return False, *NO_THOUGHT, None
     outside = nerves.outside
@@ -122,7 +122,7 @@ def _think(
 
 
 def _follow(answer: Answer, given: np.ndarray, into: np.ndarray, here: slice) -> None:
-    """Replace the network's choices [n, …] by external ones."""
+    """Replace the network's choices [n, …] with external ones."""
     if answer.told is None:
         into[here] = given[here]
     else:
@@ -130,7 +130,7 @@ def _follow(answer: Answer, given: np.ndarray, into: np.ndarray, here: slice) ->
 
 
 def _unknown(nerves: Nerves, logits: np.ndarray, told: np.ndarray | None) -> np.ndarray:
-    """Return logits f32[n, options] that are NaN for external choices."""
+    """Return logits f32[n, options], with NaN for external choices."""
     if told is None:
         return np.full((len(nerves.rows), sum(nerves.choices)), np.nan, np.float32)
     return np.where(told[:, None], np.float32(np.nan), logits)
@@ -168,8 +168,8 @@ def resolve(
     log_probability: np.ndarray,
     decision: np.ndarray,
 ) -> None:
-    """Draw the choices of organisms first … last − 1 for which a network decides, with their
-    log-probabilities; write their decisions."""
+    """Draw choices and their log-probabilities for organisms first … last − 1 if a network decides, and write
+    the organisms' decisions."""
     if thinks:
         chance, here = np.empty((last, choice.shape[1]), np.float32), slice(first, last)
         uniforms(first, last, key, uid, 0, chance)

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-CAUSE, ROTTED = "decomposed", "decayed"  # the latter by losing its energy
+CAUSE, ROTTED = "decomposed", "decayed"  # ROTTED: lost its energy
 
 
 class Decompose(System):
-    """A carcass releases a share of its substances in each tick (Olson 1963), so that nutrients return to
-    the soil. When little is left, it releases the rest and vanishes."""
+    """A carcass releases a share of its substances in each tick (Olson 1963), which returns nutrients to the
+    soil. When little is left, it releases the rest and vanishes."""
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
@@ -32,17 +32,17 @@ class Decompose(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Register the cause of death, and listen for objects that vanish without energy."""
+        """Register the cause of death, and watch for objects that vanish after losing their energy."""
         world.cause(CAUSE)
         world.on_death.append(self.vanish)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Decompose one kind of objects."""
+        """Decompose one type of object."""
         way = table.species.decomposition
         if way is None or not table.n:
             return
         rows, p = world.index(table).rows, table[Position]
-        # nothing decays in the tick of birth, which comes after this system
+        # nothing decays in its tick of birth, because births follow this system
         last = math.ceil(-scalars.log(way.left) / (way.rate * world.dt))
         old = world.tick - table.born[rows] >= last
         amount = np.zeros((rows.size, len(world.substances)))
@@ -52,7 +52,7 @@ class Decompose(System):
         table.cause[ends[table.cause[ends] == 0]] = world.cause(CAUSE)
 
     def vanish(self, table: Table, rows: np.ndarray) -> None:
-        """Release all substances of decomposed objects; rows i64[k] in the order of uids."""
+        """Release all substances of decayed objects; rows i64[k] are in uid order."""
         if table.species.decomposition is None or Matter not in table or ROTTED not in self.world.causes:
             return
         rows, p = rows[table.cause[rows] == self.world.cause(ROTTED)], table[Position]
@@ -63,8 +63,8 @@ class Decompose(System):
 
 @njit
 def give_back(rows: np.ndarray, old: np.ndarray, share: float, bodies: Bodies, amount: np.ndarray) -> None:
-    """Remove a share of all substances from bodies, everything from the old ones; write it to `amount`
-    f64[n, substances] [mol]."""
+    """Remove a share of every substance from bodies, or all of it from old bodies, and write the amounts to
+    `amount` f64[n, substances] [mol]."""
     for i in range(rows.size):
         row = rows[i]
         for s in range(bodies.molarity.shape[1]):

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 class Diffuse(System):
-    """Bodies emit into the fields, at a rate or in proportion to their content. The fields diffuse, decay
-    and are renewed."""
+    """Bodies emit into the fields, either at a given rate or in proportion to their content. The fields
+    diffuse, decay and are renewed."""
 
     phase = "environment"
     divisible = True
@@ -32,9 +32,9 @@ class Diffuse(System):
         where=("emits", "fields.substance"),
         reads=("emits", "fields"),
         rules={
-            "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field: diffusion in explicit "
-            "steps, decay and emission exactly.",
-            "fields.renewal": "A renewed field gains `renewal (initial − c)` in addition.",
+            "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field; diffusion is "
+            "solved in explicit steps, decay and emission exactly.",
+            "fields.renewal": "A renewed field also gains `renewal (initial − c)`.",
             "emits.consume": "A body loses the emitted amount if `consume` is true.",
         },
     )
@@ -59,8 +59,7 @@ class Diffuse(System):
             self.share(mine)
 
     def mine(self) -> list[str]:
-        """Return the fields that this process advances: a share of the smells, and all fields of
-        substances."""
+        """Return the fields that this process advances: some of the smells, and all substance fields."""
         fields = self.world.fields
         mine = self.world.bands.mine([name for name, field in fields.items() if field.substance is None])
         return [name for name, field in fields.items() if field.substance is not None or name in mine]
@@ -69,11 +68,11 @@ class Diffuse(System):
         """Exchange the smells that each process has advanced."""
         smells = {name: field for name, field in self.world.fields.items() if field.substance is None}
         for name in smells.keys() - mine:
-            smells[name].source[...] = 0  # it has flowed in on another process
+            smells[name].source[...] = 0  # another process has added it to the field
         self.world.bands.share({name: field.value for name, field in smells.items()})
 
     def emanate(self, name: str, table: Table, way: Emission) -> None:
-        """Emit a substance of one kind of bodies into one field."""
+        """Emit a substance from one kind of body into one field."""
         world, field = self.world, self.world.fields[name]
         index, s = world.index(table), world.substances.index(way.substance)
         rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
@@ -125,8 +124,8 @@ class Diffuse(System):
 def evaporate(
     rows: np.ndarray, bodies: Bodies, s: int, share: Number, consume: bool, amount: np.ndarray
 ) -> None:
-    """Write the emitted amount of a substance, a share of the content of each body, to `amount` f64[n]
-    [mol]; remove it from the bodies if it is consumed."""
+    """Write the amount of a substance that each body emits, a share of its content, to `amount` f64[n] [mol];
+    remove it from the bodies if `consume` is true."""
     for i in range(rows.size):
         row = rows[i]
         c = held(bodies, row, s)

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 
 class Dilute(System):
-    """A body that has grown dilutes its substances, one that has shrunk concentrates them: amounts stay
-    the same."""
+    """Growth dilutes a body's substances and shrinkage concentrates them; amounts stay the same."""
 
     needs = (Body, Chemistry, Matter)
     phase = "environment"
@@ -32,17 +31,17 @@ class Dilute(System):
     asked_for = staticmethod(lambda table: Matter in table)
 
     def start(self, world: SpatialWorld) -> None:
-        """Give newborn the volume of their bodies."""
+        """Record the body volume of newborns from now on."""
         world.on_birth.append(measure)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Update the concentrations of one table to the volumes of its bodies."""
+        """Adjust the concentrations of one table to its bodies' current volumes."""
         high = table.high
         dilute(table.alive[:high], volumes(table), bodies(table))
 
 
 def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-    """Set the volume to which the concentrations of newborn refer: rows i64[k]."""
+    """Set the volume to which the concentrations of newborns in rows i64[k] refer."""
     if Matter in table:
         volume = table[Matter].volume
         volume[rows] = np.where(volume[rows] > 0, volume[rows], volumes(table)[rows])
@@ -50,7 +49,7 @@ def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndar
 
 @njit
 def dilute(alive: np.ndarray, wanted: np.ndarray, bodies: Bodies) -> None:
-    """Change the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
+    """Adjust the concentrations of living bodies to the volumes `wanted` f64[rows] [L]."""
     volume = bodies.volume
     for row in range(alive.size):
         if alive[row] and wanted[row] != volume[row]:

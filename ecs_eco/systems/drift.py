@@ -27,8 +27,8 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents move all bodies in the water, except into rock or, if they are solid, through a solid
-    capsule or box that cannot move. Heavy bodies sink to the bottom, light ones rise to the surface."""
+    """Currents move all bodies in the water, but none into rock and no solid body through an immovable solid
+    capsule or box. Heavy bodies sink to the bottom; light bodies rise to the surface."""
 
     needs = (Position,)
     phase = "move"
@@ -37,15 +37,15 @@ class Drift(System):
         "Drift and sinking",
         where=("water.current", "water.current_function", "body.sinking"),
         rules={
-            "water.current": "A body moves with the velocity of the water at its depth, linear between the "
-            "given depths.",
+            "water.current": "A body moves at the velocity of the water at its depth, interpolated linearly "
+            "between the given depths.",
             "body.sinking": "`dz/dt = −sinking`.",
         },
         changes=("Position",),
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Move one kind of bodies."""
+        """Move one kind of body."""
         water, species = world.environment.water, table.species
         if water is None and not (species.body.sinking or species.traits):
             return
@@ -81,7 +81,7 @@ class Drift(System):
 def stay_off_rock(
     alive: np.ndarray, before: np.ndarray, ground: Ground, space: Extent, places: Places
 ) -> None:
-    """Move the living back to places f32[rows, 3] [m] if their displacements lead into rock."""
+    """Move living bodies back to places f32[rows, 3] [m] if their displacements lead into rock."""
     x, y, _ = places
     for row in range(len(before)):
         ax, ay = before[row, 0], before[row, 1]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (  # of the fields of `Heat`
+KEYS = (  # in the order of the fields of `Heat`
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",
@@ -31,29 +31,30 @@ KEYS = (  # of the fields of `Heat`
     "heat.regulate.cooling",
     "heat.regulate.cost",
 )
-LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it takes the temperature of its surroundings at once
+LEAST_CAPACITY = 1e-60  # [J/K] of a massless body, which adopts the temperature of its surroundings at once
 
 
 class Heat(NamedTuple):
-    """Exchange and production of heat, for kernels: numbers, or arrays [rows], each body's own."""
+    """Exchange and production of heat, for kernels: numbers, or arrays [rows] with a value per body."""
 
     specific_heat: Number  # [J/(kg K)]
     conductance: Number  # [W/(m^2 K)]
     insulation: Number  # [m^2 K/W]
-    metabolic_heat: Number  # heat of a unit of burnt energy [J]
+    metabolic_heat: Number  # [J] heat per unit of burned energy
     set_point: Number  # [K]
     warming: Number  # maximum production [W]
     cooling: Number  # maximum loss [W]
-    cost: Number  # energy per joule of each
+    cost: Number  # energy per joule of warming or cooling
 
 
 class ExchangeHeat(System):
-    """A body cools or warms toward its surroundings; its metabolism warms it; an animal that regulates its
-    temperature pays to keep its set point.
+    """A body cools or warms toward the temperature of its surroundings, and its metabolism warms it; an
+    animal that regulates its temperature pays to stay at its set point.
 
-    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P: C is mass × specific heat, k is surface /
-    (1/conductance + insulation), P the heat of metabolism and of regulation. It is solved exactly, so that
-    ticks of any length give the same course. An animal without energy does not regulate.
+    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P, is solved exactly, so the course of
+    temperature does not depend on the length of a tick. C is mass × specific heat, k is surface /
+    (1/conductance + insulation), and P is the heat from metabolism and regulation. An animal without energy
+    does not regulate its temperature.
     """
 
     needs = (Position, Body, Physical, HeatExchange)
@@ -63,7 +64,7 @@ class ExchangeHeat(System):
         reads=("heat",),
         rules={
             "": "`C dT/dt = k (T_surroundings − T) + P`, with `C = mass × specific_heat`, `k = surface/"
-            "(1/conductance + insulation)` and P the heat of metabolism and regulation, solved exactly "
+            "(1/conductance + insulation)` and P the heat from metabolism and regulation, solved exactly "
             "(Newton's law of cooling)."
         },
         changes=("Physical.temperature", "HeatExchange", "Metabolism.energy", "Metabolism.burnt"),
@@ -71,7 +72,7 @@ class ExchangeHeat(System):
     asked_for = staticmethod(lambda table: HeatExchange in table)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Update the temperatures of one kind of bodies."""
+        """Update the temperatures of one kind of body."""
         heat = table.species.heat
         if heat is None:
             return
@@ -122,7 +123,7 @@ class ExchangeHeat(System):
 
 
 def round_as(table: Table) -> np.ndarray:
-    """Return the radius of the sphere with the surface of each body: f32[capacity] [m]."""
+    """Return the radius of a sphere with the same surface area as each body: f32[capacity] [m]."""
     if Shape not in table:
         return table[Body].radius
     return np.sqrt(surface(*extents(table)) / (4 * math.pi)).astype(np.float32)
@@ -144,12 +145,12 @@ def exchange(
     energy: np.ndarray,
     burnt: np.ndarray,
 ) -> None:
-    """Advance the temperature of the living [K] to the end of a tick; record the energy cost."""
+    """Advance the temperature [K] of living bodies to the end of a tick; record the energy cost."""
     specific_heat, conductance, insulation, metabolic_heat, set_point, warming, cooling, cost = heat
     for row in range(first, last):
         if not alive[row]:
             continue
-        # float64(), because float() of a float32 is a float32 in a kernel
+        # float64(), because float() of a float32 remains a float32 in a kernel
         capacity = max(np.float64(mass[row]) * of_row(specific_heat, row), LEAST_CAPACITY)
         resistance = coat[row] if coat.size else of_row(insulation, row)
         leaks, costs, goal = of_row(conductance, row), of_row(cost, row), of_row(set_point, row)
@@ -159,7 +160,7 @@ def exchange(
         own = of_row(metabolic_heat, row) * burnt[row] / dt if burnt.size else 0.0
         now, left, spent = np.float64(temperature[row]) + residue[row], dt, 0.0
         if shivers > 0 or pants > 0:
-            # [J] that it can pay for
+            # [J] the heat it can pay for
             most = max(np.float64(energy[row]), 0.0) / costs if costs > 0 else np.inf
             if now != goal:
                 power = shivers if now < goal else -pants
@@ -193,8 +194,8 @@ def span(rate, time):
 
 @njit
 def when(gap, slope, rate):
-    """Return the time [s] until a temperature that first changes by `slope` [K/s], and exponentially less,
-    has changed by `gap` [K]; infinite if it never does."""
+    """Return the time [s] until a temperature has changed by `gap` [K] if its rate of change begins at
+    `slope` [K/s] and decays exponentially; infinite if it never does."""
     if gap * slope <= 0 or gap * rate / slope >= 1:
         return np.inf
     return -math.log1p(-gap * rate / slope) / rate if rate > 0 else gap / slope
@@ -202,5 +203,5 @@ def when(gap, slope, rate):
 
 @njit
 def lasts(most, power):
-    """Return how long an amount of heat [J] lasts at a power [W]: [s]."""
+    """Return how long [s] an amount of heat [J] lasts at a power [W]."""
     return max(most, 0.0) / abs(power) if power != 0 else np.inf

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.field import Field
     from ecs_eco.space.world import SpatialWorld
 
-    Asked = tuple[Table, Any, str]  # a process of one kind of bodies, and its key
+    Asked = tuple[Table, Any, str]  # one kind of body, a process and its key
 
 ALL = np.zeros(0, np.bool_)
 OUTSIDE = np.zeros(0)
@@ -40,11 +40,11 @@ class Cells(NamedTuple):
 
 
 class Mouths(NamedTuple):
-    """Position of mouths on bodies, for kernels: [rows], or numbers for all."""
+    """Position of mouths on bodies, for kernels: arrays [rows], or numbers shared by all."""
 
     heading: np.ndarray  # [rad]
     radius: np.ndarray  # [m]
-    forward: Number  # ahead, to the left and up, in radii
+    forward: Number  # forward, to the left and up, in body radii
     left: Number
     up: Number
 
@@ -55,9 +55,9 @@ KINDS = "uptake", "equilibrate", "release"
 class ExchangeMatter(System):
     """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
-    All bodies of all kinds do so at once. Uptake is limited by the content of a cell; if that is not enough,
-    each body gets the same share of its demand. Equilibration is solved exactly for a body and its part of
-    its cell. Everything runs in canonical order.
+    All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if there is not
+    enough, all bodies get the same share of their demand. Equilibration is solved exactly for a body and its
+    part of the cell. Everything runs in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -68,8 +68,7 @@ class ExchangeMatter(System):
     _asked: dict[tuple[int, int, str], list[Asked]]
 
     def process(self, *_args: object) -> None:
-        """Exchange the substances that species list, for all bodies, one process and one field after
-        another."""
+        """Exchange the substances that species list for all bodies, one process and one field at a time."""
         self._asked, world = {}, self.world
         super().process()
         for (kind, _, field), asked in sorted(self._asked.items(), key=lambda one: one[0]):
@@ -80,8 +79,7 @@ class ExchangeMatter(System):
                     self.release(table, world, way, key)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Record what one kind of bodies exchanges: its first entry of each process and field, its second
-        …"""
+        """Record the exchanges of one kind of body, numbered within each process and field."""
         seen: dict[tuple[int, str], int] = {}
         for number, way in enumerate(table.species.exchange if table.n else ()):
             kind = KINDS.index(way.kind), way.field or ""
@@ -91,7 +89,7 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Take up the demand of bodies of all kinds from one field, or their share of its content."""
+        """Take up what bodies of all kinds demand from one field, or their share of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
@@ -126,7 +124,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Equilibrate concentrations in bodies of all kinds with those around them in one field."""
+        """Equilibrate concentrations in bodies of all kinds with the concentrations around them in one field."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         before, total = value.copy(), np.zeros(value.size)
         places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
@@ -140,7 +138,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Release a share of the content of bodies above the amount that they keep."""
+        """Release a share of the content of bodies that exceeds the amount they keep."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:
@@ -155,21 +153,20 @@ class ExchangeMatter(System):
     def book(
         self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int, moved: float
     ) -> None:
-        """Record the amounts that have entered the bodies [mol]."""
+        """Record the amounts [mol] that have entered the bodies."""
         if world.matter is not None:
             world.matter.book(("table", table.name), flow, moved, s)
             if field is not None:
                 world.matter.book(("field", field), flow, -moved, s)
 
     def doing(self, table: Table, way: Uptake | Release) -> np.ndarray:
-        """Return which organisms execute the required action, bool[capacity]; empty if none is required."""
+        """Return which organisms execute the required action, bool[capacity]; empty if no action is required."""
         return ALL if way.action is None else table.species.nerves.doing(table, way.action)
 
     def places(
         self, table: Table, world: SpatialWorld, way: Uptake | Release | Equilibrate, key: str
     ) -> tuple[Field, np.ndarray, np.ndarray]:
-        """Return the field, the rows of the living in canonical order i64[n], and the cell of the field at
-        each one's mouth: i64[n]."""
+        """Return the field, the living rows in canonical order i64[n], and the field cell at each mouth i64[n]."""
         field, index = world.fields[way.field or ""], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
         at = own_values(
@@ -189,7 +186,7 @@ class ExchangeMatter(System):
 def find(
     rows: np.ndarray, places: Places, mouths: Mouths, space: Extent, cells: Cells, cell: np.ndarray
 ) -> None:
-    """Write the cell of a field at a place on each body."""
+    """Write the field cell at each body's mouth."""
     (x, y, z), (heading, radius, forward, left, above) = places, mouths
     nx, ny, nz, inverse = cells
     for i in range(rows.size):
@@ -217,8 +214,8 @@ def want(
     wanted: np.ndarray,
     total: np.ndarray,
 ) -> None:
-    """Write each body's demand for a substance from its cell of a field to `wanted` f64[n] [mol], at most
-    `rate` [mol/L]; add it to `total` f64[cells]."""
+    """Write each body's demand for a substance, at most `rate` [mol/L], to `wanted` f64[n] [mol], and add it
+    to the total demand on its cell, `total` f64[cells]."""
     volume = bodies.volume
     for i in range(rows.size):
         row, c = rows[i], value[cell[i]]
@@ -233,8 +230,8 @@ def want(
 
 @njit
 def share(cell, wanted, total, value, litres):
-    """Reduce demands [mol] to the same share of their cells' content, for total demands `total`
-    f64[cells]."""
+    """Scale demands [mol] down to fit where the total demand on a cell, `total` f64[cells], exceeds its
+    content."""
     for i in range(cell.size):
         if wanted[i] > 0:
             wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
@@ -276,8 +273,8 @@ def pass_skin(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Pass a substance between bodies and their parts, by volume, of their cells, where all bodies
-    have the volume `total` f64[cells]; return the amount that has entered bodies [mol]."""
+    """Pass a substance between bodies and their parts of a cell, which are proportional to body volume;
+    `total` f64[cells] is the volume of all bodies in a cell. Return the amount [mol] that has entered bodies."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row, k = rows[i], cell[i]
@@ -303,8 +300,8 @@ def give(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Move a share of bodies' content of a substance above a concentration into the cells of a field, or
-    out of the world if there is none; return the total [mol]."""
+    """Move a share of the substance that bodies hold above a concentration into the cells of a field, or out
+    of the world if there is no field; return the total [mol]."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row = rows[i]

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)
 NOTHING = np.zeros(0, np.float32)
-NO_RADIUS = np.float32(0)  # to the surface
+NO_RADIUS = np.float32(0)  # for distances between surfaces
 NOBODY = np.zeros(0, np.int64)
 LONGEST = np.iinfo(np.int32).max  # ticks of handling
 
@@ -59,14 +59,14 @@ class Feed(System):
     """An animal that eats and is not handling a meal takes the nearest food within reach, with the diet's
     probability of success.
 
-    Each animal proposes one item of each kind in its diet; an item goes to the nearest eater of all species
-    that want it, ties by lot. An animal that gets several items takes the nearest first, and the others if it
-    still can. An animal that is itself eaten, in a nearer meal, eats nothing; the eaten die. The order of
-    species and of diets has no effect.
+    Each animal proposes one item of each kind in its diet; an item goes to the nearest eater of any species
+    that wants it, with ties broken at random. An animal that wins several items takes the nearest first, then
+    the others if it still can. An animal that is itself eaten in a nearer meal eats nothing; eaten organisms
+    die. The order of species and diets has no effect.
 
-    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough food
-    resists some bites, and so does prey that the land shelters; poison costs the eater energy, and deadly
-    food kills it. If the eater's body contains substances, those of the eaten enter it.
+    An animal with an action `eat` eats when it decides to; an animal without it eats whenever it can. Tough
+    food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
+    kills it. If the eater's body contains substances, it takes up the substances of its food.
     """
 
     needs = (Position, Body, Metabolism)
@@ -77,37 +77,36 @@ class Feed(System):
         where=("diet",),
         reads=("diet",),
         rules={
-            "": "An animal proposes the nearest item of each kind of its diet, if the surfaces of both bodies "
-            "are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
-            "chance)^dt`. An item goes to the nearest of the animals that want it, and an animal with "
-            "several items takes the nearest first. The eaten die.",
+            "": "An animal proposes the nearest item of each kind in its diet if the surfaces of both "
+            "bodies are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
+            "chance)^dt`. An item goes to the nearest animal that wants it; an animal that wins several "
+            "items takes the nearest first. Eaten organisms die.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
             "diet.satiation": "An animal eats only while its energy is below `satiation`.",
-            "diet.efficiency": "A meal adds `efficiency` times the energy that the item holds, up to "
-            "`energy_max`.",
+            "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",
-            "diet.assimilation": "The share `assimilation` of the item's substances goes into the eater, the "
-            "rest into the first field of each substance.",
+            "diet.assimilation": "The share `assimilation` of the item's substances enters the eater; the "
+            "rest enters the first field of each substance.",
         },
         changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.digesting", "Chemistry", "Matter"),
         draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",
     )
     world: SpatialWorld
     _wanted: list[Meals]  # in this tick
-    _shaped: bool  # whether some distances are from surface to surface
+    _shaped: bool  # whether some distances are between surfaces
 
     @cached_property
     def _meals(self) -> dict[tuple[str, int], tuple[tuple[Any, ...], tuple[Any, ...]]]:
-        """By eater and food: the sources of a meal's properties, and the properties."""
+        """The inputs and the results of `meal`, by eater and food."""
         return {}
 
     def start(self, world: SpatialWorld) -> None:
-        """Register the causes of death in the order of species."""
+        """Register the causes of death, species by species."""
         for table in world.tables.values():
             register_eaters(world, table)
 
     def process(self, *_: object) -> None:
-        """Collect the proposals of all eaters, decide which of them win, and let these eat."""
+        """Collect the proposals of all eaters, decide which ones win, and feed the winners."""
         self._wanted, self._shaped = [], False
         super().process()
         wanted = self._wanted
@@ -200,8 +199,8 @@ class Feed(System):
         )
 
     def eat_all(self, mine: list[Meals]) -> list[Meals]:
-        """Give the eaters of one table the nearest item that each has won, then the next if it still
-        can; return those whose substances enter their eaters."""
+        """Feed each eater of one table the nearest item it has won, then the next if it can still eat; return
+        the meals whose substances enter the eaters."""
         eaten, table = list[Meals](), mine[0].table
         m, holds = table[Metabolism], Matter in table
         killed = np.zeros(mine[0].eaters.n, np.bool_)
@@ -220,7 +219,7 @@ class Feed(System):
         return eaten
 
     def eat(self, meals: Meals) -> None:
-        """Give eaters the items that they have won, and count their gain [energy]."""
+        """Feed eaters the items they have won, and record their gain [energy]."""
         world, table, prey, food = self.world, meals.table, meals.prey, meals.food
         eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
@@ -243,8 +242,8 @@ class Feed(System):
         )
 
     def swallow(self, eaten: list[Meals]) -> None:
-        """Move the substances of the eaten into their eaters, by distance if an animal both eats and is
-        eaten."""
+        """Move the substances of eaten organisms into their eaters, in order of distance if an animal both
+        eats and is eaten."""
         for meals, eater, item in in_order(self.world.key, eaten):
             table, food = meals.table, meals.food
             share = own_value(
@@ -255,11 +254,12 @@ class Feed(System):
             swallow(self.world, table, meals.eaters.rows[eater], meals.prey, meals.foods.rows[item], share)
 
     def meal(self, table: Table, food: Diet, number: int, dt: float) -> tuple[Any, Any, Effect]:
-        """Return the result of `meal`, recomputed only if its sources change or are individual."""
+        """Return the result of `meal`, recomputed only if its inputs have changed or differ between
+        individuals."""
         way = table.species.metabolism
         if table.species.traits or table.species.growth is not None:
             return meal(table, food, dt)
-        given = food, way, dt  # sections of a world file do not change: others replace them
+        given = food, way, dt  # sections of a world file are replaced, never changed
         known = self._meals.get((table.name, number))
         if known is None or known[0] != given:
             known = self._meals[table.name, number] = given, meal(table, food, dt)
@@ -267,8 +267,8 @@ class Feed(System):
 
 
 def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
-    """Return reach and probability per tick of one kind of food, then `Meals.effect`: numbers, or arrays
-    [high] if a gene codes for any of them."""
+    """Return the reach and the probability of success per tick for one kind of food, then `Meals.effect`:
+    numbers, or arrays [high] if a gene codes for any of them."""
     metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
     keys: dict[str, Any] = {
         kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
@@ -291,13 +291,13 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
 
 
 def in_ticks(chance: Number, dt: float) -> Any:
-    """Return the probability per tick of dt [s] for a probability per second, or for each."""
+    """Convert probabilities per second to probabilities per tick of dt [s]."""
     return 1 - power(1 - chance, dt)
 
 
 def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return each row's share of bites that fail, and poison, or arrays of one for all; empty if
-    undefended."""
+    """Return each row's share of bites that fail and its poison, or arrays of length 1 if all rows are equal;
+    empty if undefended."""
     toughness, poison = of_body(prey)
     if world.terrain is not None:
         toughness = sheltered(world.terrain, prey, toughness)
@@ -305,8 +305,8 @@ def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return each row's toughness and poison, f32[capacity], or arrays of one for all; empty if
-    undefended."""
+    """Return each row's toughness and poison, f32[capacity], or arrays of length 1 if all rows are equal;
+    empty if undefended."""
     defence = prey.species.defence
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
@@ -316,7 +316,7 @@ def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarray:
-    """Return the share of bites that fail, f32[high], with the shelter that the land gives mobile prey."""
+    """Return the share of bites that fail, f32[high], including the shelter that the land gives mobile prey."""
     high = prey.high
     if terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
         return toughness
@@ -359,7 +359,7 @@ def propose(
     key: np.uint64,
     purpose: int,
 ) -> None:
-    """Reject food that eaters first … last − 1 cannot have: its entry becomes −1."""
+    """Reject food that eaters first … last − 1 cannot eat, by setting its entry to −1."""
     rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
     radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
     food_radius, toughness, food_cause = foods
@@ -387,8 +387,8 @@ def propose(
 
 @lone_njit
 def widest(reach, radius, alive, other, alive_other):
-    """Return the smallest number above `reach` plus the largest radii of the living of two tables [m], at
-    least 1e-6."""
+    """Return the smallest number [m] above the sum of `reach` and the largest living radius in each of two
+    tables; at least 1e-6."""
     both = np.empty(2, np.float32)
     bits = both.view(np.int32)
     bits[0], bits[1] = top(radius.view(np.int32), alive), top(other.view(np.int32), alive_other)
@@ -399,8 +399,8 @@ def widest(reach, radius, alive, other, alive_other):
 
 @njit
 def top(bits, alive):
-    """Return the highest value among the living. Radii are not negative, so their bits have the same
-    order, and this compiles to vector code."""
+    """Return the highest value among living rows. Radii are not negative, so their bits have the same order,
+    and comparing bits vectorizes."""
     most = np.int32(0)
     for k in range(bits.size):
         row = np.uint64(k)
@@ -420,13 +420,13 @@ def ingest(
     deadly: int,
     least: float,
 ) -> float:
-    """Give eaters their items: `best` i32[foods], −1 for none; return the total gain."""
+    """Feed eaters the items they have won, `best` i32[foods] (−1: none); return the total gain."""
     rows, uid, food_rows = mine.rows, mine.uid, targets.rows
     gain, efficiency, ceiling, digestion, _ = effect
     eater_cause, eater_killer, energy, digesting, taken = eaters
     food_cause, food_killer, food_uids, held, poison = foods
     gained, n, eaten = 0.0, 0, np.empty(best.size, np.int32)
-    for j in range(best.size):  # no branches: memory of a meal is fetched while others wait for theirs
+    for j in range(best.size):  # branch-free, so that the memory accesses of meals overlap
         eaten[np.uint64(n)] = j
         n += best[j] >= 0
     for k in range(n):
@@ -438,14 +438,14 @@ def ingest(
             worth += share * max(held[food], np.float32(0.0))
         if poison.size:
             worth -= poison[food % np.uint64(poison.size)]
-        after = min(before + worth, max(before, of_row(ceiling, row)))  # bad food has a negative gain
+        after = min(before + worth, max(before, of_row(ceiling, row)))  # harmful food has a negative gain
         energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
         gained += np.float64(energy[row]) - np.float64(before)
         digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
         food_killer[food] = uid[eater]
-        if deadly and not eater_cause[row]:  # otherwise it is eaten itself
+        if deadly and not eater_cause[row]:  # otherwise the eater itself was eaten
             eater_cause[row] = deadly
             eater_killer[row] = food_uids[food]
     return gained

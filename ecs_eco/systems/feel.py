@@ -1,4 +1,4 @@
-"""Organisms feel: happiness, and its change, the reward."""
+"""Organisms feel happiness; its change is the reward."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ NO_LEAST = np.float32(-np.inf)
 
 
 class Feel(System):
-    """The happiness network reads the sensors; the change since the last tick rewards the last decision.
+    """The happiness network reads the sensors; the change in happiness since the last tick is the reward for
+    the last decision.
 
     Happiness at t is a function of the observations at t, so feeling follows sensing. A newborn has no
-    earlier happiness and no reward. Your own system in the phase `feel` runs after this one and may write
-    `Nervous.reward`: the learner gets its value at the end of the phase.
+    previous happiness and gets no reward. Your own systems in the phase `feel` run after this one and may
+    write `Nervous.reward`; the learner reads it at the end of the phase.
     """
 
     needs = (Nervous,)
@@ -38,8 +39,8 @@ class Feel(System):
         reads=("happiness",),
         rules={
             "": "`happiness(t) = max(minimum, f(x(t)))` and `reward(t) = happiness(t) − happiness(t − 1)` "
-            "(Strannegård et al. 2021), where f is the formula or the weighted sum of readings. The reward of "
-            "death is the minimum minus the happiness last felt."
+            "(Strannegård et al. 2021), where f is the formula or the weighted sum of readings. The reward "
+            "at death is the minimum minus the last happiness value."
         },
         changes=("Nervous.happiness", "Nervous.reward", "Nervous.awake"),
     )
@@ -66,8 +67,8 @@ class Feel(System):
 
 
 def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32] | None:
-    """Return the inputs of happiness: x [channels, n], the steps of a formula over it, and the minimum;
-    None if there is no happiness network. Without such steps, x is the happiness itself."""
+    """Return the inputs of happiness: x [channels, n], the steps of a formula over x, and the minimum; None
+    if there is no happiness network. If the steps only read x, x is the happiness itself."""
     network = nerves.happiness
     if (
         type(network) is HappinessNetwork
@@ -81,8 +82,8 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
-    """Store happiness of entries first … last − 1, the result of the steps of a formula but at least
-    `least`, and its change; the first happiness of a life is not a change."""
+    """Store the happiness of entries first … last − 1, which is the result of a formula's steps but at least
+    `least`, and its change; an organism's first happiness is not a change."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

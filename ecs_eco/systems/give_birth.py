@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class GiveBirth(System):
     """At term a mother gives birth to her litter and pays the share that the father has not paid.
 
-    The litter is limited by the energy that she can spend, by `max_count` and by the free places. She keeps
-    the father's payment for the unborn rest, up to her capacity, and it is deducted from the parents'
-    expenses. An unborn litter dies with its mother.
+    The litter is limited by the energy that she can spend, by `max_count` and by the number of free places.
+    She keeps the father's payment for young that could not be born, up to her capacity, and it is deducted
+    from the parents' expenses. An unborn litter dies with its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -35,11 +35,11 @@ class GiveBirth(System):
         "Sexual reproduction",
         where=("reproduction.kind=sexual",),
         changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
-        draws="the places and headings of newborn",
+        draws="the places and headings of newborns",
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Give birth in one species."""
+        """Run the births of one species."""
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
@@ -78,7 +78,7 @@ class GiveBirth(System):
 
 @njit
 def her_part(given, stored, carrying):
-    """Return what the mother pays per newborn."""
+    """Return the mother's payment per newborn."""
     return max(given - stored / np.float32(carrying), np.float32(0.0))
 
 
@@ -92,7 +92,7 @@ def at_term(
     mothers: np.ndarray,
     number: np.ndarray,
 ) -> int:
-    """List the mothers at term, and how many newborn each can pay for; return the number of mothers."""
+    """List the mothers at term, and how many newborns each can pay for; return the number of mothers."""
     carrying, due, _, stored, _ = wombs
     n, own, energy_given = 0, lives.own, lives.energy_given
     for row in range(alive.size):
@@ -114,8 +114,8 @@ def deliver(
     given: np.ndarray,
     wombs: Wombs,
 ) -> None:
-    """Charge the mothers for the newborn, return the father's payment for the others, and start the
-    mothers' rest."""
+    """Charge the mothers for their newborns, refund the father's payment for young that could not be born,
+    and start the mothers' rest."""
     carrying, _, father, stored, rest = wombs
     for i in range(mothers.size):
         row = mothers[i]

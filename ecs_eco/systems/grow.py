@@ -25,7 +25,8 @@ class Grow(System):
     """A plant gains `photosynthesis` [energy/s] in full light, proportionally less in weaker light, until it
     is full.
 
-    The share that it spends on its defense does not grow. Classes of land cover multiply growth.
+    The share that it spends on its defense is not available for growth. Each land-cover class multiplies
+    growth by a factor.
     """
 
     needs = (Position, Metabolism)
@@ -39,7 +40,7 @@ class Grow(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Grow one species; those without `photosynthesis` do not change."""
+        """Grow one species, unless it lacks `photosynthesis`."""
         way = table.species.metabolism
         if way.photosynthesis == 0 and Growth not in table:
             return
@@ -69,7 +70,7 @@ class Grow(System):
 
 @njit
 def grow(first, last, alive, light, growth, ceiling, energy, taken):
-    """Add light[row] × growth to the energy of the living, up to the maximum."""
+    """Add light[row] × growth to the energy of living plants, up to the maximum."""
     for row in range(first, last):
         if alive[row]:
             before = energy[row]

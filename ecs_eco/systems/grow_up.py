@@ -17,26 +17,26 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # of the mass, which approaches that of the adult
+ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # exponents of mass in the growth laws
 
 
 class Law(NamedTuple):
     """Growth of bodies, for kernels."""
 
-    root: float  # of the mass, which approaches that of the adult
+    root: float  # exponent of mass in the growth law
     step: Number  # rate × dt, or f32[rows]
-    standard: float  # adult mass to which it applies [kg], 0: any
+    standard: float  # [kg] adult mass to which `step` applies; 0: any
     cost: Number  # energy per kilogram
-    reserve: Number  # energy that growth leaves
+    reserve: Number  # energy that growth must leave
 
 
 class GrowUp(System):
-    """A body that is smaller than the adult's grows, as far as it can pay for the new tissue.
+    """A body that is smaller than the adult's grows as far as its owner can pay for new tissue.
 
-    The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or the fourth
-    root does (West, Brown & Enquist 2001), at a rate that falls with the fourth root of the adult's mass. The
-    course is exact. Each kilogram costs energy beyond the reserve; a body that cannot pay grows less, and
-    catches up later. The radius grows with the cube root of the mass.
+    The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or its fourth
+    root does so (West, Brown & Enquist 2001) at a rate that falls with the fourth root of the adult's mass.
+    Growth is solved exactly. Each kilogram costs energy, which only the energy above the reserve can pay for;
+    a body that cannot pay grows less and catches up later. The radius grows with the cube root of the mass.
     """
 
     needs = (Body, Metabolism, Stature)
@@ -82,7 +82,7 @@ class GrowUp(System):
             m.energy,
             m.burnt,
         )
-        table.version += 1  # bodies that touch and hide others are larger
+        table.version += 1  # bodies that have grown may touch and hide others
 
 
 @njit
@@ -99,7 +99,7 @@ def grow_up(
     energy: np.ndarray,
     burnt: np.ndarray,
 ) -> None:
-    """Grow the living for a tick."""
+    """Grow living bodies for one tick."""
     root, step, standard, cost, reserve = law
     for row in range(first, last):
         if not alive[row] or mass[row] >= adult_mass[row]:

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 Values = dict[tuple[type, str], np.ndarray]
 
-HATCHED = "hatched"  # the cause of the end of an egg
+HATCHED = "hatched"  # the cause of death of a hatched egg
 
 
 class Hatch(System):
-    """An egg develops, faster in warmth, and hatches at the end of its incubation: the egg ends, and a
-    newborn with its energy, genome and parents takes its place.
+    """An egg develops faster in warmth and hatches at the end of its incubation: a newborn with the egg's
+    energy, genome and parents replaces it.
 
-    The rate is proportional to the degrees above a threshold (degree-days, Réaumur 1735), of the egg itself
-    if it has a temperature, otherwise of its place. Eaten eggs do not hatch, and no egg hatches during
+    The rate is proportional to the degrees above a threshold (degree-days, Réaumur 1735), measured in the egg
+    if it has a temperature, otherwise in its surroundings. Eaten eggs do not hatch, and no egg hatches during
     pre-training.
     """
 
@@ -39,7 +39,7 @@ class Hatch(System):
     asked_for = staticmethod(lambda table: table.species.hatch is not None)
 
     def start(self, world: SpatialWorld) -> None:
-        """Register the cause of their end."""
+        """Register the cause of death of hatched eggs."""
         world.cause(HATCHED)
         world.bodiless.add(HATCHED)
 
@@ -68,7 +68,7 @@ class Hatch(System):
 
 @njit
 def develop(first, last, alive, temperature, usual, threshold, dt, developed):
-    """Advance the development of the living by a tick; `usual` [K] is the reference temperature, 0: none."""
+    """Advance the development of living eggs by one tick; `usual` [K] is the reference temperature (0: none)."""
     for row in range(first, last):
         if alive[row]:
             rate = 1.0
@@ -78,8 +78,8 @@ def develop(first, last, alive, temperature, usual, threshold, dt, developed):
 
 
 def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> None:
-    """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: at the eggs' positions,
-    with their energy, substances, genome and parents."""
+    """Request the newborns that hatch from eggs in rows i64[k], in uid order: they get the eggs' positions,
+    energy, substances, genomes and parents."""
     p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
     values = newborn(
         into, world, uid, p.x[rows], p.y[rows], p.z[rows], headings(world, uid), eggs[Metabolism].energy[rows]
@@ -98,7 +98,7 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
 
 
 def _inherited(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld, mother: np.ndarray) -> Values:
-    """Return the inherited columns of newborn; eggs without a mother have those of founders."""
+    """Return the inherited columns of newborns; newborns from eggs without a mother get a founder's values."""
     heredity = into.species.heredity
     assert heredity is not None
     carried = {

@@ -1,4 +1,5 @@
-"""Interventions: cull, add, fence, lay roads, dose, set values, switch reproduction and learning."""
+"""Interventions: cull, add organisms, put up fences, lay roads, dose, set values, switch reproduction and
+learning."""
 
 from __future__ import annotations
 
@@ -31,17 +32,16 @@ if TYPE_CHECKING:
     from ecs_eco.space.geometry import Space
     from ecs_eco.space.world import SpatialWorld
 
-TIE = random.CULL + (1 << 23)  # purpose of the draws between equals
-CELL = 1.0  # [m] side of the cells of a fence if the world has no ground of its own; less in a small world
+TIE = random.CULL + (1 << 23)  # purpose of the draws that break ties
+CELL = 1.0  # [m] cell side of fences in a world without ground; smaller in a small world
 
 
 class Intervene(System):
-    """Carries out the world file's interventions, and those requested with `World.intervene`, at the start of
-    their tick.
+    """Carries out interventions from the world file and from `World.intervene` at the start of their tick.
 
-    Culled organisms die at the end of the phase die of this tick, newcomers live from the end of the phase
-    reproduce on, and everything else takes effect at once. `world.intervened` lists interventions that were
-    carried out.
+    Culled organisms die at the end of the phase `die` of this tick, newcomers live from the end of the phase
+    `reproduce` on, and everything else takes effect at once. `world.intervened` lists the interventions
+    carried out so far.
     """
 
     phase = "environment"
@@ -50,12 +50,11 @@ class Intervene(System):
     world: Any  # an `ecosystem.World`, which can be reconfigured
 
     def __init__(self) -> None:
-        self.requests: list[Any] = []  # for the next tick, by World.intervene
+        self.requests: list[Any] = []  # requested with World.intervene for the next tick
         self.made_ground = False  # whether the world's ground was created for a fence
 
     def process(self, *_: object) -> None:
-        """Carry out the interventions that are due in this tick, in the order of the file; then pending
-        requests."""
+        """Carry out the interventions due in this tick, in the order of the file, then pending requests."""
         world = self.world
         plan = () if world.config is None else world.config.interventions
         planned = [x for x in plan if x.due(world.tick)] if plan else []
@@ -65,8 +64,8 @@ class Intervene(System):
             world.intervened.append((world.tick, order.once(world.tick)))
 
     def ask(self, intervention: dict[str, Any] | Intervention) -> None:
-        """Request an intervention for the next tick: a dict or a model. Raises ConfigError as a world file
-        does."""
+        """Request an intervention, a dict or a model, for the next tick. Raises a ConfigError if a world file
+        with it would be invalid."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
     def cull(self, world: SpatialWorld, order: Cull) -> None:
@@ -128,7 +127,7 @@ class Intervene(System):
             world.terrain.pave(corners, order.width, order.pace, order.cost)
 
     def dose(self, world: SpatialWorld, order: Dose) -> None:
-        """Add a substance to a field or bodies from outside, or remove it."""
+        """Add a substance to a field or to bodies, or remove it."""
         region = None if order.region is None else Region(world.space, order.region)
         if order.field is not None:
             dose_field(world, order.field, order.amount, region)
@@ -160,7 +159,7 @@ class Intervene(System):
         """Return the state that is stored nowhere else: species that do not reproduce, requests, and
         ground created for fences."""
         tables = self.world.tables.values()
-        # requests made within a tick wait for the next
+        # requests made within a tick wait for the next one
         text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
         out = {
             "barren": np.array([t.species.barren for t in tables], np.uint8),
@@ -191,7 +190,7 @@ class Intervene(System):
 
 
 def flat_ground(space: Space) -> Terrain:
-    """Return open ground without hills, on which fences can be put up."""
+    """Return flat, open ground on which fences can be put up."""
     cell = max(min(CELL, min(space.size[:2]) / 100), math.sqrt(space.size[0] * space.size[1] / 4e6))
     ground = Terrain(space, cell)
     ground.declared = False
@@ -201,19 +200,19 @@ def flat_ground(space: Space) -> Terrain:
 def checked(
     world: SpatialWorld, order: dict[str, Any] | Intervention, requests: Sequence[dict[str, Any]]
 ) -> Any:
-    """Return an intervention for the next tick, from a dict or a model; it follows the `requests` so far."""
+    """Return a valid intervention for the next tick from a dict or a model; it will follow earlier `requests`."""
     fields = (
         order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
     )
     data = {"at": world.tick} | fields
     if data["at"] != world.tick or "every" in data or "until" in data:
         raise ValueError(
-            f"intervene: it is tick {world.tick} now; leave out at, every and until, "
-            "or put it into the world file"
+            f"intervene: it is tick {world.tick} now; omit `at`, `every` and `until`, or put the "
+            "intervention into the world file"
         )
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]
-        # on which it depends; values set so far are in the config
+        # it depends on these; values set so far are in the config
         waiting = [done for done in requests if done["kind"] in ("fence", "road", "set")]
         return intervention(world.config, data, [*fences, *waiting])
     try:
@@ -236,7 +235,7 @@ def checked(
 
 
 def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
-    """Return a number for each row: the lowest is culled first."""
+    """Return a number for each row; rows with the lowest numbers are culled first."""
     if which == "random":
         return random.draw_many(key, table.uid[rows], random.CULL)
     if which in ("richest", "poorest"):

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class Learn(System):
-    """The reward goes to the last decision; when a rollout is full, PPO updates the policy of the species, or
-    of the individual that has its own.
+    """The reward goes to the last decision; when a rollout is full, PPO updates the policy of the species or
+    of the individual learner.
 
-    The bootstrap values of the living are those of their current observations.
+    Bootstrap values of living organisms are computed from their current observations.
     """
 
     needs = (Nervous,)
@@ -26,7 +26,7 @@ class Learn(System):
     submodel = Submodel("Learning", where=("policy.learn",), changes=("Policy", "Experience"))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Credit the rewards of one species, and update its brains when their rollouts are complete."""
+        """Credit one species' rewards, and update its brains when their rollouts are full."""
         nerves = table.species.nerves
         if nerves.learning:
             nerves.credit(table, table[Nervous].reward[nerves.rows])

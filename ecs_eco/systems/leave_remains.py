@@ -1,4 +1,4 @@
-"""The dead leave objects."""
+"""Dead organisms leave remains."""
 
 from __future__ import annotations
 
@@ -17,25 +17,23 @@ if TYPE_CHECKING:
 
 
 class LeaveRemains(System):
-    """The dead leave an object of the type that their species names, at the place of death, with their mass
-    and substances, and with their remaining energy if the type holds energy.
-
-    The eaten leave nothing: their bodies are in their eaters.
-    """
+    """A dead organism leaves an object of the type named by its species, at the place of death, with its mass
+    and substances, and with its remaining energy if the type holds energy. Eaten organisms leave nothing,
+    because their bodies are in their eaters."""
 
     phase = "die"
     divisible = True
     submodel = Submodel("Remains", where=("remains",), reads=("remains",))
 
     def start(self, world: SpatialWorld) -> None:
-        """Listen for deaths of any cause."""
+        """Watch for deaths from any cause."""
         world.on_death.append(self.leave)
 
     def process(self, *_: object) -> None:
         """Do nothing: remains are created when a death takes effect."""
 
     def leave(self, table: Table, rows: np.ndarray) -> None:
-        """Request one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
+        """Request one object for each dying organism that was not eaten; rows i64[k] are in uid order."""
         world, remains = self.world, table.species.remains
         if remains is not None:
             rows = rows[remaining(world, table, rows)]

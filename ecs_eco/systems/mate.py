@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
+CHOOSES, SIRES = 1, 2  # bits for the roles of a ready organism
 MEET, TASTE, TIE = random.MATE, random.MATE + (1 << 8), random.MATE + (2 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # the place of the forms of capsules and boxes
+SPHERES = np.zeros((0, 9), np.float32)  # forms if all bodies are spheres
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
 class Wishes(NamedTuple):
     """Willingness to mate, for kernels."""
 
-    column: int  # of the action mate, −1: none
+    column: int  # column of the action `mate`; −1: none
     decision: np.ndarray  # u8[rows, actions]
     consent: int  # how many of the two must be willing
 
@@ -48,7 +48,7 @@ class Wishes(NamedTuple):
 class Sires(NamedTuple):
     """Possible sires, for kernels; form f32[k, 9] is empty if all are spheres."""
 
-    can: np.ndarray  # u8[rows], the roles of each
+    can: np.ndarray  # u8[rows], roles
     radius: np.ndarray  # f32[rows] [m]
     energy: np.ndarray  # f32[rows]
     reach: Number  # [m]
@@ -60,10 +60,11 @@ class Mate(System):
     """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive
     by him.
 
-    An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to
-    pay his share, and pays it at once. In a species without sexes any two mate, and the chooser bears the
-    young. No organism mates twice in a tick: nearer pairs go first, equally near ones in a random order.
-    Conception has the `chance` per second of contact, times the fertility of both.
+    An organism is ready if it is old enough, well fed, rested and not pregnant; a male must also be able to
+    pay his share, and pays it at conception. In a species without sexes, any two members can mate, and the
+    chooser bears the young. No organism mates twice in a tick; nearer pairs have precedence, and ties are
+    broken at random. The probability of conception is `chance` per second of contact, multiplied by the
+    fertility of both.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -74,10 +75,11 @@ class Mate(System):
         where=("reproduction.kind=sexual",),
         reads=("reproduction",),
         rules={
-            "sex=none": "The species has no sexes: any two may mate, and the one that chooses bears the young.",
+            "sex=none": "The species has no sexes: any two members may mate, and the chooser bears the "
+            "young.",
             "": "A pair conceives in a tick with probability `1 − (1 − chance × fertility_mother × "
-            "fertility_father)^dt`. A parent must be at least `age_min` old and hold at least `energy_min`. The "
-            "young get `energy_given` each, which the parents pay.",
+            "fertility_father)^dt`. A parent must be at least `age_min` old and hold at least "
+            "`energy_min`. Each newborn gets `energy_given`, which the parents pay.",
         },
         changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
         draws="whether a pair conceives, and the order of equally near pairs",
@@ -162,7 +164,7 @@ class Mate(System):
         distance2: np.ndarray,
         world: SpatialWorld,
     ) -> None:
-        """Choose mates by a user's function, one chooser after another, in the order of uids."""
+        """Choose mates with a user's function, one chooser at a time, in uid order."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age = table[Metabolism].energy, table[Biology].age
         state = pyrandom.getstate()
@@ -184,7 +186,7 @@ class Mate(System):
             pyrandom.setstate(state)
 
     def conceive(self, table: Table, world: SpatialWorld, way: Sexual, pairs: np.ndarray) -> None:
-        """Conceive at random in `pairs` (rows of mother and father, i64[n, 2])."""
+        """Draw which `pairs` (rows of mother and father, i64[n, 2]) conceive, and update the parents."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         chance, (she, he) = own_value(table, "reproduction.chance", way.chance), pairs.T
         each = chance[she] if isinstance(chance, np.ndarray) else chance
@@ -221,8 +223,8 @@ class Mate(System):
 def agreed(
     table: Table, world: SpatialWorld, i: Index, partner: np.ndarray, distance2: np.ndarray
 ) -> np.ndarray:
-    """Return the pairs that mate, if each process knows the choices of its own organisms: rows i64[n, 2]
-    of those in this process, ghosts included."""
+    """Return the pairs that mate if each process knows only its own organisms' choices: rows i64[n, 2] of the
+    pairs in this process, ghosts included."""
     here = world.bands.entries(i)
     mine = here.start + np.flatnonzero(partner[here] >= 0)
     uid, chosen, far = world.bands.everyone(i.uid[mine], i.uid[partner[mine]], distance2[mine])
@@ -242,14 +244,13 @@ def agreed(
 
 
 def nearest_first(key: np.uint64, uid: np.ndarray, distance2: np.ndarray) -> np.ndarray:
-    """Return the order of choosers u64[n] by distance, of equal ones at random: i64[n]."""
+    """Return the order of choosers u64[n] by distance, with ties broken at random: i64[n]."""
     order = random.by_lot(key, uid, TIE)
     return order[distance2[order].argsort(kind="stable")]
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
-    """Return the column of the action mate in the decision, and the decision; −1 if a species has no such
-    action."""
+    """Return the column of the action `mate` in the decision (−1: no such action), and the decision."""
     nerves = table.species.nerves
     column = (
         -1
@@ -260,8 +261,8 @@ def action(table: Table) -> tuple[int, np.ndarray]:
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the rule in the species' toolbox: its number (−1: a user's function) and its function; None
-    without a toolbox."""
+    """Return the mating rule in the species' toolbox: its number (−1: a user's function) and its function;
+    None without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
@@ -285,8 +286,7 @@ def ready(
     wishes: Wishes,
     can: np.ndarray,
 ) -> tuple[int, int]:
-    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and that can
-    sire."""
+    """Write each row's roles to can u8[rows]; return how many organisms can choose and how many can sire."""
     n_chooses, n_sires, carrying, rest = 0, 0, wombs.carrying, wombs.rest
     own, age_min, energy_min, litter = lives.own, lives.age_min, lives.energy_min, lives.litter
     for row in range(can.size):
@@ -314,8 +314,8 @@ def ready(
 
 @njit
 def suits(i, j, mine, sires, wishes, want, each, number, space):
-    """Return the squared distance from entry i to entry j if j can sire, pay, is willing and in reach,
-    otherwise −1. It is measured between surfaces if they are not spheres."""
+    """Return the squared distance from entry i to entry j if j can sire, can pay, is willing and is within
+    reach, otherwise −1. If some bodies are not spheres, it is the distance between surfaces."""
     rows, x, y, z, _, _ = mine
     can, radius, energy, near, share, form = sires
     it = rows[j]
@@ -343,7 +343,7 @@ def suitors(
     chosen: np.ndarray,
     far: np.ndarray,
 ) -> int:
-    """List the entries that suit entry i, and their squared distances; return their number."""
+    """List the possible sires for entry i and their squared distances; return their number."""
     rows, x, y, z, _, _ = mine
     close, n = np.empty(x.size, np.int64), 0
     each, number = lives.energy_given[0], np.float32(whole(lives.litter[0]))
@@ -371,11 +371,11 @@ def propose(
     partner: np.ndarray,
     distance2: np.ndarray,
 ) -> None:
-    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none), and his
-    squared distance.
+    """Write the father that each of the index entries first … last − 1 chooses (−1: none), and his squared
+    distance.
 
-    The choice is the nearest, a random one, the richest or the oldest; ties are broken by distance, then at
-    random.
+    The chosen father is the nearest, a random one, the richest or the oldest; ties are broken by distance,
+    then at random.
     """
     rows, x, y, z, uid, _ = mine
     own, _, _, energy_given, litter, choice = lives
@@ -422,8 +422,7 @@ def propose(
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers, in order of
-    precedence."""
+    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers by precedence."""
     n = 0
     for i in order:
         j = partner[i]
@@ -449,7 +448,8 @@ def join(
     given: np.ndarray,
     wombs: Wombs,
 ) -> None:
-    """Conceive at random in each pair: the mother carries, the father pays his share and rests."""
+    """Draw whether each pair conceives; if it does, the mother becomes pregnant, and the father pays his
+    share and rests."""
     own, _, _, energy_given, litter, _ = lives
     carrying, due_at, father, stored, rest = wombs
     for p in range(len(pairs)):

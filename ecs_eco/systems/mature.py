@@ -18,11 +18,13 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NEVER = 1e30  # [s] an age that no organism reaches
-EDGE = 1e-3  # least distance of the prime from maturity and from the end, as a share of the time between
+EDGE = (
+    1e-3  # minimum distance of the prime from maturity and from the end, as a share of the time between them
+)
 
 
 class Fertility(NamedTuple):
-    """Fertility by age and season, for kernels: f32[rows], or arrays of one."""
+    """Fertility by age and season, for kernels: f32[rows], or arrays of length 1."""
 
     peak: np.ndarray
     maturity: np.ndarray  # [s]
@@ -36,10 +38,10 @@ class Mature(System):
     """An organism becomes fertile at maturity, is most fertile in its prime and least in old age; outside the
     season it is less fertile.
 
-    Between maturity and end, a share u of the way, fertility is proportional to u^(3 m) (1 − u)^(3 (1 − m)),
-    a beta curve with its peak at m; with m = 1/3 this is Brass's polynomial u (1 − u)² (Brass 1975, Gage
-    2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), the von Mises curve, where t is the
-    share of the year and κ = 1/(2π width)².
+    When a share u of the time from maturity to the end of fertility has passed, fertility is proportional to
+    u^(3 m) (1 − u)^(3 (1 − m)), a beta curve with its peak at m; m = 1/3 gives Brass's polynomial u (1 − u)²
+    (Brass 1975, Gage 2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), the von Mises curve,
+    where t is the elapsed share of the year and κ = 1/(2π width)².
     """
 
     needs = (Biology,)
@@ -48,10 +50,11 @@ class Mature(System):
         "Fertility",
         reads=("breeding",),
         rules={
-            "breeding.end": "`fertility ∝ u^(3 m) (1 − u)^(3 (1 − m))`, where u is the share of the time from "
-            "maturity to the end that has passed and m that of the prime (Brass 1975; Gage 2001).",
-            "breeding.season": "The season multiplies it by `exp(κ (cos 2π(t − season) − 1))`, where t is the "
-            "share of the year and `κ = 1/(2π width)²` (von Mises).",
+            "breeding.end": "`fertility ∝ u^(3 m) (1 − u)^(3 (1 − m))`, where u is the elapsed share of "
+            "the time from maturity to the end of fertility, and m is u at the prime (Brass 1975; Gage "
+            "2001).",
+            "breeding.season": "The season multiplies it by `exp(κ (cos 2π(t − season) − 1))`, where t is "
+            "the elapsed share of the year and `κ = 1/(2π width)²` (von Mises).",
         },
         changes=("Biology.fertility",),
     )
@@ -77,7 +80,7 @@ class Mature(System):
 
 
 def columns(table: Table, way: Season) -> Fertility:
-    """Return fertility by age and season: columns, or the species' values as arrays of one."""
+    """Return fertility by age and season: columns, or the species' values as arrays of length 1."""
     if Breeding in table:
         b = table[Breeding]
         return Fertility(b.peak, b.maturity, b.prime, b.end, b.season, b.width)
@@ -104,7 +107,7 @@ def ripen(
     seasonal: bool,
     fertility: np.ndarray,
 ) -> None:
-    """Set the fertility of the living; `share` of the year has passed."""
+    """Set the fertility of living organisms when `share` of the year has passed."""
     peak, maturity, prime, end, season, width = curve
     for row in range(first, last):
         if alive[row]:

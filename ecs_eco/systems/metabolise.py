@@ -24,11 +24,11 @@ NO_SCALE = np.zeros(0, np.float32)
 
 
 class Metabolise(System):
-    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0, until it
-    starves. One that falls into torpor burns no more than it has.
+    """An organism burns its basal rate plus the cost of locomotion; its energy may fall below 0 before it
+    starves. An organism that can fall into torpor burns no more than it has.
 
-    If mass is heritable, directly or through radius and density, or the young grow, the basal rate scales
-    with mass to the power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
+    If mass is heritable, directly or through radius and density, or if the young grow, the basal rate scales
+    with mass to the power of 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
     """
 
     needs = (Metabolism,)
@@ -39,7 +39,7 @@ class Metabolise(System):
         where=("metabolism.basal", "locomotion.cost", "diet"),
         reads=("metabolism",),
         rules={
-            "": "`dE/dt = −(basal + cost)`, where cost is that of the locomotion of this tick.",
+            "": "`dE/dt = −(basal + cost)`, where cost is the locomotion cost in this tick.",
             "diet": "The handling time of the last meal runs down.",
             "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
             "genome.genes.trait=body.mass": "The basal rate is multiplied by `(mass/body.mass)^0.75` (Kleiber "
@@ -50,7 +50,7 @@ class Metabolise(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Burn the energy of one species for a tick."""
+        """Burn the energy of one species for one tick."""
         way, m = table.species.metabolism, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
         basal: Any = np.float32(way.basal)
@@ -79,8 +79,8 @@ class Metabolise(System):
 
 @lone_njit
 def burn(first, last, alive, scale, cost, moves, basal, dt, least, energy, digesting, burnt):
-    """Burn (basal + cost) dt of the energy of the living, which does not fall below `least`; handling
-    times run down. No branches, so that it compiles to vector code."""
+    """Burn (basal + cost) dt of each living organism's energy, which does not fall below `least`, and count
+    down handling times. Branch-free, so that it vectorizes."""
     zero = np.float32(0.0)
     for k in range(last - first):
         row = np.uint64(first + k)

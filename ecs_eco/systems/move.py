@@ -1,4 +1,4 @@
-"""Organisms move as they decided."""
+"""Organisms move as they have decided."""
 
 from __future__ import annotations
 
@@ -48,17 +48,18 @@ class Bodies(NamedTuple):
 
 
 class Move(System):
-    """An animal turns, then moves ahead at the speed of its gait and pays for it.
+    """An animal turns, then moves forward at the speed of its gait and pays the cost.
 
-    Uphill costs more. SpeedScale multiplies the speed of every gait, and the cost by its square; so does the
-    size of young that grow. Water, rock, fences and walls stop it where they begin; roads change its speed
-    and its costs; torpid animals do not move. In a volume the group `climb` moves it up and down: at a
-    separate speed, or along a slope at the speed of its gait. With drag, speed approaches that of the gait by
-    dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The
-    center of a solid animal stops at a solid capsule or box that cannot move, however fast it is.
+    Uphill costs more. SpeedScale multiplies the speed of every gait, and its square multiplies the cost; the
+    size of growing young has the same effect. Animals stop at the edge of water, rock, fences and walls;
+    roads change speed and cost; torpid animals do not move. In a volume, the group `climb` moves an animal up
+    and down: at a separate speed, or along a slope at the speed of its gait. With drag, speed approaches the
+    gait's speed by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved
+    exactly. The center of a solid animal stops at an immovable solid capsule or box, however fast the animal
+    is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are used directly; the cost of a speed
-    between those of two gaits is interpolated linearly.
+    between two gaits is interpolated linearly.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -72,19 +73,19 @@ class Move(System):
             "": "`heading(t + dt) = heading(t) ± turn dt`; then `x(t + dt) = x(t) + v dt cos(heading)` and "
             "`y(t + dt) = y(t) + v dt sin(heading)`, where v is the speed of the gait.",
             "locomotion.cost": "Metabolism burns the cost of the gait.",
-            "locomotion.drag": "Speed approaches that of the gait: `dv/dt = drag (v_gait − v)` (Stokes 1851), "
-            "solved exactly.",
+            "locomotion.drag": "Speed approaches the gait's speed: `dv/dt = drag (v_gait − v)` (Stokes "
+            "1851), solved exactly.",
             "locomotion.climb": "`dz/dt = ± climb`.",
-            "locomotion.pitch": "Swimming up or down, an animal moves along a slope of the angle `pitch`: "
-            "`v sin(pitch)` upward and `v cos(pitch)` ahead.",
+            "locomotion.pitch": "An animal that swims up or down moves along a slope of angle `pitch`: "
+            "`v sin(pitch)` upward and `v cos(pitch)` forward.",
             "terrain.slope_cost": "Uphill, the cost is multiplied by `1 + slope_cost × rise/distance`.",
-            "space.edges=torus": "An animal that leaves on one side enters on the opposite side.",
+            "space.edges=torus": "An animal that leaves on one side reappears on the opposite side.",
             "space.edges=walls": "The edges of the world stop an animal.",
-            "terrain.lakes": "Lakes stop an animal where they begin.",
-            "terrain.rocks": "Rocks stop an animal where they begin.",
-            "interventions.kind=fence": "Fences stop an animal where they begin.",
+            "terrain.lakes": "An animal stops at the edge of a lake.",
+            "terrain.rocks": "An animal stops at the edge of a rock.",
+            "interventions.kind=fence": "An animal stops at a fence.",
             "terrain.roads": "Roads multiply speed by `pace` and cost by `cost`.",
-            "growth.pace": "The speed of the young is multiplied by `(mass/adult mass)^pace`.",
+            "growth.pace": "The speed of young animals is multiplied by `(mass/adult mass)^pace`.",
         },
         changes=("Position", "Velocity"),
     )
@@ -133,8 +134,8 @@ class Move(System):
 
 
 def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np.ndarray:
-    """Return the displacements f32[rows, 3] [m] of organisms that have moved f32[rows] [m] ahead from
-    places f32[rows, 3] [m], perhaps several times around a torus."""
+    """Return the displacements f32[rows, 3] [m] of organisms that have moved forward by f32[rows] [m] from
+    places f32[rows, 3] [m], possibly several times around a torus."""
     p, n = table[Position], len(before)
     way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
@@ -144,8 +145,8 @@ def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np
 
 
 def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the factors of speeds and of costs at each position, f32[high] each; that of costs
-    compensates for the square of pace that `move` pays."""
+    """Return the factors of speed and cost at each position, f32[high] each; the cost factor cancels the
+    squared pace by which `move` multiplies costs."""
     p, high, (ny, nx) = table[Position], table.high, terrain.shape
     i, j = cells_of(p.x[:high], terrain.inverse[0], nx), cells_of(p.y[:high], terrain.inverse[1], ny)
     assert terrain.pace is not None
@@ -155,7 +156,7 @@ def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
 
 
 def paces(table: Table) -> np.ndarray:
-    """Return the factor of each organism's speeds f32[rows], by its genes and its size; empty: 1 for all."""
+    """Return the factor f32[rows] by which genes and size multiply each organism's speeds; empty: 1 for all."""
     pace = table[SpeedScale].pace if SpeedScale in table else NO_SCALE
     if (growth := table.species.growth) is None:
         return pace
@@ -182,10 +183,10 @@ def move(
     bodies: Bodies,
     gone: np.ndarray,
 ) -> None:
-    """Move the living rows first … last − 1. `gone` f32[rows] receives how far ahead each has moved [m], unless
-    it is empty.
+    """Move the living rows first … last − 1. `gone` f32[rows] receives the distance [m] that each has moved
+    forward, unless it is empty.
 
-    Rows are processed in blocks, whose sines and cosines are computed at once.
+    Rows are processed in blocks, so that sines and cosines are computed many at a time.
     """
     if first >= last:
         return
@@ -233,8 +234,8 @@ def move(
 
 @lone_njit
 def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
-    """Move a block of rows from `start` on ahead at speeds `ahead` along their headings; the speeds become
-    those of the free way. `sine` and `cosine` are scratch of their size."""
+    """Move a block of rows from `start` on along their headings at speeds `ahead`, which are reduced if the
+    path is blocked. `sine` and `cosine` are scratch arrays."""
     x, y, heading, lengths, torus = bodies.x, bodies.y, bodies.heading, space.lengths, space.torus
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
@@ -257,7 +258,8 @@ def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_co
 
 @njit
 def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
-    """Move one organism ahead at speed v until its path is blocked; uphill costs more. Return its speed."""
+    """Move one organism forward at speed v until its path is blocked; moving uphill costs more. Return its
+    speed."""
     x, y, speed, cost = bodies.x, bodies.y, bodies.speed, bodies.cost
     if ground.kind.size > 1:
         v = free_way(x[row], y[row], sine, cosine, v, dt, ground, space)
@@ -274,7 +276,7 @@ def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies)
 
 @njit
 def climbing(decision, command, row, layout, climbs, pitches, v):
-    """Return the upward speed, and the part of the speed v of the gait that is left ahead."""
+    """Return the upward speed, and the forward part of the gait's speed v."""
     way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
     up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
     if layout[2, 1] < 0:
@@ -290,7 +292,7 @@ def climbing(decision, command, row, layout, climbs, pitches, v):
 
 @njit
 def lag(drag, dt):
-    """Return the shares of the old speed that are left after a tick of dt [s], and in its mean."""
+    """Return the share of the old speed that is left after a tick of dt [s], and its mean over the tick."""
     left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)
     mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
     return left, mean_left
@@ -298,8 +300,8 @@ def lag(drag, dt):
 
 @njit
 def cost_between(v, speeds, costs):
-    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; that of the
-    slowest or fastest beyond them."""
+    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; beyond them, the
+    cost of the slowest or fastest."""
     if v <= speeds[0]:
         return costs[0]
     for k in range(1, speeds.size):
@@ -311,8 +313,8 @@ def cost_between(v, speeds, costs):
 
 @njit
 def free_way(x, y, sine, cosine, v, dt, ground, space):
-    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; checks every half
-    cell of the way, up to the sum of both sides of the space.
+    """Return the speed at which a step of dt [s] ends just before water, rock or a fence; checks every half
+    cell of the path, up to the sum of both sides of the space.
 
     An animal on the line of a new fence can walk off it.
     """

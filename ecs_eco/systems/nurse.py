@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # the place of the forms of capsules and boxes
+SPHERES = np.zeros((0, 9), np.float32)  # forms if all bodies are spheres
 PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
 
 
 class Nurse(System):
-    """A parent that has more than its reserve gives energy to each of its own young within reach, at a rate,
-    until they are full or old enough.
+    """A parent with more energy than its reserve gives energy at a given rate to each of its young within
+    reach, until they are full or old enough.
 
-    If it cannot give everything that they can take, each gets the same share. The rest of the parent's
-    payment is burned. An animal with an action `nurse` feeds when it decides to; one without feeds whenever
-    it can. If both parents feed, the mother is first.
+    If it cannot meet all demands, each gets the same share of its demand. The part of the payment that does
+    not reach the young is burned. A parent with an action `nurse` feeds its young when it decides to; a
+    parent without it feeds them whenever it can. If both parents feed, the mother feeds first.
     """
 
     needs = (Position, Body, Metabolism, Biology, Parentage)
@@ -62,14 +62,14 @@ class Nurse(System):
         for parent in PARENTS[way.by] if young.size else ():
             its = rows_of(table, getattr(table[Parentage], parent)[young])
             fed = its >= 0
-            if isinstance(until, np.ndarray):  # each parent's own
+            if isinstance(until, np.ndarray):  # individual values
                 fed &= b.age[young] < until[its]
             self.feed(table, world, way, young[fed], its[fed])
 
     def feed(
         self, table: Table, world: SpatialWorld, way: Care, young: np.ndarray, parent: np.ndarray
     ) -> None:
-        """Feed `young` i64[k] by `parent` i64[k], rows in the order of the uids of the young."""
+        """Move energy from rows `parent` i64[k] to rows `young` i64[k], which are in uid order."""
         p, m, nerves = table[Position], table[Metabolism], table.species.nerves
         column = (
             -1
@@ -104,10 +104,10 @@ class Nurse(System):
 
 
 class Caring(NamedTuple):
-    """Feeding of young, for kernels: numbers, or arrays [rows], each parent's own."""
+    """Feeding of young, for kernels: numbers, or arrays [rows] with a value per parent."""
 
     reach: Number  # [m]
-    most: Number  # energy per young and tick
+    most: Number  # energy per young animal and tick
     reserve: Number  # energy that a parent keeps
     efficiency: Number  # share that arrives
     full: Number  # maximum energy of young
@@ -154,7 +154,7 @@ def nurse(
             wants = max(of_row(full, one) - energy[one], 0.0) / of_row(efficiency, it)
             gets[k] = min(of_row(most, it), wants)
             demand[it] += gets[k]
-    for k in range(young.size):  # before anything moves: a feeder may itself be fed
+    for k in range(young.size):  # before any energy moves, because a parent may itself be fed
         it = parent[k]
         if gets[k] > 0:
             gets[k] *= min(max(energy[it] - of_row(reserve, it), 0.0) / demand[it], 1.0)

@@ -30,7 +30,7 @@ class Perish(System):
     """An organism dies when one of its properties leaves the range in which it can live. Each end of each
     range is a separate cause of death.
 
-    Death has a reward: the minimum of happiness minus the last happiness.
+    The reward at death is the minimum minus the last happiness value.
     """
 
     phase = "die"
@@ -49,7 +49,7 @@ class Perish(System):
     _known: dict[str, Limits]  # by table
 
     def start(self, world: SpatialWorld) -> None:
-        """Register the causes of death in the order of species."""
+        """Register the causes of death, species by species."""
         for table in world.tables.values():
             register_limits(world, table)
         world.on_death.append(self.mourn)
@@ -68,8 +68,8 @@ class Perish(System):
         self._causes = list(self.world.causes)
 
     def _limits(self, table: Table) -> tuple[np.ndarray, ...] | None:
-        """Return addresses of the columns of all limits of one species, their ends and causes; None if a
-        value is not a column of f32."""
+        """Return the column addresses, ends and causes of all limits of one species; None if a value is not
+        an f32 column."""
         now, lethal = (Noted.changes, Columns.replaced), table.species.lethal
         known = self._known.get(table.name)
         if known is None or known.made_from != now or known.lethal != lethal:
@@ -77,7 +77,7 @@ class Perish(System):
         return known.limits
 
     def one_by_one(self, table: Table) -> None:
-        """Mark organisms of one species beyond a limit, if limits are individual or their values are
+        """Mark organisms of one species beyond a limit, if limits are individual or the limited values are
         derived."""
         codes = self.world.codes
         names = labels(table.species.lethal) if table.species.traits else []
@@ -103,15 +103,15 @@ class Perish(System):
             )
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
-        """Give the dying of one species the reward of death, whatever the cause, in addition to that of
-        this tick; rows i64[k] in the order of uids."""
+        """Give dying organisms of one species the reward for death, whatever the cause, in addition to this
+        tick's reward; rows i64[k] are in uid order."""
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return
         n = table[Nervous]
         if table.species.traits:
             last = last_reward(table, rows)
-        else:  # the same without a call
+        else:  # the same value without a function call
             last = nerves.minimum - n.happiness[rows]
         n.reward[rows] += last
         if nerves.learning:
@@ -123,12 +123,12 @@ class Limits(NamedTuple):
 
     made_from: tuple[Any, ...]  # valid for these
     lethal: list[Any]
-    columns: list[np.ndarray]  # they keep the addresses alive
+    columns: list[np.ndarray]  # kept because only their addresses are used
     limits: tuple[np.ndarray, ...] | None
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: Table, world: SpatialWorld) -> Limits:
-        """Return the limits of a table as it is now."""
+        """Return the current limits of a table."""
         lethal = list(table.species.lethal)
         twice = [[own_column(table, limit.property, world.substances) for _ in range(2)] for limit in lethal]
         if not all(
@@ -162,8 +162,8 @@ def ends_of(low: float | None, high: float | None) -> tuple[np.float32, np.float
 
 @lone_njit
 def perish(alive, value, low, high, too_low, too_high, cause):
-    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause. No
-    branches, so that it compiles to vector code."""
+    """Mark living organisms whose value is at or beyond a limit; organisms already dying keep their first
+    cause. Branch-free, so that it vectorizes."""
     none, below, above = np.uint8(0), np.uint8(too_low), np.uint8(too_high)
     for k in range(alive.size):
         row = np.uint64(k)
@@ -174,8 +174,8 @@ def perish(alive, value, low, high, too_low, too_high, cause):
 
 @njit
 def perish_all(alive, cause, columns, ends, codes):
-    """Run `perish` for several limits, one after another: addresses u64[k] of columns f32, `ends` f32[k,
-    2], and `codes` u8[k, 2] of the causes."""
+    """Run `perish` for several limits in order, given addresses u64[k] of f32 columns, `ends` f32[k, 2], and
+    cause `codes` u8[k, 2]."""
     for k in range(columns.size):
         perish(
             alive,

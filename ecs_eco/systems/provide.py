@@ -1,4 +1,4 @@
-"""Mothers share their substances with their newborn."""
+"""Mothers share their substances with their newborns."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 
 class Provide(System):
-    """A mother and her young share her substances, at equal concentrations.
+    """A mother shares her substances with her newborns so that all have equal concentrations.
 
-    So do the two halves of a dividing cell. Newborn without a living parent keep their initial substances.
+    The same applies to the two halves of a dividing cell. Newborns without a living parent keep their initial
+    substances.
     """
 
     needs = (Chemistry, Matter)
@@ -38,8 +39,7 @@ class Provide(System):
         """Do nothing: substances are shared when a birth takes effect."""
 
     def share(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Share the substances of mothers with newborn of one species, rows i64[k]; parents u64[k] are
-        uids."""
+        """Share mothers' substances with newborns of one species in rows i64[k]; parents u64[k] are uids."""
         if table.species.born_with != "mother" or Matter not in table:
             return
         young = rows[parents != 0]
@@ -47,15 +47,15 @@ class Provide(System):
         known = mothers >= 0
         given = np.zeros(table[Chemistry].molarity.shape[1])
         divide(young[known], mothers[known], bodies(table), given)
-        book(self.world, table, "endowed", -given)  # the same amount is recorded for the newborn
+        book(self.world, table, "endowed", -given)  # the same amount is recorded for the newborns
 
 
 @njit
 def divide(young: np.ndarray, mothers: np.ndarray, bodies: Bodies, given: np.ndarray) -> None:
-    """Equalize the concentrations of mothers and their young; add the mothers' share to `given`
+    """Equalize the concentrations of mothers and their young; add the amounts that mothers give to `given`
     f64[substances] [mol]."""
     volume, substances = bodies.volume, bodies.molarity.shape[1]
-    together = np.zeros(volume.size)  # [L] of a mother and her young
+    together = np.zeros(volume.size)  # [L] of all newborns of a mother
     for i in range(young.size):
         together[mothers[i]] += volume[young[i]]
     for i in range(young.size):

@@ -33,12 +33,13 @@ class Stores(NamedTuple):
 
 
 class React(System):
-    """The reactions of a species convert substances in the body, in their order.
+    """A species' reactions convert substances in the body, in the order listed.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
-    several substances after Monod 1949), in proportion to the light if it is needed; with an action, only in
-    organisms that execute it. No more is consumed than exists; a reaction that releases energy stops when the
-    organism is full, one that needs energy when it has none.
+    several substances after Monod 1949), multiplied by the light if the reaction needs light. A reaction with
+    an action runs only in organisms that execute it. No more is consumed than exists; a reaction that
+    releases energy stops when the organism is full, and one that needs energy stops when the organism has
+    none.
     """
 
     needs = (Chemistry, Matter)
@@ -83,14 +84,14 @@ class React(System):
         book(world, table, "reacted", made)
 
     def light(self, table: Table, world: SpatialWorld) -> np.ndarray:
-        """Return the light at the place of each: f32[high]."""
+        """Return the light at each organism's position: f32[high]."""
         p, high = table[Position], table.high
         return world.surroundings("light", p.x[:high], p.y[:high], p.z[:high]).astype(np.float32, copy=False)
 
 
 def coefficients(reaction: Reaction, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the consumption per mole of extent, the change of each substance [mol/mol], and the
-    concentrations at half of the rate [mol/L], 0 for none: f64[substances] each."""
+    half-saturation concentrations [mol/L] (0: none): f64[substances] each."""
     used, made, half = (
         [amounts.get(s, 0.0) for s in substances]
         for amounts in (getattr(reaction, "from"), reaction.to, reaction.half)
@@ -101,8 +102,8 @@ def coefficients(reaction: Reaction, substances: list[str]) -> tuple[np.ndarray,
 def rates(
     table: Table, world: SpatialWorld, number: int, half: np.ndarray, ceiling: float
 ) -> tuple[Any, ...]:
-    """Return a reaction's rate and energy, the maximum energy of a body, and the concentrations at half of
-    the rate f64[substances]; all as arrays [high, …] if a gene codes for any of them."""
+    """Return a reaction's rate and energy, the maximum energy of a body, and the half-saturation
+    concentrations f64[substances]; all are arrays [high, …] if a gene codes for any of them."""
     reaction, key = table.species.reactions[number], f"reactions.{number}."
     own = own_values(
         table,
@@ -130,8 +131,8 @@ def react(
     stores: Stores,
     made: np.ndarray,
 ) -> None:
-    """Run a reaction of at most `extent` [mol/L] in the living; add its products, less its consumption, to
-    `made` f64[substances] [mol]."""
+    """Run a reaction of at most `extent` [mol/L] in living bodies; add production minus consumption to `made`
+    f64[substances] [mol]."""
     volume, (energy, taken, burnt) = bodies.volume, stores
     for row in range(alive.size):
         if not alive[row]:

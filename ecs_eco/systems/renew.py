@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class Renew(System):
-    """Each object missing from the type's number comes back with a probability per second, at a random
-    place: fruit that falls, stones that a stream brings."""
+    """Each object missing from the type's initial number comes back at a random place with a given
+    probability per second, like fruit that falls or stones that a stream carries."""
 
     needs = (Position,)
     phase = "reproduce"
@@ -33,7 +33,7 @@ class Renew(System):
     asked_for = staticmethod(lambda table: table.species.renewal > 0)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Renew one type of objects."""
+        """Renew one type of object."""
         count, rate = table.species.count, table.species.renewal
         missing = count - table.n - table.waiting
         if rate == 0 or missing <= 0:

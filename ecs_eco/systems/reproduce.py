@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 class Reproduce(System):
-    """A fed and grown parent gives birth at a rate, and pays the newborn's energy; in a tick as often as it
-    stays fed.
+    """A parent that is well fed and old enough gives birth at a given rate and pays the newborn's energy; it
+    gives birth several times in a tick if it stays well fed.
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
     parent); if another member of its species lives within `spacing`, the birth fails and costs nothing. A
-    litter is limited to the number that the parent can pay for without falling to 0. Immigrants, like
-    founders, come in addition. If `max_count` is reached, newborn and immigrants share its free places at
-    random.
+    litter is limited to the number of newborns that the parent can pay for without its energy falling to 0.
+    Immigrants, created like founders, arrive in addition. If `max_count` is reached, the remaining slots are
+    shared at random among newborns and immigrants.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -51,14 +51,14 @@ class Reproduce(System):
             "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its parent "
             "that no body occupies.",
             "reproduction.spacing": "A birth fails if another member of the species is within `spacing`.",
-            "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; a fraction is rounded "
-            "up with its probability.",
-            "max_count": "If the living would exceed `max_count`, the free places are shared at random.",
+            "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; any fractional part "
+            "is the probability of one more.",
+            "max_count": "If `max_count` would be exceeded, the remaining slots are allocated at random.",
         },
         changes=("Metabolism.energy", "Metabolism.given"),
-        draws="the number of births, and the places and headings of newborn",
+        draws="the number of births, and the places and headings of newborns",
     )
-    # lists of parents: rows, numbers of newborn, and payments, as many as a table had
+    # scratch lists of parents: rows, numbers of newborns, and payments; as long as the largest table so far
     _lists: tuple[np.ndarray, ...] = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -101,12 +101,12 @@ class Reproduce(System):
 
 
 def chance_of(rate: Number, dt: float) -> Any:
-    """Return the probability of a birth in a tick at a rate [1/s], or at each organism's."""
+    """Return the probability of a birth in a tick at a rate [1/s], or at individual rates."""
     chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 
 
-_shared_chance = lru_cache(256)(chance_of)  # there are few rates, used often
+_shared_chance = lru_cache(256)(chance_of)  # the same few rates recur
 
 
 @njit
@@ -123,8 +123,8 @@ def ready(
     number: np.ndarray,
     given: np.ndarray,
 ) -> int:
-    """List the parents, in the order of uids (few are expected), the maximum number of newborn of each,
-    and its payment for one; return the number of parents."""
+    """List the parents (in uid order if there are at most FEW), the maximum number of newborns of each, and
+    its payment per newborn; return the number of parents."""
     own, age_min, energy_min, energy_given, litter, _ = lives
     n = 0
     for row in range(alive.size):
@@ -153,8 +153,8 @@ def ready(
 
 @njit
 def number_of_births(u, none, most):
-    """Return how many births there are in a tick, at most `most`, by a number u below 1 − none: a Poisson
-    number, which is 0 with probability `none`."""
+    """Return the number of births in a tick, from 1 to `most`, given a random number u below 1 − none: a
+    Poisson number that is 0 with probability `none`."""
     mean, n = -np.log(none) if none > 0 else 0.0, 1
     term = none * mean
     left = 1.0 - none - term
@@ -167,7 +167,7 @@ def number_of_births(u, none, most):
 
 @njit
 def pay(parents, born, each, energy, given):
-    """Charge each parent for its newborn."""
+    """Charge each parent for its newborns."""
     for i in range(parents.size):
         row = parents[i]
         before = energy[row]

@@ -1,4 +1,4 @@
-"""Energy flows start at zero in each tick."""
+"""Energy flows start from zero in each tick."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ResetFlows(System):
-    """The energy that an organism takes in, burns and gives is counted from zero every tick."""
+    """The energy that an organism takes in, burns and gives away is counted from zero in every tick."""
 
     needs = (Metabolism,)
     phase = "environment"

@@ -1,4 +1,4 @@
-"""Constant numbers, for pre-training."""
+"""Constant population sizes, for pre-training."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Respawn(System):
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"
     divisible = True
-    submodel = Submodel("Replacement of the dead", draws="the places of the replaced")
+    submodel = Submodel("Replacement of the dead", draws="the places of replacements")
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Restore one species to its initial number."""

@@ -1,4 +1,4 @@
-"""The systems of a tick, phase by phase and in order."""
+"""The systems of a tick by phase, in the order in which they run."""
 
 from __future__ import annotations
 
@@ -72,24 +72,24 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "move": (Wander, Move, Drift, Travel, Carry),
     "interact": (Collide, Feed, Nurse, Mate, Build),
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
-    "die": (Hatch, Perish, LeaveRemains),  # at its end the rows of the dying are freed
-    "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
+    "die": (Hatch, Perish, LeaveRemains),  # at its end, the rows of dying organisms are freed
+    "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end, newborns get rows
     "record": (),  # a recorded world has its recorder here
 }
-"""The shipped systems by phase. A world's own systems come after those of their phase."""
+"""The shipped systems by phase. A world's own systems run after the shipped systems of the same phase."""
 
 RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Spread)}
-"""The schedule of training worlds that keep numbers constant: the dead are replaced, and there are no births.
-"""
+"""The schedule of training worlds with constant population sizes: the dead are replaced, and there are no
+births."""
 
 
 def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
-    """Return new systems for a world, in the order of a tick.
+    """Return new systems for a world, in the order in which they run in a tick.
 
     Parameters
     ----------
     respawn : bool, default False
-        The schedule of pre-training, in which the dead are replaced at once.
+        Whether to use the schedule of pre-training, in which dead organisms are replaced at once.
     tables : iterable of Table, optional
         Leave out systems that none of these tables needs; default: all systems.
 

@@ -25,7 +25,7 @@ NOBODY: tuple[Any, ...] = ((), [], [])
 
 
 class Sense(System):
-    """Every sensor reads its property at its place on the body; together they are the vector x."""
+    """Every sensor reads its property at its position on the body; all readings together form the vector x."""
 
     needs = (Position, Nervous)
     phase = "sense"
@@ -42,8 +42,8 @@ class Sense(System):
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
-        """By table: the senses of its members, and the number of processes; and which of them each process
-        reads, or all do."""
+        """By table: its senses and the number of processes, the senses that each process reads for its own
+        part, and those that every process reads for all."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -77,8 +77,8 @@ class Sense(System):
 
 
 def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, Share]:
-    """Return what each process reads for its own part, wide senses first, and what every process reads for
-    all, if this process is not alone."""
+    """Return the senses that each process reads for its own part, wide ones first, and, if there are several
+    processes, those that every process reads for all organisms."""
     shared: Share = []
     undivided: Share = []
     for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
@@ -93,8 +93,8 @@ def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, S
 
 
 def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:
-    """Return senses with their widths and first columns, where one represents all that are read together,
-    in the place of the first of them."""
+    """Return senses with their widths and first columns; senses that are read together are merged into one at
+    the position of the first."""
     groups: dict[Any, list[tuple[Any, int, int]]] = {}
     column = 0
     for number, (sense, width) in enumerate(senses):

@@ -7,7 +7,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Shade(System):
-    """Bodies that cast shade are counted, layer by layer from the surface down, before light is used."""
+    """Bodies that cast shade are counted layer by layer, from the surface down, before light is used."""
 
     phase = "environment"
     divisible = True

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class SlowDown(System):
-    """An ectotherm moves and pays its basal rate in this tick at the rate q10 ** ((T - reference) / 10 K);
-    at and below its temperature of torpor it does not move."""
+    """In each tick, an ectotherm's speed and basal rate are multiplied by q10 ** ((T - reference) / 10 K); at
+    or below its torpor temperature it does not move."""
 
     needs = (Position, Metabolism, SpeedScale)
     phase = "environment"
@@ -28,15 +28,15 @@ class SlowDown(System):
         "Temperature dependence",
         reads=("ectothermy",),
         rules={
-            "": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884). Pace multiplies the speed, and its square "
-            "the cost."
+            "": "`pace = q10^((T − reference)/10 K)` (van 't Hoff 1884). Speed is multiplied by "
+            "pace, and cost by its square."
         },
         changes=("SpeedScale.pace",),
     )
     asked_for = staticmethod(lambda table: table.species.ectothermy is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Set the pace of one species, and credit the difference to what Metabolise will deduct."""
+        """Set the pace of one species, and credit the basal energy that Metabolise will overcharge."""
         if (way := table.species.ectothermy) is None:
             return
         high, alive, m = table.high, table.alive[: table.high], table[Metabolism]

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
-SITES = 256  # that are examined together
+SITES = 256  # sites examined together
 EVERYWHERE = np.ones((1, 1), np.float32)
 SPROUT = np.int64, np.int64, np.uint64, np.float32, np.float32  # types of the lists of `sprout`
-AS_IT_STANDS = np.zeros(0, np.uint64)  # uids of rows, if sites hold uids
+AS_IT_STANDS = np.zeros(0, np.uint64)  # empty, because sites hold uids
 
 
 class Seeds(NamedTuple):
@@ -46,7 +46,7 @@ class Seeds(NamedTuple):
     reach: int  # range around the plant, in sites; 0: anywhere
     vigour: np.ndarray  # f32[rows], share that sprouts; empty: all
     key: np.uint64
-    salt: int  # of the random draws
+    salt: int  # for the random draws
     uid: np.ndarray  # u64[rows]; empty if sites hold uids
 
 
@@ -62,19 +62,19 @@ class Sprouts(NamedTuple):
 
 
 class Spread(System):
-    """Seeds take free sites. The ground is divided into sites of side `spacing`, with one plant each, so
-    growth is logistic.
+    """Seeds take free sites. The ground is divided into square sites of side `spacing` with at most one plant
+    each, so growth is logistic.
 
-    In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
-    probability rate·dt, which sprouts if there is a plant on that site; and one from the seed rain with
-    probability seed_rain·dt. If seeds fall anywhere on even ground, and newborn bear seeds as others do, dt
-    is replaced by the time with which the share of taken sites follows the logistic curve of the plants' mean
-    rate exactly. The share of a plant's seeds that sprout follows from its genes, and is smaller the more it
-    spends on its defense. A site whose center is covered by rock or water is closed; if they cover the place
-    of a plant within an open site, the plant is at the center. Classes of land cover multiply both rates.
-    Plants appear from nothing, whatever the light, unless they are born with substances from the soil: then a
-    seed sprouts only if there is enough. If soil is scarce, or `max_count` is reached, random draws decide
-    which seeds sprout.
+    In each tick, a free site draws a site at random, anywhere or within `dispersal`, with probability
+    rate·dt, and receives a seed if there is a plant on it; with probability seed_rain·dt it receives a
+    seed from the seed rain. If seeds fall anywhere on uniform ground and newborns bear seeds like other
+    plants, dt is replaced by the time with which the share of taken sites exactly follows the logistic curve
+    for the plants' mean rate. The share of a plant's seeds that sprout depends on its genes and is smaller
+    the more it spends on defense. A site is closed if rock or water covers its center; if they cover a
+    plant's place within an open site, the plant grows at the center instead. Land-cover classes multiply both
+    rates. Seeds need neither light nor substances to sprout, unless plants are born with substances from the
+    soil: then a seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is
+    reached, random draws decide which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -91,14 +91,15 @@ class Spread(System):
             "(1 − p)`, a logistic curve.",
             "reproduction.place=near": "A free site is taken in a tick with probability `(rate p + seed_rain) "
             "dt`, where p is the share of sites taken within `dispersal`.",
-            "born_with=soil": "A seed sprouts only where the soil holds what the plant is made of.",
+            "born_with=soil": "A seed sprouts only where the soil holds the substances that the plant is "
+            "made of.",
         },
         draws="which free sites are taken, and the place of a plant within its site",
     )
 
     @cached_property
     def _grounds(self) -> dict[str, tuple[Any, ...]]:
-        """By table: size of the space and mode of spreading, and the sites that follow from them."""
+        """By table: size of the space and mode of spreading, and the sites derived from them."""
         return {}
 
     def competes(self, table: Table) -> bool:
@@ -136,7 +137,7 @@ class Spread(System):
         world.split(sprout, found.size, taken, how, fertile, inverse, ground, space, room_for, work=work)
         sprouts: Any = room_for
         n, parts = int(found[0]), found.nonzero()[0]
-        if parts.size > 1 or (parts.size and parts[0] > 0):  # several threads listed them
+        if parts.size > 1 or (parts.size and parts[0] > 0):  # several threads have listed seeds
             sprouts = listed(room_for, found, parts)
             n = sprouts[0].size
         wanted, n = n, room(table, world, n)
@@ -151,7 +152,7 @@ class Spread(System):
                 )[:n]
             )
         )
-        # copies: the next tick writes there again
+        # copies, because the next tick overwrites the lists
         site, parent, parents, x, y = (
             sprouts[0][lot].copy(),
             sprouts[1][lot].copy(),
@@ -180,8 +181,8 @@ class Spread(System):
         table.request(parents, values)
 
     def ground(self, table: Table, space: Space, way: Way) -> tuple[Any, ...]:
-        """Return the sites, their scales [1/m], how many of them away a seed may fall, 0 for anywhere, and
-        the lists of `sprout`."""
+        """Return the sites, their scales [1/m], the range of a seed in sites (0: anywhere), and the lists of
+        `sprout`."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
         if known is None or known[0] != given or known[1].rows is not table.species.sites:
@@ -203,7 +204,7 @@ class Spread(System):
 def genomes(
     table: Table, world: SpatialWorld, parent: np.ndarray, identity: np.ndarray
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return what newborn inherit from parents in rows i64[n], −1 for those of the seed rain."""
+    """Return the values that newborns inherit from parents in rows i64[n] (−1: seed rain)."""
     own, grown, values = parent < 0, np.flatnonzero(parent >= 0), {}
     fresh = table.species.heredity.founders(world, table, identity[own])
     inherited = table.species.heredity.offspring(world, table, parent[grown], None, identity[grown])
@@ -214,16 +215,16 @@ def genomes(
 
 
 class Sites:
-    """The row of the plant on each site: i64[ny, nx], −1 for none."""
+    """The row of the plant on each site: i64[ny, nx], −1 for an empty site."""
 
     def __init__(self, rows: np.ndarray) -> None:
         self.rows = rows
         self._of = np.zeros(0, np.int32)  # the site of each row
-        self._version = -1  # of the table, at which they are valid
-        self._single = False  # whether no two plants are on one site
+        self._version = -1  # version of the table for which they are valid
+        self._single = False  # whether no site holds two plants
 
     def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
-        """Return the current rows, recomputed unless only births and deaths have happened since."""
+        """Return the current rows, recomputed in full unless only births and deaths have happened since."""
         p, (first, last), changed = table[Position], table.steady, [*NOBODY, *NOBODY]
         anew = not self._single or last != table.version or self._version < first
         if self._of.size != table.capacity:
@@ -247,14 +248,14 @@ class Sites:
 
 
 def listed(columns: Sprouts, found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-    """Return the lists of `sprout`, of the blocks that contain any."""
+    """Return the lists of `sprout`, joined over all parts that contain sprouting seeds."""
     return [
         np.concatenate([column[b * SITES : b * SITES + found[b]] for b in parts]) for column in columns[:-1]
     ]
 
 
 def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
-    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it
+    """Return the highest rate [1/s] at which any plant takes free sites, and each plant's share of it
     f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
     if Growth not in table and not (isinstance(left, np.ndarray) or isinstance(own, np.ndarray)):
@@ -265,9 +266,8 @@ def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
 
 
 def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: float, time: float) -> float:
-    """Return for how long seeds must fall at the current rate so that as many free sites are taken in
-    `time` [s] as by dp/dt = (mean p + rain)(1 − p), solved exactly; at most until there is a seed on every
-    site."""
+    """Return how long seeds must fall at the current rate to take as many free sites as dp/dt = (mean p +
+    rain)(1 − p), solved exactly, does in `time` [s]; at most until there is a seed on every site."""
     mean = rate if vigour is EVEN or table.n == 0 else rate * share(table, vigour)
     both, falls = mean + rain, mean * p + rain
     left = scalars.exp(-both * time)
@@ -275,19 +275,19 @@ def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: f
 
 
 def share(table: Table, vigour: np.ndarray) -> float:
-    """Return the mean of `seeds` over the living, the same to the bit whatever the order of rows."""
+    """Return the mean of `vigour` over living plants, bit-identical for any order of rows."""
     parts = (vigour[table.alive[: table.high]] * np.float32(1 << 24)).astype(np.int64)
     return int(parts.sum()) / ((1 << 24) * parts.size)
 
 
 @lone_njit
 def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
-    """Write the row of the plant on each site to taken i64[ny, nx], −1 for none, and the site of each row;
-    return whether no two are on one.
+    """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), and the site of each row;
+    return whether no site holds two plants.
 
-    Unless `anew`, everything is known but the rows that are `gone`, and those `born` since, with uids; `now`
-    are the uids of the rows. If two plants meet on a site everything is recomputed: the last row is recorded
-    there.
+    Unless `anew`, only the rows that are `gone` and those `born` since, with uids, are updated; `now`
+    contains the current uid of each row. If two plants share a site, everything is recomputed, and the site
+    gets the last row.
     """
     ny, nx = taken.shape
     flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
@@ -297,7 +297,7 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
                 flat[site[row]] = -1
         for k in range(born.size):
             row = born[k]
-            if now[row] == uids[k]:  # otherwise it has died since
+            if now[row] == uids[k]:  # otherwise the newborn has died since
                 of = cell_of(y[row] * inverse[1], ny) * nx + cell_of(x[row] * inverse[0], nx)
                 single &= flat[of] < 0
                 flat[of], site[row] = row, of
@@ -328,10 +328,10 @@ def sprout(
     space: Extent,
     sprouts: Sprouts,
 ) -> None:
-    """List those of the blocks of SITES sites first … last − 1 that are free and on which a seed sprouts, row
-    and uid of its parent (−1 and 0: seed rain), and its position on the site: from the position of the first
-    site on, and in `found`, at the first block, how many. `fertile` f32[ny, nx] multiplies both rates, a map
-    of one cell is 1 everywhere."""
+    """List the free sites on which a seed sprouts, in blocks first … last − 1 of SITES sites each, with the
+    row and uid of its parent (−1 and 0: seed rain) and its position. The lists begin at the first site's
+    index; their length is in `found` at the first block. `fertile` f32[ny, nx] multiplies both rates; a map
+    of one cell means 1 everywhere."""
     everywhere, rain_everywhere, reach, vigour, key, salt, uid = seeds
     (site, parent, parents, xs, ys, found), lengths = sprouts, space.lengths
     (ny, nx), flat, luck, n = taken.shape, taken.reshape(-1), np.empty(SITES, np.float32), first * SITES
@@ -384,9 +384,9 @@ def sprout(
 
 @njit
 def lucky(begin, size, flat, key, purpose, most, luck, near):
-    """List those of `size` sites from `begin` on, at most SITES, that are free and for which a number
-    below `most` is drawn: how far from `begin`, and the number. Return how many. No branches, because none
-    of it is predictable."""
+    """Among `size` sites from `begin` on, at most SITES, list the free sites that draw a number below `most`:
+    the offset from `begin`, and the number. Return how many there are. Branch-free, because the branches
+    would be unpredictable."""
     free = few = 0
     for k in range(size):
         near[np.uint64(free)] = k
@@ -402,7 +402,7 @@ def lucky(begin, size, flat, key, purpose, most, luck, near):
 
 @njit
 def on_site(i, u, inverse, length):
-    """Return where in column or row i of the sites a seed sprouts [m], by a number u in [0, 1)."""
+    """Return where [m] in column or row i of the sites a seed sprouts, given a number u in [0, 1)."""
     return min(
         (np.float64(i) + np.float64(u)) / np.float64(inverse),
         np.float64(np.nextafter(length, np.float32(0.0))),

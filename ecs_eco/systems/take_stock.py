@@ -10,7 +10,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class TakeStock(System):
-    """The ledger of matter records the amounts that were set from outside since the last tick."""
+    """The ledger of matter records amounts set from outside since the last tick."""
 
     phase = "environment"
     submodel = Submodel()

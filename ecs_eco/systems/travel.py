@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 class Travel(System):
-    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them, or along
-    a closed path. Solid capsules and boxes that cannot move stop solid objects with a velocity. Carried
+    """Objects move on their own, either at a velocity until rocks, lakes, fences or walls stop them, or along
+    a closed path. Immovable solid capsules and boxes stop solid objects that move at a velocity. Carried
     objects move with their carriers."""
 
     needs = (Position, Route)
@@ -32,7 +32,7 @@ class Travel(System):
     asked_for = staticmethod(lambda table: table.species.motion is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Move one type of objects for a tick."""
+        """Move one type of object for one tick."""
         motion, p, space = table.species.motion, table[Position], world.space.extent
         if motion is None or not table.n:
             return
@@ -92,14 +92,14 @@ def follow(
     heading: np.ndarray,
     leg: np.ndarray,
 ) -> None:
-    """Move all objects along a path f32[k, 3] [m], by a distance [m], toward corner leg[row] first."""
+    """Move all objects a distance [m] along a path f32[k, 3] [m], first toward corner leg[row]."""
     (x, y, z), lengths, torus, volume = places, space.lengths, space.torus, space.volume
     k = len(path)
     for row in range(free.size):
         if not free[row]:
             continue
         left, at = way, leg[row] % k
-        for _ in range(k + 1000):  # a short path is circled many times in a tick, one without extent is not
+        for _ in range(k + 1000):  # a short path may be circled many times; a path of length 0 is not
             dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], space)
             if not volume:
                 dz = np.float32(0.0)

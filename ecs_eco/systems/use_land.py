@@ -25,11 +25,11 @@ PLANTING = random.CULL + (1 << 24)  # purpose of the draws for the number of new
 
 
 class UseLand(System):
-    """People harvest and plant, in the order of the section `land_use`: fishing, felling, sowing and reaping.
+    """People harvest and plant (fishing, felling, sowing, reaping), in the order of the section `land_use`.
 
-    Each individual in the region, of the right size, is taken with probability 1 − exp(−rate dt); if a quota
-    would be exceeded, those with the lowest draws are taken. They die at the end of the phase die of this
-    tick; newcomers live from the end of the phase reproduce on.
+    Each individual of the right size in the region is taken with probability 1 − exp(−rate dt); if a quota
+    would be exceeded, the individuals with the lowest draws are taken. They die at the end of the phase `die`
+    of this tick; newcomers live from the end of the phase `reproduce` on.
     """
 
     phase = "environment"
@@ -40,8 +40,8 @@ class UseLand(System):
             "land_use.kind=harvest": "An individual in the region is taken in a tick with probability "
             "`1 − exp(−rate dt)`.",
             "land_use.quota": "If the quota would be exceeded, the individuals with the lowest draws are taken.",
-            "land_use.kind=plant": "In a tick `rate dt` newcomers arrive; a fraction is rounded up with its "
-            "probability.",
+            "land_use.kind=plant": "In a tick, `rate dt` newcomers arrive; any fractional part is the "
+            "probability of one more.",
         },
         draws="which individuals are harvested, and where newcomers are planted",
     )
@@ -49,7 +49,7 @@ class UseLand(System):
     world: Any
 
     def __init__(self) -> None:
-        self.taken = np.zeros((0, 2), np.int64)  # of each use: the year, and how many in it
+        self.taken = np.zeros((0, 2), np.int64)  # for each land use: the year, and the number taken in it
 
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death."""
@@ -84,7 +84,7 @@ class UseLand(System):
         self.taken[i, 1] += rows.size
 
     def plant(self, world: SpatialWorld, use: Plant, i: int) -> None:
-        """Request newcomers: the integer part of rate × dt, and one more with the probability of the rest."""
+        """Request rate × dt newcomers; any fractional part is the probability of one more."""
         table = world.table(use.species)
         count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
         if use.up_to is not None:
@@ -98,13 +98,13 @@ class UseLand(System):
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
     def there(self, world: SpatialWorld, use: Use) -> np.ndarray:
-        """Return the living rows in the region of a use, in the order of uids: i64[k]."""
+        """Return the living rows in the region of a land use, in uid order: i64[k]."""
         table = world.table(use.species)
         rows, p = table.by_uid(), table[Position]
         return rows if use.region is None else rows[Region(world.space, use.region).has(p.x[rows], p.y[rows])]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return how many have been taken in which year."""
+        """Return the number taken and its year for each land use."""
         return {"taken": self.taken.copy()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:

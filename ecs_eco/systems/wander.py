@@ -1,4 +1,4 @@
-"""Animals without a decision to turn wander."""
+"""Animals that do not decide to turn wander."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ WHOLE = np.float32(2 * math.pi)
 
 
 class Wander(System):
-    """An animal that does not decide to turn changes its heading by a normal number of variance turn² dt:
-    its path is a correlated random walk, whose statistics do not depend on the length of a tick."""
+    """An animal that does not decide to turn changes its heading by a normal angle of variance turn² dt: a
+    correlated random walk whose statistics do not depend on the length of a tick."""
 
     needs = (Position, Nervous)
     phase = "move"
@@ -40,7 +40,7 @@ class Wander(System):
     asked_for = staticmethod(lambda table: table.species.wander is not None)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Turn the undecided members of one species."""
+        """Turn the members of one species that do not decide to turn."""
         if (way := table.species.wander) is None:
             return
         nerves, walks = table.species.nerves, awake(table)[: table.high].copy()

@@ -155,7 +155,7 @@ def test_a_parameter_that_a_system_does_not_keep_is_refused_while_it_lives() -> 
     data = {k: v for k, v in WORLD.items() if k not in ("code", "reporters")}
     world = World.from_config(data | {"systems": [{"use": Hidden, "rate": 2.0}]})
     world.intervene({"kind": "set", "set": {"systems.Hidden.rate": 3.0}})
-    with pytest.raises(ConfigError, match="Hidden keeps no attribute rate"):
+    with pytest.raises(ConfigError, match="Hidden has no attribute rate"):
         world.run(1)
 
 

@@ -175,7 +175,7 @@ def test_a_tick_with_two_doors_goes_on_when_both_have_acted(alike):
 
 def test_a_closed_door_gives_the_species_back(alike):
     door = alike[0].external("deer")
-    with pytest.raises(ConfigError, match="it is controlled already"):
+    with pytest.raises(ConfigError, match="it is already controlled"):
         alike[0].external("deer")
     door.close()
     with pytest.raises(RuntimeError, match="closed"):
@@ -189,7 +189,7 @@ def test_species_that_nobody_can_decide_for_are_refused(alike, meadow):
     with pytest.raises(KeyError, match="deer"):
         alike[0].external("dear")
     learner = meadow(options={"learn": True}, **POLICY)
-    with pytest.raises(ConfigError, match="learns from its own choices"):
+    with pytest.raises(ConfigError, match="is learning from its own choices"):
         learner.external("deer")
     with pytest.raises(RuntimeError, match="act follows observe"):
         alike[0].external("deer").act(np.zeros((1, 2)))

@@ -57,7 +57,7 @@ def test_a_heading_beyond_the_circle_is_brought_back_around_it(heading, comes_to
 @pytest.mark.parametrize("heading", [np.nan, np.inf, 1e30, -1e4])
 def test_a_heading_that_float32_cannot_tell_is_refused(heading):
     world = _world()
-    allowed = r"expected: 0 to 6.28319 rad; up to ±6283.19 rad is wrapped around the circle"
+    allowed = r"expected: 0 to 6.28319 rad; values up to ±6283.19 rad are wrapped around the circle"
     with pytest.raises(ValueError, match=rf"spawn 'moss': Position\.heading is .*; {allowed}"):
         world.spawn("moss", Position(heading=heading))
     world.spawn("moss")

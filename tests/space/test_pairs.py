@@ -140,13 +140,10 @@ def test_pairs_of_the_empty_are_none():
         (lambda w: w.pairs("a", "b", np.nan), r"radius is nan; expected at least 0 m"),
         (
             lambda w: w.pairs("a", "b", np.ones(3)),
-            r"radius: an array of the shape \(3,\); expected a number, or \(150,\)",
+            r"radius: an array of shape \(3,\); expected a number, or \(150,\)",
         ),
-        (
-            lambda w: w.within("a", [[1.0, 2.0]], [1.0, 2.0]),
-            r"the shape \(2,\); expected a number, or \(1,\)",
-        ),
-        (lambda w: w.within("a", [1.0, 2.0], 1.0), r"the shape \(2,\); expected \(n, 2\): x, y of each"),
+        (lambda w: w.within("a", [[1.0, 2.0]], [1.0, 2.0]), r"shape \(2,\); expected a number, or \(1,\)"),
+        (lambda w: w.within("a", [1.0, 2.0], 1.0), r"shape \(2,\); expected \(n, 2\): x, y of each"),
         (lambda w: w.within("a", [[1.0, np.inf]], 1.0), r"places\[0\].y is inf; expected finite numbers"),
         (lambda w: w.within("a", [[1.0, 2.0], [1.0, 41.0]], 1.0), r"places\[1\].y is 41; expected 0 to 40 m"),
     ],

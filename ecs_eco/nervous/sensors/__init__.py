@@ -1,7 +1,8 @@
-"""Sensors, one kind per file: each fills its channels, columns of the observations f32[n, channels].
+"""Sensors, one kind per file. Each fills its channels, which are columns of the observations f32[n,
+channels].
 
 A new kind of sensor needs a file here, a model in `ecs_eco.config.models.sensors`, and a line in `senses_of`.
-Neighbors, light and smells belong to `ecs_eco.space`.
+Neighbors, light and smells belong in `ecs_eco.space`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def senses_of(
     bearers: Callable[[str], list[str]] = lambda _: [],
 ) -> list[tuple[Sense, int]]:
     """Return (sense, number of channels) for each sensor of a species' configuration; `bearers(property)`
-    are the kinds of bodies that have a property."""
+    returns the kinds of bodies that have a property."""
     made = [
         find(s.function)
         if s.kind == "custom"

@@ -1,4 +1,4 @@
-"""The sensor of the flow ahead of an approaching body."""
+"""The sensor of the flow that an approaching body pushes ahead of itself."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> Sense:
-    """Feel the nearest member of a species within `radius` [m] while it approaches: direction in the body's
-    frame, and speed/scale.
+    """Feel the nearest member of a species within `radius` [m] while it approaches: its direction in the
+    body's frame, and its speed/scale.
 
-    Only the other's own motion relative to the water is felt: a still body pushes no flow ahead of itself
-    (Kiørboe & Visser 1999).
+    Only the other body's motion relative to the water is felt, because a still body pushes no flow ahead of
+    itself (Kiørboe & Visser 1999).
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -79,7 +79,7 @@ def close_in(
     out: np.ndarray,
     column: int,
 ) -> None:
-    """Write the direction to the found target, and the speed at which its own motion brings it nearer."""
+    """Write the direction to the target found, and the speed at which the target's own motion brings it nearer."""
     ox, oy, oz, _, cos, sin = seekers
     rows, tx, ty, tz, _, _ = targets
     (heading, speed, climb), volume = motion, space.volume

@@ -52,7 +52,7 @@ def compare(
     out: np.ndarray,
     column: int,
 ) -> None:
-    """Write the normalized difference along forward, left and, in a volume, up."""
+    """Write the normalized differences forward, to the left and, in a volume, upward."""
     ox, oy, oz, _, cos, sin = seekers
     lengths, torus, volume = space.lengths, space.torus, space.volume
     for i in range(first, last):

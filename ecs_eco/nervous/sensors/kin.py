@@ -1,5 +1,5 @@
-"""Sensing of kin: which bodies nearby are the organism's own mother, father, child or sibling, and the
-nearest of any relation to a place on the body."""
+"""Kin sensing: which nearby bodies are the organism's mother, father, child or sibling, and which relative is
+nearest to a place on the body."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NOBODY = np.zeros(0, np.uint64)
 
 
 class Kin(NamedTuple):
-    """Parentage, for kernels: uids u64[n]; those of parents are empty if the table has none."""
+    """Parentage, for kernels: uids u64[n]; the parents' uids are empty if the table has none."""
 
     uid: np.ndarray
     mother: np.ndarray
@@ -54,8 +54,8 @@ def nearest_kin(
     cos_half_fov: Number,
     split: Callable[..., None],
 ) -> Found:
-    """Return the entry of each seeker's nearest relative (without a relation: of the nearest member) to its
-    place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
+    """Return the entry of the relative (without a relation: of the member) nearest to each seeker's place x,
+    y, z f32[n] [m], −1 if there is none, and the squared distance: i32[n], f32[n] [m²].
 
     The search covers `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
@@ -93,7 +93,7 @@ def add_kin(
     weight: np.ndarray,
     split: Callable[..., None],
 ) -> None:
-    """Do the same as `add_near` of ecs_eco.space.sums, for relatives only."""
+    """Like `add_near` of ecs_eco.space.sums, but for relatives only."""
     if seekers.n and targets.n:
         split(
             _add,

@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NO_HEIGHT = np.float32(0.0)  # of eyes and tops, if no hill blocks sight
+NO_HEIGHT = np.float32(0.0)  # height of eyes and tops if no hill blocks sight
 NO_HEIGHTS: tuple[Number, Number] = NO_HEIGHT, NO_HEIGHT
 
 
 class Bearings(NamedTuple):
     """Output of a sensor, for kernels: direction and nearness."""
 
-    reach: Number  # range, f32[n] [m], or one for all
+    reach: Number  # range f32[n] [m], or one for all
     out: np.ndarray  # f32[channels, n]
     column: int  # first channel of the sensor
 
@@ -54,9 +54,9 @@ def see_nearest(
     """See the nearest body of a kind: its direction in the body's frame, as a unit vector, and 1 −
     distance/reach.
 
-    They are measured from a place on the body, `at`, to the center of a sphere, or to the nearest point of a
-    box or of the axis of a capsule. With `by_light` [m] it sees as far as blind + by_light × light at its
-    eye, and never further than without. With `kin` only relatives count.
+    Both are measured from a place on the body, `at`, to the center of a sphere, or to the nearest point of a
+    box or of a capsule's axis. With `by_light` [m], the range is blind + by_light × light at the eye, but
+    never more than without it. With `kin`, only relatives count.
     """
     shared: Any = np.float32(reach)
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
@@ -121,14 +121,15 @@ def see_nearest(
 
 
 def half_view(fov: Number) -> Any:
-    """Return the cosine of half a field of view [rad], f32, or f32[n] of many; −2 for all directions."""
+    """Return the cosine of half a field of view [rad]: f32, or f32[n] for n fields of view; −2 for all
+    directions."""
     if isinstance(fov, np.ndarray):
         return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
     return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
 
 
 def narrow(cos_half_fov: Number) -> bool:
-    """Return whether any field of view is less than all directions, by the cosine of its half."""
+    """Return whether any field of view, given by the cosine of half of it, covers less than all directions."""
     return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
@@ -141,8 +142,8 @@ def look(
     found: Found,
 ) -> Places:
     """Return the point of the nearest body of a kind that is nearest to each seeker's eye, if some bodies are
-    capsules or boxes; write its entry, that of seeker i is i, −1 if it sees none. `hiding` are the kinds of
-    bodies that block sight."""
+    capsules or boxes; write its entry, which is i for seeker i, or −1 if it sees none. `hiding` are the kinds
+    of bodies that block sight."""
     n = found.entry.size
     places = Places(*(np.zeros(n, np.float32) for _ in range(3)))
     world.split(
@@ -177,8 +178,8 @@ def see_clearly(
     ground: Ground,
     seen: Bearings,
 ) -> None:
-    """Run `seek` for the seekers in the rows of cells first … last − 1, unless the result is `known`; then
-    `nearest_visible`, direction and nearness of the result."""
+    """Run `seek` for the seekers in the rows of cells first … last − 1, unless the result is `known`, then
+    `nearest_visible`; compute direction and nearness of the result."""
     if not known:
         seek(first, last, mine, targets, space, search, found)
         first, last = mine.start[first * space.nx], mine.start[last * space.nx]
@@ -209,8 +210,8 @@ def see(
 def _bearings(
     first: int, last: int, seekers: Poses, targets: Places, space: Extent, found: Found, seen: Bearings
 ) -> None:
-    """Write direction and nearness, 0 if no target is in range; no branches and unsigned indices, so that it
-    compiles to vector code."""
+    """Write direction and nearness, 0 if no target is in range. Branch-free and with unsigned indices, so
+    that it vectorizes."""
     ox, oy, oz, _, cos, sin = seekers
     tx, ty, tz, (entries, distance2), (radius, out, column) = targets.x, targets.y, targets.z, found, seen
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if space.volume else 2)

@@ -1,4 +1,4 @@
-"""The sensor of a property of the own body: interoception."""
+"""The sensor of a property of the organism's own body (interoception)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
-    """Return the column of a property, a substance or Component.field by name: f32[capacity], of the sex
-    u8[capacity], of a field its own type."""
+    """Return the column of a property, a substance or a Component.field by name: f32[capacity], or
+    u8[capacity] for sex and the field's own type for a field."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):
@@ -53,9 +53,9 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
 def own(
     property: str, scale: float, substances: list[str], number: int = 0, at: Sequence[float] = ()
 ) -> Sense:
-    """Feel a property of the own body at a place of it, as a share of `scale`.
+    """Feel a property of the organism's own body at a place on it, as a share of `scale`.
 
-    A body is uniform, except for the pressure in a compressible one, which is that of the depth.
+    A body is uniform, except that the pressure in a compressible body depends on depth.
     """
 
     shared = np.float32(1.0 / scale)
@@ -86,21 +86,21 @@ def own(
 
 
 class Plain(NamedTuple):
-    """Columns that are read unchanged, by their addresses, and the senses of the others."""
+    """Columns that are read unchanged, given by their addresses, and the senses that read other values."""
 
-    made_from: tuple[Any, ...] = ()  # valid until these change
+    made_from: tuple[Any, ...] = ()  # valid until these values change
     others: tuple[tuple[Sense, int], ...] = ()
     arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
     addresses: np.ndarray = np.empty(0, np.uint64)
-    steps: np.ndarray = np.empty(0, np.int64)  # from row to row
-    sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first row's to the last's
+    steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
+    sizes: np.ndarray = np.empty(0, np.int64)  # spanned numbers, from the first row to the last
     factors: np.ndarray = np.empty(0, np.float32)
     columns: np.ndarray = np.empty(0, np.int64)  # of the observations
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
-        """Return the group of the senses of a table, each with its first column."""
-        arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # it has no addresses
+        """Return the group of a table's senses, each with its first column."""
+        arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # needs addresses
         read = [
             (a, sense.factor, column)
             for a, (sense, column) in zip(arrays, senses, strict=True)
@@ -119,8 +119,8 @@ class Plain(NamedTuple):
 
 
 def feel_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return a function that feels properties of the own body for several senses, each with its first
-    column, at once."""
+    """Return a function that feels properties of the organism's own body for several senses at once, each
+    with its first column."""
     kept = Plain()
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -145,7 +145,7 @@ def feel_together(senses: list[tuple[Any, int]]) -> Sense:
 
 @lone_njit
 def _own_columns(first, last, addresses, steps, sizes, factors, columns, rows, out):
-    """Write the values of the rows in each column f32[capacity] at an address, times its factor."""
+    """Write the rows' values in each column f32[capacity], given by its address, times the column's factor."""
     for c in range(columns.size):
         value, step, factor = column_at(addresses[c], np.float32, sizes[c]), np.uint64(steps[c]), factors[c]
         for k in range(last - first):

@@ -31,12 +31,12 @@ def feel_property(
     number: int = 0,
     kin: str | None = None,
 ) -> Sense:
-    """Feel a property of the bodies of some kinds around a place on the own body, which is excluded: Σ weight
-    × (value − zero)/scale, or, as a mean, that over Σ weight; 0 if there are none.
+    """Feel a property of bodies of some kinds around a place on the organism's own body, which is excluded: Σ
+    weight × (value − zero)/scale or, as a mean, this sum divided by Σ weight; 0 if there are no bodies.
 
     A body counts if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
     1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius. With
-    `kin` only relatives count.
+    `kin`, only relatives count.
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -44,7 +44,7 @@ def feel_property(
         place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
         base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=scale)
-        differs = isinstance(base, np.ndarray)  # each has its own zero, which is subtracted from the sum
+        differs = isinstance(base, np.ndarray)  # individual zeros are subtracted from the sum
         least = np.float32(0) if differs else base
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
@@ -80,7 +80,7 @@ def feel_property(
 
 @njit
 def _write(first, last, total, weight, mean, factor, out, column):
-    """Write the sums over the scale, or the means."""
+    """Write the sums divided by the scale, or the means."""
     for i in range(first, last):
         share = 1.0
         if mean:

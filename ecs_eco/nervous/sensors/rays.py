@@ -37,9 +37,9 @@ def cast_rays(
     """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of
     each type.
 
-    They start at a place on the body, `at`, and spread to both sides of `angle` from the heading. With
-    `by_light` [m] they reach as far as blind + by_light × light at the eye [m], and never further than
-    without.
+    They start at a place on the body, `at`, and spread to both sides of a direction at `angle` from the
+    heading. With `by_light` [m], they reach blind + by_light × light at the eye [m], but never farther than
+    without it.
     """
     alike = fan(count, fov, angle)
 
@@ -77,10 +77,10 @@ def cast_rays(
 
 
 def fan(count: int, fov: Number, angle: Number) -> tuple[np.ndarray, np.ndarray]:
-    """Return cosine and sine of the angles of rays from the heading: f32[count], or f32[n, count] if `fov`
-    and `angle` [rad] are of n seekers."""
+    """Return the cosine and sine of the rays' angles from the heading: f32[count], or f32[n, count] if `fov`
+    and `angle` [rad] are arrays for n seekers."""
     steps = np.arange(count) - (count - 1) / 2
-    # no ray twice on a full circle
+    # no duplicate ray on a full circle
     turn = np.where(fov >= 2 * math.pi - 1e-5, fov, fov * count / max(count - 1, 1)) / count
     angles = steps * turn[..., None] + np.asarray(angle)[..., None]
     return arrays.cos(angles).astype(np.float32), arrays.sin(angles).astype(np.float32)
@@ -96,8 +96,8 @@ def trace(
     ray_cos: np.ndarray,
     ray_sin: np.ndarray,
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
-    the first hit, i32[n, rays], −1 none, −2 rock or wall, and its distance, f32[n, rays] [m]."""
+    """Return the kinds of bodies and, for each seeker and ray, the index of the kind that is hit first,
+    i32[n, rays] (−1: none, −2: rock or wall), and its distance, f32[n, rays] [m]."""
     space, ground, eye = world.space, opaque_ground(world), tops(table, seekers.rows)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 
 NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
-"""Uids u64[0] and readings f32[0, channels] of no organism."""
+"""Empty uids u64[0] and readings f32[0, channels]."""
 
 
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
 """sense(world, table, seekers, observations f32[n, channels], first column):
 writes its channels for every seeker.
 
-A shipped one may have an attribute `joint`, a function and what it is for. All that have the same are read
-in one go, by the sense that the function returns for a list of (sense, first column): a call of a kernel
-takes as long as to read hundreds of bodies.
+A shipped sense may have an attribute `joint`, a function and its purpose. Senses with the same `joint` are
+read together, by the sense that the function returns for a list of (sense, first column), because a kernel
+call takes as long as reading hundreds of bodies.
 """
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:
-    """Return numbers of a sensor: unchanged or, if a gene codes for any, each seeker's."""
+    """Return numbers of a sensor, unchanged or, if a gene codes for any of them, one for each seeker."""
     if not table.species.traits:
         return tuple(shared.values())
     name = table.species.sensors[number].name
@@ -44,7 +44,8 @@ def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> 
 
 
 def own_range(table: Table, seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
-    """Return the sensor's largest range, and each seeker's f32[n] [m]; `radius` if it is not individual."""
+    """Return the sensor's largest range, and each seeker's range f32[n] [m]; `radius` if ranges are not
+    individual."""
     if number not in table.species.own_ranges or not seekers.n:
         all_equal = np.empty(seekers.n, np.float32)
         all_equal.fill(radius)
@@ -63,7 +64,7 @@ def in_light(
     by_light: float,
     blind: float,
 ) -> np.ndarray:
-    """Return how far each sees, f32[n] [m]: blind + by_light × light at its eye, at most `own`."""
+    """Return how far each seeker sees, f32[n] [m]: blind + by_light × light at its eye, at most `own`."""
     light = world.surroundings("light", *eye)
     near, far = of_sensor(table, seekers, number, blind=np.float32(blind), sight=np.float32(by_light))
     out: np.ndarray = np.minimum(own, near + far * light)
@@ -75,8 +76,8 @@ def place_of(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the position of a sensor on each body: x, y, z f32[n] [m].
 
-    `at` is ahead, to the left (, up), in radii of the body, unless it is an organism's own; for a capsule or
-    box in halves of its length, width and height.
+    `at` is forward, to the left and, optionally, up, in radii of the body, unless organisms have individual
+    values; for a capsule or box, in halves of its length, width and height.
     """
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
     own = number in table.species.own_places
@@ -96,8 +97,8 @@ def place_of(
 
 
 def nose(seekers: Seekers, forward: Number, left: Number, space: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; for a capsule
-    or box in halves of its length and width."""
+    """Return x and y f32[n] of a place on each body, given in radii forward and to the left; for a capsule or
+    box, in halves of its length and width."""
     radius: Any = seekers.radius
     if seekers.half is not None:
         forward, left, radius = forward * seekers.half[0], left * seekers.half[1], np.float32(1)

@@ -22,10 +22,9 @@ def ambient(
     number: int = 0,
     dark: float | None = None,
 ) -> Sense:
-    """Read light, temperature or pressure of the surroundings at a place of the body, as (value −
-    zero)/scale.
+    """Read the ambient light, temperature or pressure at a place on the body, as (value − zero)/scale.
 
-    With `dark` the value is log10(1 + value/dark).
+    With `dark`, the value is log10(1 + value/dark).
     """
     shared = np.float32(zero), np.float32(scale)
 

@@ -1,4 +1,4 @@
-"""The sensor of bodies and walls that touch the own body."""
+"""The sensor of bodies and walls that touch the organism's body."""
 
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float = 0.0) -> Sense:
-    """Feel whether a body of a kind, or a wall, touches the own body within a sector of directions."""
+    """Feel whether a body of a kind, or a wall, touches the organism's body within a sector of directions."""
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         out[:, column] = 0
@@ -159,7 +159,8 @@ def _touch_solids(
     out: np.ndarray,
     column: int,
 ) -> None:
-    """Do the same as `_touch` for bodies of any shape: the direction is that of the nearest points."""
+    """Like `_touch`, but for bodies of any shape; the direction points from the body's center to its point
+    nearest to the other body."""
     form, uid, other, other_uid = mine.form, mine.uid, others.form, others.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
