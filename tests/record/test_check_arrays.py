@@ -79,7 +79,7 @@ CASES = {
         _clock("next_uid", 2**63),
         r"clock\.next_uid is 9223372036854775808",
     ),
-    "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' holds 5"),
+    "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' contains 5"),
     "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' contains 9; expected: 0 to 1"),
     "a tick before the start": (_clock("tick", -1), r"clock\.tick is -1"),
     "a tick that is none": (_clock("tick", 1.5), r"clock\.tick is 1\.5"),

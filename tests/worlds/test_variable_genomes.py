@@ -138,7 +138,7 @@ def test_a_record_has_the_strings_and_who_carries_what(tmp_path):
         for f in founders
     ]
     assert carried.of("-1")[0] == sum(says)
-    with pytest.raises(ValueError, match="genes have no fixed place"):
+    with pytest.raises(ValueError, match="genes have no fixed position"):
         lineage.frequencies("goat", (0, 2), 20)
     assert write_report(tmp_path / "run").exists()
 
