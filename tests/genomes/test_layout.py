@@ -231,11 +231,7 @@ REFUSED = [
     ),
     ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "string is too short: the genes need 4 loci"),
     ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
-    (
-        [G | {"trait": "body.radius"}],
-        {"traits": {"body.radius": RADIUS}},
-        "outside the range of body.radius",
-    ),
+    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}}, "outside the range of body.radius"),
     ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g also codes for it"),
     (
         [G | {"trait": "reflex.red.weight", "low": -1, "high": 2}],
