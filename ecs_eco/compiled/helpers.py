@@ -56,7 +56,7 @@ class Helper:
         self._error: BaseException | None = None
 
     def start(self, work: Callable[..., Any], *arguments: object) -> None:
-        """Call `work(*arguments)` in the helper, parallel to this thread."""
+        """Call `work(*arguments)` in the helper, in parallel with this thread."""
         self.wake()
         self._ask(work, arguments)
 

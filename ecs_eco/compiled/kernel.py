@@ -1,9 +1,8 @@
 """Kernels: compiled when first called, separately for Python and for other kernels.
 
 A function that Python calls needs code that unpacks Python objects, which is most of its code if it takes
-thirty arrays. A function that only kernels call does not need this code, so it is compiled separately without
-it, nor machine code (see `ecs_eco.compiled.numba_private`). With `numba_version.plain()`, this file is not
-imported.
+thirty arrays. A function that only kernels call needs neither this code nor machine code, so it is compiled
+separately (see `ecs_eco.compiled.numba_private`). With `numba_version.plain()`, this file is not imported.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ class _Borrowing(Lower):
     """
 
     def pre_lower(self) -> None:
-        """Find the variables that hold borrowed arrays."""
+        """Find the variables that contain borrowed arrays."""
         super().pre_lower()  # type: ignore[no-untyped-call]
         self.counting, self.borrowing = self.context, self.context.subtarget(enable_nrt=False)
         self.borrowed = _borrowed(self.blocks, self.fndesc.typemap, self.context.data_model_manager)
@@ -365,8 +365,8 @@ def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: Nu
 
 
 def prepare() -> None:
-    """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the option `noalias`, a
-    flag that numba has but cannot set with an option."""
+    """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the option `noalias`:
+    numba has this flag, but no option for it."""
     numba.core.config._config_fname = ""
     numba.config.reload_config()
     CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")

@@ -47,7 +47,7 @@ def _rest(typing: Typing) -> tuple[Signature, Emit]:
     return types.none(), make
 
 
-_intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
+_intrinsic: Any = intrinsic  # numba annotates compilation, not calls
 number, rest = _intrinsic(_number), _intrinsic(_rest)
 
 

@@ -18,7 +18,7 @@ NAP = 50e-6  # [s] between checks for a late thread, whose core has other work
 
 
 class Team:
-    """Threads that take parts of one kernel at a time, parallel to the thread that runs it."""
+    """Threads that take parts of one kernel at a time, in parallel with the thread that runs it."""
 
     def __init__(self, helpers: int) -> None:
         self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)

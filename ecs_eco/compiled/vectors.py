@@ -35,7 +35,7 @@ _LLVM = ir.VectorType(ir.FloatType(), LANES)
 
 
 class Vector(types.Type):
-    """Numba's type of 16 float32."""
+    """Numba's type for 16 float32."""
 
     def __init__(self) -> None:
         super().__init__("f32x16")

@@ -38,7 +38,7 @@ class Workers:
         self.all_busy = False  # whether all threads are busy in `together`: then pieces are not split further
         # the part of 0…n that this process does while it shares work with others (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
-        self.parallel = threads > 1  # whether other threads take part, or this thread does all work of a tick
+        self.parallel = threads > 1  # whether other threads take part; if not, this thread does all work
         self.pace = Pace()
         self._divided = False  # whether any work was divided in the last tick that permitted it
         self._idle = 0  # ticks until division is permitted again

@@ -22,7 +22,7 @@ _MASK = (1 << 64) - 1
 
 @njit
 def mix(z):
-    """Return a well-mixed hash, u64, of a u64."""
+    """Return a well-mixed u64 hash of a u64."""
     z = np.uint64(z) + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

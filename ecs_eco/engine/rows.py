@@ -87,8 +87,8 @@ def fill(rows, capacity, columns):
 
 @njit
 def occupy(rows, capacity, own, first_uid, tick, high, columns):
-    """Write the lowest free rows to `rows`, and fill them with living entities with the values in `columns`;
-    return the new end of the rows in use. `own` u64 contains the addresses of ROWS."""
+    """Write the lowest free rows to `rows` and fill them with living entities that have the values in
+    `columns`; return the new end of the rows in use. `own` u64 contains the addresses of ROWS."""
     alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
     born, row = column_at(own[2], np.int64, capacity), -1
     for k in range(rows.size):

@@ -139,7 +139,8 @@ class Turnover:
 
 
 def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-    """Free the rows i64[k] of emigrants to islands `to` i64[k], sorted by uid. These are not deaths."""
+    """Free the rows i64[k] of emigrants to islands `to` i64[k], sorted by uid. This does not count as
+    death."""
     for listen in tuple(world.on_departure):
         listen(table, rows, to)
     table.vacate(rows)
@@ -153,8 +154,8 @@ def arrive(
     values: dict[tuple[type, str], np.ndarray],
     origin: np.ndarray,
 ) -> None:
-    """Give rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. These are not
-    births."""
+    """Give rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. This does not
+    count as birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

@@ -137,7 +137,7 @@ class Range(Code):
         if self.log:
             share = arrays.log(values / self.low) / arrays.log(self.high / self.low)
         total = np.rint(share * self.steps).astype(np.int64)
-        if self.log:  # the nearest logarithm can belong to another value than the nearest
+        if self.log:  # the value with the nearest logarithm need not be the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
             below, above = (self.low * power(ratio, n / self.steps) for n in (low, low + 1))

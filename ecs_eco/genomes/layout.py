@@ -452,7 +452,7 @@ class Layout:
 
     def _array(self, code: Code, values: Mapping[str, Any]) -> np.ndarray:
         if code.name not in values:
-            raise ValueError(f"gene {code.name!r}: no value given; given: {listed(values)}")
+            raise ValueError(f"gene {code.name!r}: no value; values are given for {listed(values)}")
         array = np.asarray(values[code.name], np.float64)
         rows = array if array.ndim > len(code.width) else array[None]
         if rows.shape[1:] != code.width:

@@ -231,14 +231,10 @@ class GenomeSection(Section, own=LETTERS):
         omit=True,
     )
     insertion: Share = quantity(
-        "with `max_length`: probability of an insertion before a letter, per letter",
-        "1",
-        0.0,
-        omit=True,
-        change=FREE,
+        "with `max_length`: probability of an insertion before each letter", "1", 0.0, omit=True, change=FREE
     )
     base_deletion: Share = quantity(
-        "with `max_length`: probability of a deletion, per letter",
+        "with `max_length`: probability that a letter is deleted",
         "1",
         0.0,
         former="deletion",
@@ -246,21 +242,21 @@ class GenomeSection(Section, own=LETTERS):
         change=FREE,
     )
     duplication: Share = quantity(
-        "with `max_length`: probability of a tandem duplication, per copy of a gene",
+        "with `max_length`: probability that a copy of a gene is duplicated in tandem",
         "1",
         0.0,
         omit=True,
         change=FREE,
     )
     gene_deletion: Share = quantity(
-        "with `max_length`: probability of a loss, per copy of a gene",
+        "with `max_length`: probability that a copy of a gene is lost",
         "1",
         0.0,
         former="loss",
         omit=True,
         change=FREE,
     )
-    genes: Annotated[list[Gene], Field(min_length=1)] = about("values for which the loci code")
+    genes: Annotated[list[Gene], Field(min_length=1)] = about("the values for which the loci code")
     derived: dict[Name, Derived] = about("name = a trait that is a formula of genes", {}, omit=True)
 
     @model_validator(mode="before")

@@ -33,7 +33,7 @@ class PlainNetwork:
     first.
     """
 
-    memory = 0  # count of numbers kept between decisions
+    memory = 0  # number of values kept between decisions
     by_row = True  # rows are independent, bit for bit, so processes can share them
 
     def __init__(

@@ -1,9 +1,9 @@
 """Continuous actions: numbers drawn from normal distributions whose means and deviations the network outputs.
 
-Among a network's `groups`, each of them is `CONTINUOUS`, follows all categorical ones and has two outputs:
-the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are measured
-from the middle of the action's range in units of half its width, so its limits are −1 and 1. A number beyond
-a limit is executed as the limit, but learning uses the number drawn.
+In a network's `groups`, each continuous action is `CONTINUOUS`, follows all categorical groups and has two
+outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are
+measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. A
+number beyond a limit is executed as the limit, but learning uses the number drawn.
 
 In the built-in network, the deviation is a bias, one learned number for all observations: if the weights of a
 whole layer could also change it, it would fall many times faster than the mean improves.

@@ -158,7 +158,8 @@ class Individuals(PlainNetwork):
         log_probability: np.ndarray,
         values: np.ndarray,
     ) -> None:
-        """Append a transition to the rollout of each row i64[n]: f32[n, c], int[n, groups], f32[n], f32[n].
+        """Append a transition to the rollout of each row i64[n]: `x` f32[n, c], `choice` int[n, groups],
+        others f32[n].
 
         Raises ValueError if a rollout is full: `learn` empties it.
         """

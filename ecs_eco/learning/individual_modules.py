@@ -201,7 +201,7 @@ class IndividualModules(Individuals):
     def _loss(
         self, weights: torch.Tensor, one: dict[str, torch.Tensor]
     ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-        """Return the mean loss of one animal over the transitions `chosen` f32[horizon], and its terms."""
+        """Return the mean loss of one animal over the `chosen` f32[horizon] transitions, and its terms."""
         logits, values = self._replay(self._named(weights), one["observations"], one["memory"])
         entropy, shift, scale, chosen = (one[name] for name in ("entropy", "shift", "scale", "chosen"))
         ppo = self.ppo

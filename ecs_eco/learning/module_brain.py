@@ -185,9 +185,7 @@ class ModuleBrain(PolicyNetwork):
             if tuple(tensor.shape) != shape or tensor.dtype != torch.float32:
                 raise ValueError(f"{given} gives {name} {_described(tensor)}; it should give {wanted}")
             if tensor.device.type != torch.device(self.device).type:
-                raise ValueError(
-                    f"{given} gives {name} on {tensor.device}; its species thinks on {self.device!r}"
-                )
+                raise ValueError(f"{given} gives {name} on {tensor.device}; expected: {self.device!r}")
             if not bool(torch.isfinite(tensor).all()):
                 raise ValueError(f"{given} gives {name} that are not finite; it should give {wanted}")
         return out

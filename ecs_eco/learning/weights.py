@@ -31,8 +31,8 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
-    """Return the weights in a file. Raises OSError, or ValueError if the seal does not match or it has no
-    weights."""
+    """Return the weights in a file. Raises ValueError if the seal does not match or the file has no weights,
+    OSError if it cannot be read."""
     return read(Path(path).read_bytes())[0]
 
 

@@ -37,7 +37,7 @@ class ArrayChecks:
         world, meta = self.world, self.meta
         tables, saved = list(world.tables), list(meta["tables"])
         if not any(a.any() for name, a in self.arrays.items() if name.endswith("/barren")):
-            tables, saved = sorted(tables), sorted(saved)  # only `barren` follows their order
+            tables, saved = sorted(tables), sorted(saved)  # the order matters only for `barren`
         former = [] if world.config is None else list(world.config.substances)  # in the world file's order
         self.same("the tables", tables, saved)
         self.same("the substances", list(world.substances), meta.get("substances", former))

@@ -44,7 +44,7 @@ def noted(sources: Iterable[Source]) -> Noted:
 
 
 def keep_copies(sources: Iterable[Source], folder: Path) -> None:
-    """Write the sources that are files into a run's folder."""
+    """Write the sources that are files to a run's folder."""
     sources = [s for s in sources if s.is_file]
     if sources:
         (folder / FOLDER).mkdir(exist_ok=True)
@@ -52,7 +52,7 @@ def keep_copies(sources: Iterable[Source], folder: Path) -> None:
 
 
 def keep_beside(sources: Iterable[Source], folder: Path) -> None:
-    """Write the sources that are files into a folder."""
+    """Write the sources that are files to a folder."""
     for source in sources:
         if source.is_file and source.text is not None:
             files.write(folder / source.entry, source.text)

@@ -93,12 +93,12 @@ class Details:
         self._rows = dict.fromkeys(self.species, 0)
 
     def born(self, table: Table, rows: np.ndarray) -> None:
-        """Note newborns: rows i64[k]."""
+        """Register newborns in rows i64[k]."""
         if table.name in self.focal and self.most is not None:
             self._born[table.name].append(table.uid[rows])
 
     def died(self, table: Table, rows: np.ndarray, world: SpatialWorld) -> None:
-        """Note dying organisms before their rows are freed."""
+        """Record the last tick of dying organisms before their rows are freed."""
         if table.name not in self.focal:
             return
         uids = table.uid[rows]

@@ -45,15 +45,15 @@ COLUMNS = """
 *        born       tick   table.born            tick of birth
 *        origin     -      archipelago           island from which the migrant came
 *        target     -      archipelago           island to which the migrant went
-*        reward     1      Nervous.reward        reward of this tick
+*        reward     1      Nervous.reward        reward in this tick
 series   n          1      table.n               organisms alive at the end of the tick
 series   births     1      Recorder              births in the tick
 series   deaths     1      Recorder              deaths in the tick
 series   refused    1      max_count             births, seeds and newcomers rejected at max_count
 series   immigrants 1      archipelago           organisms that came from other islands
 series   emigrants  1      archipelago           organisms that left for other islands
-series   energy_mean    energy Metabolism.energy mean energy of those alive at the end of the tick
-series   happiness_mean 1      Nervous.happiness mean happiness of those alive at the end of the tick
+series   energy_mean    energy Metabolism.energy mean energy of organisms alive at the end of the tick
+series   happiness_mean 1      Nervous.happiness mean happiness of organisms alive at the end of the tick
 series   depth_mean     m      Position.z        mean distance below the top; 0 if none are alive
 series   stock_before   energy Metabolism.energy energy of the species before the tick
 series   endowed        energy Metabolism.energy energy of newborns

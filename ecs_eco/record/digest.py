@@ -43,7 +43,7 @@ def digest(world: SpatialWorld) -> str:
     """Return the SHA-256 of a world between two ticks, 64 hexadecimal digits; docs/reference/checkpoints.md
     lists what it covers.
 
-    Equal runs have equal digests on one target with the same versions and processor
+    Identical runs have identical digests on one target with the same versions and processor
     (docs/reference/promises.md). Interpreted kernels (NUMBA_DISABLE_JIT=1) compute with different precision,
     so their digests differ.
     """

@@ -80,7 +80,7 @@ class Folder:
             self.heads = dict(written["heads"])
         except (KeyError, ValueError, TypeError, AttributeError) as error:
             raise RecordingError(
-                f"{self.path / 'checkpoints'}: the last part does not contain the position of its run: {error}"
+                f"{self.path / 'checkpoints'}: the last checkpoint lacks the position of its run: {error}"
             ) from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
@@ -122,7 +122,7 @@ def leftovers(path: Path) -> list[Path]:
 
 
 def git_commit() -> str | None:
-    """Return the commit of the checkout that the package runs from, or None."""
+    """Return the commit of the checkout from which the package runs, or None."""
     try:
         done = subprocess.run(
             ["git", "rev-parse", "HEAD"],

@@ -146,7 +146,7 @@ def thaw(
             as_it_is = isinstance(config, WorldConfig) and not systems
             loaded = config if as_it_is else load_world(config, systems=systems)
             if loaded.resolved() != present(meta["config"]):
-                raise CheckpointError(f"{where}: was saved with another configuration than the given one")
+                raise CheckpointError(f"{where}: was saved with a different configuration")
         options = dict(meta["options"])
         options["policies"] = {
             name: "random" if source == "random" else "untrained"

@@ -42,7 +42,8 @@ def write_tracks(
     tick, time [s], elevation [m] and a point or, with `lines`, the path of an organism with at least two
     positions.
 
-    Raises ConfigError if the format or the request is invalid, RecordingError for an unreadable run, OSError.
+    Raises ConfigError if the format or the request is invalid, RecordingError if the run is unreadable, or
+    OSError.
     """
     run, file = Path(run), Path(file)
     if file.suffix.lower() not in ENDINGS:

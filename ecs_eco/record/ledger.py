@@ -21,7 +21,7 @@ ISLAND_LEDGER_ROW = np.dtype([*LEDGER_ROW.descr, *((name, np.float64) for name i
 
 
 def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:
-    """Return the imbalance [energy] of a ledger, any object with its columns; 0 if it closes."""
+    """Return the imbalance [energy] of a ledger (any object with its columns); 0 if it closes."""
     inflow = ledger["stock_before"] + ledger["endowed"] + ledger["taken_in"]
     names: Any = getattr(getattr(ledger, "dtype", None), "names", None) or ledger
     if "imported" in names:

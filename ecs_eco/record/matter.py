@@ -18,7 +18,7 @@ LEDGER = ("stock_before", *FLOWS, "stock_after")
 
 
 def imbalance(ledger: Mapping[str, Any]) -> Any:
-    """Return the imbalance [mol] of a matter ledger, any object with its columns; 0 if it closes."""
+    """Return the imbalance [mol] of a matter ledger (any object with its columns); 0 if it closes."""
     flows = [*FLOWS, *(flow for flow in MIGRATION if flow in ledger)]
     return ledger["stock_before"] + sum(ledger[flow] for flow in flows) - ledger["stock_after"]
 

@@ -143,7 +143,7 @@ class Recorder(System):
         return [(t, self.place[name]) for name, t in self.world.tables.items() if t.n and name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Record newborns: rows i64[k], uids of their parents u64[k]."""
+        """Record newborns in rows i64[k], with their parents' uids u64[k]."""
         if self.details is not None:
             self.details.born(table, rows)
         s = self.place.get(table.name)

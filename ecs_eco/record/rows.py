@@ -35,8 +35,8 @@ NOWHERE = Lines(0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np
 
 
 class Rows:
-    """Births or deaths: longs u64[4, …] tick, uid and two more uids, floats f32[5, …] position, energy and
-    age, small u8[2, …] species and cause."""
+    """Births or deaths: `longs` u64[4, …] are tick, uid and two more uids, `floats` f32[5, …] are position,
+    energy and age, `small` u8[2, …] are species and cause."""
 
     def __init__(self) -> None:
         self.n = 0

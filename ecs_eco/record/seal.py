@@ -34,7 +34,7 @@ def sealed(part: bytes) -> tuple[bytes, str]:
 
 
 def check(path: Path, part: memoryview, needed: bool) -> None:
-    """Raise RecordingError if a part's seal does not match, or is missing and `needed`."""
+    """Raise RecordingError if a part's seal does not match, or is `needed` but missing."""
     at = _place(part)
     if at is None:
         if needed:
@@ -59,7 +59,7 @@ def _digest(part: memoryview, at: int) -> str:
 
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any], name: str = "manifest.json") -> None:
-    """Write the manifest of a run with its seal, atomically."""
+    """Atomically write the manifest of a run with its seal."""
     content = {key: value for key, value in manifest.items() if key != WORD}
     write_json(folder / name, content | {WORD: _of(content)})
 

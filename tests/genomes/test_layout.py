@@ -303,7 +303,7 @@ def test_names_of_genes_are_known_or_refused() -> None:
     layout = Layout([Gene(name="size", trait="body.radius", letters=1, low=0.1, high=1)])
     with pytest.raises(UnknownName, match='did you mean "size"'):
         layout.encode({"siz": 1})
-    with pytest.raises(ValueError, match="no value given"):
+    with pytest.raises(ValueError, match="no value; values are given for"):
         layout.encode({})
     with pytest.raises(ValueError, match="expected 1 or 3"):
         Layout([Gene(**G), Gene(**G | {"name": "h"})]).encode({"g": [0, 0, 0], "h": [0, 0]})
