@@ -416,7 +416,7 @@ class Table(dict[type, Any]):
             shape = array.shape if type(array) is np.ndarray else np.shape(array)
             if shape != (flat + one if one else flat):
                 where = f"newborns of {self.name!r}: {key[0].__name__}.{key[1]}"
-                raise ValueError(f"{where} has the shape {shape}; expected {(n, *one)}")
+                raise ValueError(f"{where} has shape {shape}; expected {(n, *one)}")
         self.births.append((parents, second, dict(values)))
 
     def _refuse(self, component: type[Any], name: str) -> NoReturn:

@@ -99,8 +99,7 @@ class Alphabet:
         row = np.asarray(loci)
         if row.ndim != 1 or row.dtype.kind not in "ui":
             raise ValueError(
-                f"genome: an array of {row.dtype} with the shape {row.shape}; "
-                "expected one row of whole numbers"
+                f"genome: an array of {row.dtype} with shape {row.shape}; expected one row of whole numbers"
             )
         wrong = np.flatnonzero((row < 0) | (row >= len(self)))
         if wrong.size:

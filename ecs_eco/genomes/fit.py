@@ -64,10 +64,10 @@ class Fitted:
             If an array has the wrong shape.
         """
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
-            raise ValueError(f"network: readings of the shape {np.shape(x)}; expected (n, {self.sizes[0]})")
+            raise ValueError(f"network: readings have shape {np.shape(x)}; expected (n, {self.sizes[0]})")
         if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
-            raise ValueError(f"network: weights of the shape {weights.shape}; expected {allowed}")
+            raise ValueError(f"network: weights have shape {weights.shape}; expected {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
         kernels.forward(
             np.ascontiguousarray(x, np.float32),
@@ -97,7 +97,7 @@ class Fitted:
         """
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
-            raise ValueError(f"network: weights of the shape {weights.shape}; expected {self.weights.shape}")
+            raise ValueError(f"network: weights have shape {weights.shape}; expected {self.weights.shape}")
         return replace(self, weights=weights, error=float("nan"))
 
 

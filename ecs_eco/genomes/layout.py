@@ -429,7 +429,7 @@ class Layout:
         ):
             kind, shape = getattr(loci, "dtype", type(loci).__name__), np.shape(loci)
             raise ValueError(
-                f"genome: an array of {kind} with the shape {shape}; expected rows of u8[n, {self.row}]"
+                f"genome: an array of {kind} with shape {shape}; expected rows of u8[n, {self.row}]"
             )
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
@@ -457,7 +457,7 @@ class Layout:
         rows = array if array.ndim > len(code.width) else array[None]
         if rows.shape[1:] != code.width:
             allowed = ", ".join(["n", *map(str, code.width)])
-            raise ValueError(f"gene {code.name!r}: values of the shape {array.shape}; expected ({allowed})")
+            raise ValueError(f"gene {code.name!r}: values have shape {array.shape}; expected ({allowed})")
         if not np.isfinite(rows).all():
             raise ValueError(f"gene {code.name!r}: a value is not finite")
         return rows

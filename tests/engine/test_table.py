@@ -136,7 +136,7 @@ def test_a_request_that_does_not_fit_is_refused_when_it_is_made():
         table.request(two, {(Mark, "digits"): np.zeros((2, 2))})
     with pytest.raises(KeyError, match="unknown field 'z'"):
         table.request(two, {(Place, "z"): np.zeros(2)})
-    with pytest.raises(ValueError, match=r"newborns of 'ant': Place.x has the shape \(3,\); expected \(2,\)"):
+    with pytest.raises(ValueError, match=r"newborns of 'ant': Place.x has shape \(3,\); expected \(2,\)"):
         table.request(two, {(Place, "x"): np.zeros(3)})
     assert not table.births
 

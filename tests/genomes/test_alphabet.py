@@ -42,11 +42,11 @@ def test_errors_name_the_place_and_the_letter():
         DNA.decode(np.array([-1]))
     with pytest.raises(
         ValueError,
-        match=r"an array of float64 with the shape \(2,\); "
+        match=r"an array of float64 with shape \(2,\); "
         r"expected one row of whole numbers",
     ):
         DNA.decode(np.array([0.0, 1.0]))
-    with pytest.raises(ValueError, match=r"with the shape \(1, 2\)"):
+    with pytest.raises(ValueError, match=r"with shape \(1, 2\)"):
         DNA.decode(np.zeros((1, 2), np.uint8))
 
 
